@@ -1,0 +1,1 @@
+//! Measurements on granular gases, their uncertainty, and verdicts.

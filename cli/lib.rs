@@ -1,0 +1,1 @@
+//! Facade and command line of stosszahl.

@@ -1,0 +1,2 @@
+//! The `stosszahl` command.
+fn main() {}

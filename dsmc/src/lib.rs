@@ -1,0 +1,1 @@
+//! Direct Simulation Monte Carlo of inelastic hard disks, dilute and dense.

@@ -1,0 +1,1 @@
+//! Exact event-driven dynamics of inelastic hard disks.
