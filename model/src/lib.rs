@@ -1,1 +1,46 @@
-//! What both engines of stosszahl share: scene, state, collision law, domain, random streams, snapshots.
+//! What both engines of stosszahl share, so that a comparison between them means something.
+//!
+//! The event-driven and the Monte Carlo engine must agree on everything but the one question under
+//! study: *who collides with whom, and with which impact parameter*. So the collision law
+//! ([`collision`]), the sizes ([`sizes`]), the periodic box ([`domain`]), the initial states
+//! ([`initial`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
+//! theory that both are measured against ([`kinetic`]) live here, once.
+//!
+//! # How choices become types
+//!
+//! Each choice that changes what is stored per particle, or the arithmetic of each candidate pair, is
+//! one small trait ([`Space`], [`Surface`], [`Restitution`], [`Sizes`], [`Field`]); one struct,
+//! [`Scene`], bundles them, and engines name the single bound [`Physics`]. Code therefore grows with
+//! the sum of the options. Two alternatives lost: a feature flag for the dimension marks every line
+//! that touches a vector, and an enum around generic parts is asked again at every collision.
+//!
+//! # Units
+//!
+//! Engines are dimensionless. The command line scales a case so that the mean diameter, the mean mass
+//! and the initial temperature are one; nothing here relies on it except where a comment says so.
+
+pub mod collision;
+pub mod domain;
+pub mod field;
+pub mod initial;
+pub mod kinetic;
+pub mod observe;
+pub mod physics;
+pub mod random;
+pub mod restitution;
+pub mod sizes;
+pub mod snapshot;
+pub mod space;
+pub mod state;
+pub mod surface;
+
+pub use collision::{Collision, Encounter, collide};
+pub use domain::Domain;
+pub use field::{Field, Free};
+pub use observe::Observe;
+pub use physics::{Physics, Scene, SpinOf, VectorOf};
+pub use restitution::{Constant, Restitution, Viscoelastic};
+pub use sizes::{Monodisperse, Polydisperse, Sizes};
+pub use space::{Plane, Space, Vector, Volume};
+pub use state::{Body, State};
+pub use surface::{Smooth, Surface};

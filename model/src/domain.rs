@@ -1,0 +1,83 @@
+//! The box in which the gas lives.
+
+use serde::{Deserialize, Serialize};
+
+use crate::space::{Space, Vector};
+
+/// A rectangular box from the origin to `lengths`, periodic in every direction.
+///
+/// All wrapping and all minimum images of the project go through this type, so a face that is a wall
+/// instead has one place to be described.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Domain<S: Space> {
+    lengths: S::Vector,
+}
+
+impl<S: Space> Domain<S> {
+    /// A periodic box with the given side lengths, or `None` unless all are positive and finite.
+    pub fn periodic(lengths: S::Vector) -> Option<Self> {
+        (0..S::DIMENSION)
+            .all(|axis| lengths[axis] > 0.0 && lengths[axis].is_finite())
+            .then_some(Self { lengths })
+    }
+
+    /// Side lengths [length].
+    pub fn lengths(&self) -> S::Vector {
+        self.lengths
+    }
+
+    /// Area or volume [length^D].
+    pub fn volume(&self) -> f64 {
+        (0..S::DIMENSION).map(|axis| self.lengths[axis]).product()
+    }
+
+    /// The image of a position with every component in `[0, length)`.
+    #[inline]
+    pub fn wrap(&self, mut position: S::Vector) -> S::Vector {
+        for axis in 0..S::DIMENSION {
+            let length = self.lengths[axis];
+            let x = position[axis];
+            if !(0.0..length).contains(&x) {
+                let inside = x - length * (x / length).floor();
+                // A tiny negative x rounds to the length itself, which is the origin's image.
+                position[axis] = if inside < length { inside } else { 0.0 };
+            }
+        }
+        position
+    }
+
+    /// The shortest vector from the second position to the first, over all periodic images.
+    #[inline]
+    pub fn displacement(&self, first: S::Vector, second: S::Vector) -> S::Vector {
+        let mut difference = first - second;
+        for axis in 0..S::DIMENSION {
+            let length = self.lengths[axis];
+            difference[axis] -= length * (difference[axis] / length).round();
+        }
+        difference
+    }
+
+    /// The distance between two positions, over all periodic images.
+    pub fn distance(&self, first: S::Vector, second: S::Vector) -> f64 {
+        self.displacement(first, second).square().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Plane;
+    use nalgebra::vector;
+
+    #[test]
+    fn wraps_into_the_half_open_box() {
+        let domain = Domain::<Plane>::periodic(vector![2.0, 3.0]).expect("positive");
+        assert_eq!(domain.wrap(vector![2.0, -0.5]), vector![0.0, 2.5]);
+        assert_eq!(domain.wrap(vector![-1e-300, 9.0]), vector![0.0, 0.0]);
+        assert!(
+            (domain.distance(vector![0.1, 0.1], vector![1.9, 2.9]) - 0.08_f64.sqrt()).abs() < 1e-15
+        );
+        assert!(Domain::<Plane>::periodic(vector![1.0, 0.0]).is_none());
+    }
+}

@@ -1,0 +1,115 @@
+//! Square and hexagonal lattices that fit a periodic box.
+
+use nalgebra::{Vector2, vector};
+use rand::Rng;
+use rand::seq::SliceRandom;
+
+use super::{Placement, PlacementError};
+use crate::domain::Domain;
+use crate::space::Plane;
+
+/// A lattice of at least as many sites as disks, commensurate with the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    name: &'static str,
+    /// Columns and rows.
+    counts: [usize; 2],
+    /// Odd rows are shifted by half a column.
+    staggered: bool,
+    lengths: [f64; 2],
+}
+
+/// The square-like lattice with the largest shortest distance that holds `count` disks.
+pub fn square(count: usize, domain: &Domain<Plane>) -> Lattice {
+    best(count, domain, "square", false)
+}
+
+/// The hexagon-like lattice with the largest shortest distance that holds `count` disks.
+pub fn hexagonal(count: usize, domain: &Domain<Plane>) -> Lattice {
+    best(count, domain, "hexagonal", true)
+}
+
+fn best(count: usize, domain: &Domain<Plane>, name: &'static str, staggered: bool) -> Lattice {
+    let lengths = [domain.lengths()[0], domain.lengths()[1]];
+    let candidate = |rows: usize| Lattice {
+        name,
+        counts: [count.div_ceil(rows).max(1), rows],
+        staggered,
+        lengths,
+    };
+    let step = if staggered { 2 } else { 1 };
+    // The ideal number of rows, and a wide margin around it for strained boxes.
+    let ideal = (count as f64 * lengths[1] / lengths[0]).sqrt();
+    let most = (2.0 * ideal) as usize + 2 * step + 2;
+    (step..=most)
+        .step_by(step)
+        .map(candidate)
+        .max_by(|a, b| a.spacing().total_cmp(&b.spacing()))
+        .unwrap_or_else(|| candidate(step))
+}
+
+impl Lattice {
+    /// Shortest distance of two sites, periodic images of one site included.
+    pub fn spacing(&self) -> f64 {
+        let [a, h] = [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64);
+        if self.staggered {
+            a.min((0.25 * a * a + h * h).sqrt()).min(2.0 * h)
+        } else {
+            a.min(h)
+        }
+    }
+
+    fn site(&self, index: usize) -> Vector2<f64> {
+        let [columns, rows] = self.counts;
+        let (row, column) = (index / columns, index % columns);
+        let shift = if self.staggered && row % 2 == 1 {
+            0.75
+        } else {
+            0.25
+        };
+        vector![
+            (column as f64 + shift) * self.lengths[0] / columns as f64,
+            (row as f64 + 0.5) * self.lengths[1] / rows as f64
+        ]
+    }
+
+    /// Reciprocal vectors of the shortest lengths, half of them (the other half are their negatives).
+    fn reciprocal(&self) -> Vec<[i32; 2]> {
+        let [columns, rows] = self.counts.map(|count| count as i32);
+        if self.staggered {
+            vec![[columns, rows / 2], [columns, -rows / 2], [0, rows]]
+        } else {
+            vec![[columns, 0], [0, rows]]
+        }
+    }
+
+    /// Puts disks on randomly chosen sites; the sites left over are vacancies.
+    pub(super) fn occupy(
+        self,
+        count: usize,
+        diameter: f64,
+        domain: &Domain<Plane>,
+        stream: &mut impl Rng,
+    ) -> Result<Placement, PlacementError> {
+        let spacing = self.spacing();
+        if spacing < diameter {
+            let packing = count as f64 * std::f64::consts::FRAC_PI_4 * spacing * spacing;
+            return Err(PlacementError::TooDense {
+                lattice: self.name,
+                count,
+                diameter,
+                lengths: self.lengths,
+                spacing,
+                allowed: packing / domain.volume(),
+            });
+        }
+        let mut sites: Vec<usize> = (0..self.counts[0] * self.counts[1]).collect();
+        sites.shuffle(stream);
+        sites.truncate(count);
+        let positions = sites.into_iter().map(|site| self.site(site)).collect();
+        Ok(Placement {
+            positions,
+            reciprocal: self.reciprocal(),
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! The one bound that engines name, and the one struct that meets it.
+
+use std::fmt::Debug;
+
+use crate::field::Field;
+use crate::restitution::Restitution;
+use crate::sizes::Sizes;
+use crate::space::Space;
+use crate::surface::Surface;
+
+/// Everything physical that an engine must know at compile time.
+pub trait Physics: Clone + Debug + Send + Sync + 'static {
+    /// Dimension.
+    type Space: Space;
+    /// Tangential contact law.
+    type Surface: Surface;
+    /// Normal contact law.
+    type Restitution: Restitution;
+    /// Radii and masses.
+    type Sizes: Sizes;
+    /// Flight between collisions.
+    type Field: Field<Self::Space>;
+
+    /// The normal contact law.
+    fn restitution(&self) -> &Self::Restitution;
+    /// Radii and masses.
+    fn sizes(&self) -> &Self::Sizes;
+    /// Flight between collisions.
+    fn field(&self) -> &Self::Field;
+}
+
+/// Positions and velocities of a physics.
+pub type VectorOf<P> = <<P as Physics>::Space as Space>::Vector;
+/// Spin of a physics; `()` for smooth particles.
+pub type SpinOf<P> = <<P as Physics>::Surface as Surface>::Spin;
+
+/// The choices of one scene, bundled.
+///
+/// ```
+/// use stosszahl_model::{Constant, Free, Monodisperse, Plane, Scene, Smooth};
+/// let scene = Scene {
+///     space: Plane,
+///     surface: Smooth,
+///     restitution: Constant::new(0.8).expect("a coefficient"),
+///     sizes: Monodisperse { radius: 0.5, mass: 1.0 },
+///     field: Free,
+/// };
+/// assert_eq!(std::mem::size_of_val(&scene), 24);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Scene<S, C, R, Z, F> {
+    /// Dimension.
+    pub space: S,
+    /// Tangential contact law.
+    pub surface: C,
+    /// Normal contact law.
+    pub restitution: R,
+    /// Radii and masses.
+    pub sizes: Z,
+    /// Flight between collisions.
+    pub field: F,
+}
+
+impl<S, C, R, Z, F> Physics for Scene<S, C, R, Z, F>
+where
+    S: Space,
+    C: Surface,
+    R: Restitution,
+    Z: Sizes,
+    F: Field<S>,
+{
+    type Space = S;
+    type Surface = C;
+    type Restitution = R;
+    type Sizes = Z;
+    type Field = F;
+
+    #[inline]
+    fn restitution(&self) -> &R {
+        &self.restitution
+    }
+    #[inline]
+    fn sizes(&self) -> &Z {
+        &self.sizes
+    }
+    #[inline]
+    fn field(&self) -> &F {
+        &self.field
+    }
+}

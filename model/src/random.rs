@@ -1,0 +1,114 @@
+//! Random streams that are addressed, never shared.
+//!
+//! A stream is a function of (seed, replica, purpose, address), so that results do not depend on who
+//! drew first, on the number of threads, or on where a run was stopped and continued. Each address is
+//! hashed into the seed of a xoshiro256++ generator (Blackman & Vigna, ACM Trans. Math. Softw. 47, 36
+//! (2021), doi:10.1145/3460772). A counter-based generator would need no hashing, but costs four times
+//! as much a draw once a stream is used more than a few times.
+
+use rand::SeedableRng;
+pub use rand_xoshiro::Xoshiro256PlusPlus as Stream;
+
+/// What a stream is for; streams of different purposes never meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Purpose {
+    /// Positions of the initial state.
+    Placement = 1,
+    /// Velocities of the initial state.
+    Velocities = 2,
+    /// Copies of a disk by several simulators.
+    Simulators = 3,
+    /// First remainders of the pair counts.
+    Remainders = 4,
+    /// Collisions in cells; addressed by step and cell.
+    Collisions = 5,
+}
+
+/// The streams of one replica.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Streams {
+    root: u64,
+}
+
+/// One round of the finaliser of Steele, Lea & Flood's `SplitMix` (2014): a bijection with full
+/// avalanche.
+#[inline]
+const fn mix(word: u64) -> u64 {
+    let word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    word ^ (word >> 31)
+}
+
+/// Absorbs one word of an address; the odd constant keeps zero from being a fixed point.
+#[inline]
+const fn absorb(state: u64, word: u64) -> u64 {
+    mix(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15)))
+}
+
+impl Streams {
+    /// The streams of a replica of a run.
+    pub fn new(seed: u64, replica: u64) -> Self {
+        Self {
+            root: absorb(absorb(0, seed), replica),
+        }
+    }
+
+    /// The stream at an address.
+    #[inline]
+    pub fn at(&self, purpose: Purpose, address: [u64; 2]) -> Stream {
+        let key = absorb(
+            absorb(absorb(self.root, purpose as u64), address[0]),
+            address[1],
+        );
+        Stream::seed_from_u64(key)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt;
+
+    #[test]
+    fn addresses_are_repeatable_and_distinct() {
+        let streams = Streams::new(7, 3);
+        let first =
+            |streams: Streams, purpose, address| -> u64 { streams.at(purpose, address).random() };
+        let reference = first(streams, Purpose::Collisions, [5, 9]);
+        assert_eq!(reference, first(streams, Purpose::Collisions, [5, 9]));
+        assert_ne!(reference, first(streams, Purpose::Collisions, [9, 5]));
+        assert_ne!(reference, first(streams, Purpose::Velocities, [5, 9]));
+        assert_ne!(
+            reference,
+            first(Streams::new(3, 7), Purpose::Collisions, [5, 9])
+        );
+    }
+
+    /// First draws at consecutive addresses are as good as one stream: mean and lag correlation of
+    /// uniform numbers within z = 4.4 of their exact standard errors (false alarm 1e-5 each).
+    #[test]
+    fn first_draws_of_neighbouring_addresses_are_independent() {
+        let streams = Streams::new(1, 0);
+        let count = 200_000_u64;
+        let draws: Vec<f64> = (0..count)
+            .map(|cell| {
+                streams
+                    .at(Purpose::Collisions, [cell / 1000, cell % 1000])
+                    .random::<f64>()
+                    - 0.5
+            })
+            .collect();
+        let n = count as f64;
+        let mean = draws.iter().sum::<f64>() / n;
+        assert!(mean.abs() < 4.4 * (1.0 / 12.0 / n).sqrt(), "mean {mean}");
+        for lag in [1, 2, 1000] {
+            let products: f64 = draws.windows(lag + 1).map(|w| w[0] * w[lag]).sum();
+            let correlation = products / n;
+            assert!(
+                correlation.abs() < 4.4 / 12.0 / n.sqrt(),
+                "lag {lag}: {correlation}"
+            );
+        }
+    }
+}

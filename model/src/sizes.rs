@@ -1,0 +1,110 @@
+//! Radius and mass, for the whole gas or for each particle.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+/// Radius [length] and mass of the particles.
+///
+/// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
+/// equal particles, the index for unequal ones.
+pub trait Sizes: Clone + Debug + Send + Sync + 'static {
+    /// True where all particles are alike, so that pair factors are compile-time ones.
+    const UNIFORM: bool;
+    /// What a particle must carry for its size to be found again.
+    type Tag: Copy + Debug + Default + PartialEq + Send + Sync;
+
+    /// The tag of the particle with the given index in the state.
+    fn tag(&self, index: usize) -> Self::Tag;
+    /// The index of the particle, where it is known; 0 for equal particles.
+    fn index(tag: Self::Tag) -> usize;
+    /// The radius of a particle.
+    fn radius(&self, tag: Self::Tag) -> f64;
+    /// The mass of a particle.
+    fn mass(&self, tag: Self::Tag) -> f64;
+    /// The largest radius of all.
+    fn largest_radius(&self) -> f64;
+}
+
+/// All particles alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monodisperse {
+    /// Radius of every particle [length].
+    pub radius: f64,
+    /// Mass of every particle.
+    pub mass: f64,
+}
+
+impl Sizes for Monodisperse {
+    const UNIFORM: bool = true;
+    type Tag = ();
+
+    #[inline]
+    fn tag(&self, _index: usize) {}
+    #[inline]
+    fn index((): ()) -> usize {
+        0
+    }
+    #[inline]
+    fn radius(&self, (): ()) -> f64 {
+        self.radius
+    }
+    #[inline]
+    fn mass(&self, (): ()) -> f64 {
+        self.mass
+    }
+    fn largest_radius(&self) -> f64 {
+        self.radius
+    }
+}
+
+/// Every particle with its own radius and mass; cheap to clone, as replicas share the arrays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polydisperse {
+    sizes: Arc<[(f64, f64)]>,
+    largest: f64,
+}
+
+impl Polydisperse {
+    /// Sizes from (radius, mass) of each particle, in the order of the state. `None` if a value is not
+    /// positive and finite, or there is none.
+    pub fn new(sizes: Vec<(f64, f64)>) -> Option<Self> {
+        let good = |x: f64| x > 0.0 && x.is_finite();
+        if sizes.is_empty()
+            || !sizes
+                .iter()
+                .all(|&(radius, mass)| good(radius) && good(mass))
+        {
+            return None;
+        }
+        let largest = sizes.iter().map(|size| size.0).fold(0.0, f64::max);
+        Some(Self {
+            sizes: sizes.into(),
+            largest,
+        })
+    }
+}
+
+impl Sizes for Polydisperse {
+    const UNIFORM: bool = false;
+    type Tag = u32;
+
+    #[inline]
+    fn tag(&self, index: usize) -> u32 {
+        index as u32
+    }
+    #[inline]
+    fn index(tag: u32) -> usize {
+        tag as usize
+    }
+    #[inline]
+    fn radius(&self, tag: u32) -> f64 {
+        self.sizes[tag as usize].0
+    }
+    #[inline]
+    fn mass(&self, tag: u32) -> f64 {
+        self.sizes[tag as usize].1
+    }
+    fn largest_radius(&self) -> f64 {
+        self.largest
+    }
+}

@@ -1,0 +1,123 @@
+//! The interchange between engines, measurements and files.
+
+use serde::{Deserialize, Serialize};
+
+use crate::domain::Domain;
+use crate::physics::{Physics, SpinOf, VectorOf};
+use crate::sizes::Sizes;
+use crate::space::{Space, Vector};
+
+/// One particle. Engines keep working storage of their own; this is what they exchange.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Body<P: Physics> {
+    /// Position [length], inside the domain.
+    pub position: VectorOf<P>,
+    /// Velocity [length/time].
+    pub velocity: VectorOf<P>,
+    /// Angular velocity, or nothing.
+    pub spin: SpinOf<P>,
+}
+
+impl<P: Physics> Body<P> {
+    /// A particle that does not spin.
+    pub fn new(position: VectorOf<P>, velocity: VectorOf<P>) -> Self {
+        Self {
+            position,
+            velocity,
+            spin: SpinOf::<P>::default(),
+        }
+    }
+}
+
+// Derived copies would demand the same of `P`.
+impl<P: Physics> Clone for Body<P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<P: Physics> Copy for Body<P> {}
+impl<P: Physics> PartialEq for Body<P> {
+    fn eq(&self, other: &Self) -> bool {
+        self.position == other.position
+            && self.velocity == other.velocity
+            && self.spin == other.spin
+    }
+}
+impl<P: Physics> std::fmt::Debug for Body<P> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Body")
+            .field("position", &self.position)
+            .field("velocity", &self.velocity)
+            .field("spin", &self.spin)
+            .finish()
+    }
+}
+
+/// All particles at one time, in one domain.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct State<P: Physics> {
+    /// Time \[time\].
+    pub time: f64,
+    /// The box.
+    pub domain: Domain<P::Space>,
+    /// The particles; sizes are found by their index here.
+    pub bodies: Vec<Body<P>>,
+}
+
+impl<P: Physics> Clone for State<P> {
+    fn clone(&self) -> Self {
+        Self {
+            time: self.time,
+            domain: self.domain,
+            bodies: self.bodies.clone(),
+        }
+    }
+}
+
+impl<P: Physics> State<P> {
+    /// Total kinetic energy, sum of m v^2 / 2.
+    pub fn kinetic_energy(&self, scene: &P) -> f64 {
+        let sizes = scene.sizes();
+        let twice: f64 = self
+            .bodies
+            .iter()
+            .enumerate()
+            .map(|(index, body)| sizes.mass(sizes.tag(index)) * body.velocity.square())
+            .sum();
+        0.5 * twice
+    }
+
+    /// Total momentum, sum of m v.
+    pub fn momentum(&self, scene: &P) -> VectorOf<P> {
+        let sizes = scene.sizes();
+        let mut total = VectorOf::<P>::default();
+        for (index, body) in self.bodies.iter().enumerate() {
+            total += body.velocity * sizes.mass(sizes.tag(index));
+        }
+        total
+    }
+
+    /// Granular temperature, <m v^2>/D [energy].
+    pub fn temperature(&self, scene: &P) -> f64 {
+        let degrees = (P::Space::DIMENSION * self.bodies.len().max(1)) as f64;
+        2.0 * self.kinetic_energy(scene) / degrees
+    }
+
+    /// The share of the domain that the particles cover.
+    pub fn packing_fraction(&self, scene: &P) -> f64 {
+        let sizes = scene.sizes();
+        let dimension = P::Space::DIMENSION;
+        // pi r^2 in the plane, 4 pi r^3 / 3 in space.
+        let unit = if dimension == 2 {
+            std::f64::consts::PI
+        } else {
+            4.0 * std::f64::consts::FRAC_PI_3
+        };
+        let covered: f64 = (0..self.bodies.len())
+            .map(|index| unit * sizes.radius(sizes.tag(index)).powi(dimension as i32))
+            .sum();
+        covered / self.domain.volume()
+    }
+}
