@@ -1,1 +1,34 @@
-//! Exact event-driven dynamics of inelastic hard disks.
+//! Exact event-driven dynamics of inelastic hard disks in a periodic box.
+//!
+//! Between collisions disks fly on straight lines, so the next collision of a pair is the root of a
+//! quadratic and no time step exists. The engine follows Lubachevsky, J. Comput. Phys. 94, 255 (1991),
+//! doi:10.1016/0021-9991(91)90222-7, in its main lines:
+//!
+//! * each disk has a clock of its own and is moved only when something happens to it;
+//! * the box is divided into cells at least one diameter wide; a disk looks for partners in the nine
+//!   cells around it, and when it crosses into a cell, only in the three that are new to it;
+//! * each disk has exactly one event in the calendar, the earliest of its predicted contacts and its
+//!   next crossing. A contact is known to at least one of its partners; when the partner has meanwhile
+//!   collided with another, the disk simply looks again at that moment;
+//! * the calendar ([`Buckets`]) is a ring of time buckets with a binary heap for the current one. Old
+//!   events are not removed but recognised when they come up, by the disk's collision count.
+//!
+//! Positions are kept relative to the corner of the disk's cell and times relative to an epoch, so that
+//! precision depends neither on the size of the box nor on the age of the gas, and neighbours across
+//! the periodic boundary need no special case.
+//!
+//! The cost of one collision is about constant in the number of disks but for the memory hierarchy. A
+//! heap of all events lost (its depth costs a cache miss a level), and so did the removal of stale
+//! events (twice the memory traffic for nothing).
+//!
+//! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
+
+mod calendar;
+mod cells;
+mod contact;
+mod engine;
+pub mod plain;
+
+pub use calendar::{Buckets, Calendar, Entry, Sorted};
+pub use contact::time_to_contact;
+pub use engine::{Checkpoint, Dissipation, Engine, EngineError, Tally};
