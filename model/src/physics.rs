@@ -27,6 +27,9 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
     fn sizes(&self) -> &Self::Sizes;
     /// Flight between collisions.
     fn field(&self) -> &Self::Field;
+    /// The same physics for particles of other sizes.
+    #[must_use]
+    fn with_sizes(&self, sizes: Self::Sizes) -> Self;
 }
 
 /// Positions and velocities of a physics.
@@ -86,5 +89,8 @@ where
     #[inline]
     fn field(&self) -> &F {
         &self.field
+    }
+    fn with_sizes(&self, sizes: Z) -> Self {
+        Self { sizes, ..self.clone() }
     }
 }

@@ -3,6 +3,9 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 /// Radius [length] and mass of the particles.
 ///
 /// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
@@ -11,12 +14,16 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     /// True where all particles are alike, so that pair factors are compile-time ones.
     const UNIFORM: bool;
     /// What a particle must carry for its size to be found again.
-    type Tag: Copy + Debug + Default + PartialEq + Send + Sync;
+    type Tag: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
     /// The tag of the particle with the given index in the state.
     fn tag(&self, index: usize) -> Self::Tag;
-    /// The index of the particle, where it is known; 0 for equal particles.
-    fn index(tag: Self::Tag) -> usize;
+    /// The index of a particle in the state; `order`, its place in a working order, stands in for it
+    /// where equal particles carry no index.
+    fn index(tag: Self::Tag, order: usize) -> usize;
+    /// The sizes of `times` copies of the gas, one after the other.
+    #[must_use]
+    fn repeated(&self, times: usize) -> Self;
     /// The radius of a particle.
     fn radius(&self, tag: Self::Tag) -> f64;
     /// The mass of a particle.
@@ -41,8 +48,11 @@ impl Sizes for Monodisperse {
     #[inline]
     fn tag(&self, _index: usize) {}
     #[inline]
-    fn index((): ()) -> usize {
-        0
+    fn index((): (), order: usize) -> usize {
+        order
+    }
+    fn repeated(&self, _times: usize) -> Self {
+        *self
     }
     #[inline]
     fn radius(&self, (): ()) -> f64 {
@@ -93,8 +103,11 @@ impl Sizes for Polydisperse {
         index as u32
     }
     #[inline]
-    fn index(tag: u32) -> usize {
+    fn index(tag: u32, _order: usize) -> usize {
         tag as usize
+    }
+    fn repeated(&self, times: usize) -> Self {
+        Self { sizes: self.sizes.repeat(times).into(), largest: self.largest }
     }
     #[inline]
     fn radius(&self, tag: u32) -> f64 {

@@ -1,0 +1,187 @@
+//! The Monte Carlo engine against kinetic theory and against what must be conserved.
+
+mod support;
+
+use nalgebra::Vector2;
+use stosszahl_dsmc::{Engine, Neighbourhood, Parameters, Scheme};
+use stosszahl_model::initial::Arrangement;
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Collision, Observe, Physics, Plane, kinetic};
+use support::{Disks, disks, gas};
+
+const PARAMETERS: Parameters = Parameters {
+    scheme: Scheme::Enskog(Neighbourhood::Mean),
+    displacement: false,
+    cell_size: Some(20.0),
+    simulators_per_disk: 1,
+    steps_per_crossing: 4.0,
+    largest_contact_value: 10.0,
+};
+
+/// Counts collisions in bins of |b|/d and sums what theory knows.
+#[derive(Default)]
+struct Sums {
+    bins: [f64; 10],
+    square: f64,
+    virial: f64,
+}
+
+impl<P: Physics<Space = Plane>> Observe<P> for Sums {
+    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
+        let b = collision.impact_square().sqrt();
+        self.bins[((10.0 * b) as usize).min(9)] += 1.0;
+        self.square += collision.relative.norm_squared();
+        self.virial += collision.virial();
+    }
+}
+
+fn engine(restitution: f64, count: usize, packing: f64, seed: u64, parameters: Parameters) -> Engine<Disks> {
+    let state = gas(Arrangement::Disordered, count, packing, seed);
+    Engine::new(&disks(restitution), parameters, &state, Streams::new(seed, 0)).expect("an engine")
+}
+
+/// Elastic, chi of the mean density, large cells: rate, <g^2> = 6 T and P(b/d) = 1 of kinetic theory.
+/// Eight gases of 5 000 disks; z = 4 standard errors of the measured mean, and the error must be small
+/// enough to see 0.5 %.
+#[test]
+fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
+    for scheme in [Scheme::Boltzmann, Scheme::Enskog(Neighbourhood::Mean)] {
+        let mut rates = Vec::new();
+        let mut squares = Vec::new();
+        let mut bins = [0.0; 10];
+        for seed in 0..8 {
+            let parameters = Parameters { scheme, ..PARAMETERS };
+            let mut gas = engine(1.0, 5000, 0.25, seed, parameters);
+            let mut sums = Sums::default();
+            assert!(gas.advance(5.0, u64::MAX, &mut sums));
+            let tally = gas.tally();
+            // Only a speed that grew within the step can exceed the sum of the two largest.
+            assert!(tally.majorant_violations * 100_000 < tally.trials, "{tally:?}");
+            let theory = kinetic::collision_rate(0.25, scheme.contact_value(0.25), 0.0);
+            rates.push(2.0 * tally.collisions as f64 / 5000.0 / 5.0 / theory);
+            squares.push(sums.square / tally.collisions as f64 / 6.0);
+            for (sum, bin) in bins.iter_mut().zip(sums.bins) {
+                *sum += bin;
+            }
+        }
+        for (name, values) in [("rate", rates), ("<g^2>", squares)] {
+            let (mean, error) = support::mean_and_error(&values);
+            assert!(error < 0.005 / 4.0, "{name}: error {error} too wide");
+            assert!((mean - 1.0).abs() < 4.0 * error, "{name} over theory {mean} +- {error} ({scheme:?})");
+        }
+        let total: f64 = bins.iter().sum();
+        let chi_squared: f64 = bins.iter().map(|n| (n - total / 10.0).powi(2) / (total / 10.0)).sum();
+        // 9 degrees of freedom: 27.88 is exceeded once in a thousand.
+        assert!(chi_squared < 27.88, "P(b/d): chi^2 = {chi_squared}");
+    }
+}
+
+/// The bar of the cooling law: cells of 60 d, no displacement, chi of the mean density: K/K_0 = 0.2510
+/// at t_0 (Haff with Sonine correction) within 0.0015.
+#[test]
+fn homogeneous_cooling_follows_haff() {
+    let haff = kinetic::haff_time(0.25, 0.8, kinetic::contact_value(0.25));
+    let ratios: Vec<f64> = (0..12)
+        .map(|seed| {
+            let mut gas = engine(0.8, 40_000, 0.25, seed, Parameters { cell_size: Some(60.0), ..PARAMETERS });
+            assert!(gas.advance(haff, u64::MAX, &mut ()));
+            gas.state().temperature(gas.scene())
+        })
+        .collect();
+    let (mean, error) = support::mean_and_error(&ratios);
+    println!("K/K0 at t0: {mean:.5} +- {error:.5}");
+    assert!(error < 0.0004, "error {error} too wide");
+    assert!((mean - 0.2510).abs() < 0.0015, "K/K0 at t0 {mean} +- {error}");
+}
+
+#[test]
+fn elastic_gas_conserves_energy_and_momentum() {
+    for displacement in [false, true] {
+        let parameters = Parameters {
+            scheme: Scheme::Enskog(Neighbourhood::Cells(2)),
+            displacement,
+            cell_size: None,
+            ..PARAMETERS
+        };
+        let mut gas = engine(1.0, 2000, 0.25, 1, parameters);
+        let before = gas.state();
+        gas.advance(20.0, u64::MAX, &mut ());
+        let after = gas.state();
+        let energy = after.kinetic_energy(gas.scene()) / before.kinetic_energy(gas.scene());
+        // 3e4 collisions: a random walk of roundings of 1e-16 on 2e3 disks.
+        assert!((energy - 1.0).abs() < 1e-13, "{energy}");
+        assert!(after.momentum(gas.scene()).norm() < 1e-11);
+        assert!(gas.tally().collisions > 20_000);
+    }
+}
+
+/// The displacement carries the momentum that hard disks transfer over their distance: the virial per
+/// collision of elastic disks, so Z - 1 = (pi/2) n d^2 chi at the measured rate.
+#[test]
+fn virial_of_the_collisions_is_that_of_hard_disks() {
+    let parameters = Parameters { displacement: true, cell_size: Some(10.0), ..PARAMETERS };
+    let mut values = Vec::new();
+    for seed in 0..6 {
+        let mut gas = engine(1.0, 5000, 0.25, seed, parameters);
+        let mut sums = Sums::default();
+        gas.advance(5.0, u64::MAX, &mut sums);
+        let rate = 2.0 * gas.tally().collisions as f64 / 5000.0 / 5.0;
+        let excess = sums.virial / (2.0 * 5000.0 * 5.0);
+        // omega = 4 (Z - 1)/sqrt(pi) with d = m = T = 1.
+        values.push(excess * 4.0 / std::f64::consts::PI.sqrt() / rate);
+    }
+    let (mean, error) = support::mean_and_error(&values);
+    assert!(error < 0.002 && (mean - 1.0).abs() < 4.0 * error, "{mean} +- {error}");
+}
+
+#[test]
+fn checkpoints_continue_to_the_same_bits() {
+    for simulators_per_disk in [1, 3] {
+        let parameters = Parameters {
+            scheme: Scheme::FreeVolume,
+            displacement: true,
+            cell_size: None,
+            simulators_per_disk,
+            ..PARAMETERS
+        };
+        let mut whole = engine(0.8, 1500, 0.25, 6, parameters);
+        assert!(!whole.advance(50.0, 40, &mut ()));
+        let mut rest = Engine::resume(
+            &disks(0.8),
+            parameters,
+            whole.state().domain,
+            whole.checkpoint(),
+            Streams::new(6, 0),
+        )
+        .expect("an engine");
+        for gas in [&mut whole, &mut rest] {
+            assert!(gas.advance(50.0, u64::MAX, &mut ()));
+        }
+        assert_eq!(whole.state().bodies, rest.state().bodies);
+        assert_eq!(whole.tally(), rest.tally());
+    }
+}
+
+#[test]
+fn several_simulators_keep_energy_and_momentum_of_the_start() {
+    let gas = engine(0.8, 1000, 0.25, 6, Parameters { simulators_per_disk: 5, ..PARAMETERS });
+    let state = gas.state();
+    assert_eq!(state.bodies.len(), 5000);
+    assert!((state.temperature(gas.scene()) - 1.0).abs() < 1e-12);
+    assert!(state.momentum(gas.scene()).norm() < 1e-10);
+    assert_eq!(gas.weight(), 0.2);
+}
+
+#[test]
+fn meaningless_parameters_are_refused() {
+    let state = gas(Arrangement::Disordered, 10, 0.1, 1);
+    for parameters in [
+        Parameters { simulators_per_disk: 0, ..PARAMETERS },
+        Parameters { cell_size: Some(-1.0), ..PARAMETERS },
+        Parameters { steps_per_crossing: f64::NAN, ..PARAMETERS },
+        Parameters { largest_contact_value: 0.5, ..PARAMETERS },
+    ] {
+        let error = Engine::new(&disks(1.0), parameters, &state, Streams::new(1, 0)).err().expect("refused");
+        assert!(error.to_string().contains("allowed"), "{error}");
+    }
+}
