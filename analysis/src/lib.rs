@@ -1,1 +1,26 @@
 //! Measurements on granular gases, their uncertainty, and verdicts.
+//!
+//! A simulation ends in numbers; this crate says what they mean and how far they can be trusted.
+//!
+//! | module | question | algorithm | cost |
+//! |---|---|---|---|
+//! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points dealt to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
+//! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
+//! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
+//!
+//! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may lie
+//! anywhere: every measurement takes them modulo the box.
+//!
+//! Errors are one enum for the crate, [`Error`], whose fields say what was found, where, and what is allowed.
+//! Measurements never draw random numbers and sum in a fixed order, so the same input gives the same bytes.
+//!
+//! Every fast path has its slow, obvious counterpart. For the structure factor that is public, as
+//! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave vectors: it has
+//! neither window nor aliasing. The all-pairs count that checks the cell lists lives in the tests.
+
+mod error;
+pub mod pair_correlation;
+pub mod statistics;
+pub mod structure_factor;
+
+pub use error::Error;

@@ -1,0 +1,146 @@
+//! The one error type of the crate, and the checks that several measurements share.
+
+use nalgebra::Vector2;
+
+/// What a measurement or a test can refuse, with the numbers that made it refuse.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Observed and expected counts come in different numbers of bins.
+    #[error("{observed} observed bins cannot be compared with {expected} expected ones")]
+    BinsDiffer {
+        /// Number of observed bins.
+        observed: usize,
+        /// Number of expected bins.
+        expected: usize,
+    },
+    /// No degree of freedom is left.
+    #[error("{bins} bins with {fitted} fitted parameters leave no degree of freedom; at least {} are needed", fitted + 2)]
+    BinsTooFew {
+        /// Number of bins.
+        bins: usize,
+        /// Number of parameters fitted to the same counts.
+        fitted: usize,
+    },
+    /// An observed count is negative or not finite.
+    #[error("bin {bin} holds the observed count {found}; a count is finite and not negative")]
+    ObservedInvalid {
+        /// Index of the bin.
+        bin: usize,
+        /// The count found there.
+        found: f64,
+    },
+    /// An expected count is too small for the chi-squared distribution to hold; merge bins.
+    #[error("bin {bin} expects {found} counts; merge bins until each expects at least {allowed}")]
+    ExpectedTooSmall {
+        /// Index of the bin.
+        bin: usize,
+        /// The expected count found there.
+        found: f64,
+        /// The smallest expected count allowed.
+        allowed: f64,
+    },
+    /// Observed and expected counts have different totals.
+    #[error("{observed} observed counts in all against {expected} expected; the totals must agree")]
+    TotalsDiffer {
+        /// Sum of the observed counts.
+        observed: f64,
+        /// Sum of the expected counts.
+        expected: f64,
+    },
+    /// A side of the box is not a positive finite length.
+    #[error("side {axis} of the box has length {found}; it must be positive and finite")]
+    LengthInvalid {
+        /// Axis of the side, 0 or 1.
+        axis: usize,
+        /// The length found.
+        found: f64,
+    },
+    /// The diameter is not a positive finite length.
+    #[error("the diameter is {found}; it must be positive and finite")]
+    DiameterInvalid {
+        /// The diameter found.
+        found: f64,
+    },
+    /// The number of physical disks per point is not a positive finite number.
+    #[error("each point stands for {found} disks; it must be a positive, finite number")]
+    WeightInvalid {
+        /// The weight found.
+        found: f64,
+    },
+    /// No shell was asked for.
+    #[error("the largest wave number must be at least 1")]
+    WaveNumberInvalid,
+    /// The density lattice would be too large.
+    #[error("a density lattice of {} by {} sites exceeds the {allowed} sites allowed", sites[0], sites[1])]
+    LatticeTooLarge {
+        /// Lattice sites along each axis.
+        sites: [usize; 2],
+        /// Largest number of sites in all.
+        allowed: usize,
+    },
+    /// Too few points to measure on.
+    #[error("{found} points; at least {needed} are needed")]
+    PointsTooFew {
+        /// Number of points found.
+        found: usize,
+        /// Smallest number of points allowed.
+        needed: usize,
+    },
+    /// A position is infinite or not a number.
+    #[error("point {index} lies at ({}, {}); positions must be finite", found[0], found[1])]
+    PositionInvalid {
+        /// Index of the point.
+        index: usize,
+        /// The position found.
+        found: [f64; 2],
+    },
+    /// The range of distances is not positive, or reaches beyond the nearest periodic image.
+    #[error(
+        "the range {found} must be positive and at most {allowed}, half the shortest side of the box"
+    )]
+    RangeInvalid {
+        /// The range found [length].
+        found: f64,
+        /// The largest range allowed [length].
+        allowed: f64,
+    },
+    /// A histogram without bins was asked for.
+    #[error("a histogram needs at least one bin")]
+    HistogramEmpty,
+}
+
+/// Refuses a box with a side that is not positive and finite.
+pub(crate) fn check_lengths(lengths: [f64; 2]) -> Result<(), Error> {
+    for (axis, found) in lengths.into_iter().enumerate() {
+        if !is_positive(found) {
+            return Err(Error::LengthInvalid { axis, found });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses fewer points than needed, and positions that are not finite.
+pub(crate) fn check_positions(positions: &[Vector2<f64>], needed: usize) -> Result<(), Error> {
+    if positions.len() < needed {
+        return Err(Error::PointsTooFew {
+            found: positions.len(),
+            needed,
+        });
+    }
+    match positions
+        .iter()
+        .position(|r| !(r.x.is_finite() && r.y.is_finite()))
+    {
+        Some(index) => Err(Error::PositionInvalid {
+            index,
+            found: positions[index].into(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Whether a number is positive and finite.
+pub(crate) fn is_positive(number: f64) -> bool {
+    number > 0.0 && number.is_finite()
+}

@@ -1,0 +1,516 @@
+//! The structure factor: how strongly the density fluctuates at each wavelength.
+//!
+//! For N_points points r_j that stand for w disks each,
+//!
+//! S(k) = (w / N_points) |Σ_j exp(-i k · r_j)|²,  k = 2π (n_x / L_x, n_y / L_y),
+//!
+//! on the reciprocal lattice of the periodic box, n ≠ 0. Independent points have S = w on average at every k;
+//! hard disks in equilibrium have S below 1 at long wavelengths, tending to their compressibility; a gas that
+//! clusters has S above 1 there. (J.-P. Hansen & I. R. McDonald, *Theory of Simple Liquids*, chapter 4.)
+//!
+//! The **wave number** of a mode is |k| L_x / (2π): in a square box |n| = L / λ, the number of wavelengths λ
+//! that fit into the box. Modes are averaged over **shells**, the wave numbers that round to the same integer.
+//!
+//! # Two ways
+//!
+//! [`direct_sum`] adds up the phases: exact, N operations per mode. [`StructureFactorPlan`] deals the points to
+//! a density lattice of M_x × M_y sites and transforms that: O(N + M² log M) for all modes together, but the
+//! lattice shows. Take the direct sum for single modes, [`bragg_peaks`] for the memory of a crystal, and the
+//! plan for a spectrum.
+//!
+//! # What the lattice does, and what the correction undoes
+//!
+//! Moving a point to lattice sites multiplies each amplitude by a window and adds to it the amplitudes that
+//! look the same on the lattice, those at k + G with G = 2π (M_x m_x / L_x, M_y m_y / L_y) (R. W. Hockney &
+//! J. W. Eastwood, *Computer Simulation Using Particles*, section 5-6; Y. P. Jing, *Astrophysical Journal*
+//! **620**, 559 (2005), doi:10.1086/427087). With s(x) = sin(πx) / (πx) and points at no special places of the
+//! lattice, the average over configurations is
+//!
+//! S_raw(k) = Σ_G W²(k + G) [S(k + G) - w] + w C(k),  C(k) = Σ_G W²(k + G),
+//!
+//! | assignment | W²(k) | C(k) |
+//! |---|---|---|
+//! | [`Assignment::NearestGridPoint`] | s²(n_x / M_x) s²(n_y / M_y) | 1 |
+//! | [`Assignment::CloudInCell`] | s⁴(n_x / M_x) s⁴(n_y / M_y) | Π (1 - ⅔ sin²(π n / M)) |
+//!
+//! The second term is shot noise. It has no correlations, so it is aliased in full, and dividing it by W² would
+//! invent structure: independent points would show S = 1 / W². The correction therefore divides only what is
+//! left without it,
+//!
+//! S(k) = w + [S_raw(k) - w C(k)] / W²(k),
+//!
+//! and keeps of the sum only G = 0. What it leaves is the **residual aliasing**
+//!
+//! Σ_{G ≠ 0} W²(k + G) [S(k + G) - w] / W²(k),
+//!
+//! structure on the scale of the lattice spacing h folded into the spectrum. The largest term near an axis has
+//! weight (n / (M - n))² for the nearest grid point and (n / (M - n))⁴ for the cloud in cell. Measured against
+//! the direct sum on 40 configurations of 1300 disks placed at random without overlap, packing fraction 0.25
+//! and h = d, as differences from the true S with one standard error:
+//!
+//! | n / M | S | nearest, uncorrected | nearest, corrected | sum over G | cloud, uncorrected | cloud, corrected | sum over G |
+//! |---|---|---|---|---|---|---|---|
+//! | 8/64 | 0.298 | +0.043 | +0.008 ± 0.006 | +0.004 | -0.029 | +0.0004 ± 0.0006 | +0.0001 |
+//! | 16/64 | 0.345 | +0.145 | +0.027 ± 0.010 | +0.016 | -0.110 | +0.002 ± 0.002 | +0.001 |
+//! | 24/64 | 0.489 | +0.194 | -0.001 ± 0.019 | +0.007 | -0.267 | +0.002 ± 0.007 | +0.001 |
+//! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
+//!
+//! A finer lattice (a smaller `diameter` in [`Options`]) pushes this to shorter wavelengths at the price of
+//! memory and time. Two things no correction can do. It holds for averages: a single mode of one configuration
+//! also carries the interference of k with k + G, of mean zero and of the relative size of the root of that
+//! weight, and a corrected single mode may even be slightly negative. And it assumes that points fall at random on the lattice: for a
+//! crystal commensurate with it, switch the correction off or take [`bragg_peaks`].
+//!
+//! # Design
+//!
+//! The density is real, so two rows travel as real and imaginary part of one complex transform, and only the
+//! columns up to the largest wave number asked for are transformed along the other axis: between a quarter and
+//! a half of the full complex transform. Between the two passes the lattice is transposed in blocks that fit
+//! the cache. A non-uniform transform would have no aliasing to correct, but needs an oversampled lattice and
+//! a wider spreading kernel, several times the cost, for accuracy that the statistical error hides.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::error::{check_lengths, check_positions, is_positive};
+
+/// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
+pub const LARGEST_LATTICE: usize = 1 << 26;
+
+/// Edge of the blocks of the transpose: 16 complex numbers are four cache lines.
+const BLOCK: usize = 16;
+
+/// How a point is dealt to the density lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Assignment {
+    /// All of it to the nearest site; halfway between, to the one above.
+    NearestGridPoint,
+    /// To the four sites around it, in proportion to the area of the opposite rectangle.
+    CloudInCell,
+}
+
+/// What a [`StructureFactorPlan`] measures, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Options {
+    /// The largest shell, as |k| L_x / (2π).
+    pub largest_wave_number: usize,
+    /// How points are dealt to the lattice.
+    pub assignment: Assignment,
+    /// Whether to undo the window and the aliased shot noise. Without it, the spectrum is that of the points
+    /// moved to the lattice.
+    pub correction: bool,
+    /// Lattice spacing aimed at [length]: one diameter of the disks, or less for less aliasing.
+    pub diameter: f64,
+}
+
+/// One shell of wave numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shell {
+    /// Mean over the modes of |k| L_x / (2π); it rounds to the number of the shell.
+    pub wave_number: f64,
+    /// Mean over the modes of S(k).
+    pub value: f64,
+    /// Number of modes. Half of them are independent: S(-k) = S(k).
+    pub modes: usize,
+}
+
+/// Structure factor averaged over shells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StructureFactor {
+    /// The shells in rising order. The first is shell 1, except in a box so long in y that modes other than 0
+    /// round to 0; these then form a first shell of their own.
+    pub shells: Vec<Shell>,
+}
+
+/// One mode and its opposite: reciprocal indices, wave number and shell.
+struct Mode {
+    index: [i32; 2],
+    wave_number: f64,
+    shell: usize,
+}
+
+/// One of every pair of modes ±n whose wave number rounds to at most `largest`, column by column in n_y.
+fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Item = Mode> {
+    let aspect = lengths[0] / lengths[1];
+    let [width, height] =
+        largest_indices(lengths, largest).map(|n| i32::try_from(n).unwrap_or(i32::MAX));
+    (0..=height).flat_map(move |n_y| {
+        let first = if n_y == 0 { 1 } else { -width };
+        (first..=width).filter_map(move |n_x| {
+            let wave_number = f64::from(n_x).hypot(f64::from(n_y) * aspect);
+            let shell = wave_number.round() as usize;
+            (shell <= largest).then_some(Mode {
+                index: [n_x, n_y],
+                wave_number,
+                shell,
+            })
+        })
+    })
+}
+
+/// Largest reciprocal index along each axis among the modes whose wave number rounds to at most `largest`.
+fn largest_indices(lengths: [f64; 2], largest: usize) -> [usize; 2] {
+    [
+        largest,
+        ((largest as f64 + 0.5) * lengths[1] / lengths[0]).floor() as usize,
+    ]
+}
+
+/// Averages over shells, for modes that come one for each pair ±n.
+fn average(modes: impl Iterator<Item = (usize, f64, f64)>, largest: usize) -> StructureFactor {
+    let mut shells = vec![
+        Shell {
+            wave_number: 0.0,
+            value: 0.0,
+            modes: 0
+        };
+        largest + 1
+    ];
+    for (shell, wave_number, value) in modes {
+        let shell = &mut shells[shell];
+        shell.wave_number += wave_number;
+        shell.value += value;
+        shell.modes += 1;
+    }
+    shells.retain(|shell| shell.modes > 0);
+    for shell in &mut shells {
+        shell.wave_number /= shell.modes as f64;
+        shell.value /= shell.modes as f64;
+        shell.modes *= 2;
+    }
+    StructureFactor { shells }
+}
+
+/// Where a mode stands in the transformed lattice, and the line S = gain · raw + w · offset that corrects it.
+struct PlannedMode {
+    position: usize,
+    shell: usize,
+    wave_number: f64,
+    gain: f64,
+    offset: f64,
+}
+
+/// A structure factor by fast Fourier transform, planned once for a box and measured many times.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use stosszahl_analysis::structure_factor::{Assignment, Options, StructureFactorPlan};
+///
+/// // Rows of points two diameters apart: all amplitude is in waves of that length, 8 to the box.
+/// let points: Vec<_> = (0..64).map(|i| Vector2::new(f64::from(i % 8) * 2.0, f64::from(i / 8) * 2.0)).collect();
+/// let mut plan = StructureFactorPlan::new(
+///     [16.0, 16.0],
+///     Options {
+///         largest_wave_number: 10,
+///         assignment: Assignment::NearestGridPoint,
+///         correction: false,
+///         diameter: 0.5,
+///     },
+/// )?;
+/// assert_eq!(plan.lattice(), [32, 32]);
+/// let shells = plan.measure(&points, 1.0)?.shells;
+/// assert!(shells[6].value.abs() < 1e-12);
+/// assert!((shells[7].value * shells[7].modes as f64 - 4.0 * 64.0).abs() < 1e-9);
+/// # Ok::<(), stosszahl_analysis::Error>(())
+/// ```
+pub struct StructureFactorPlan {
+    lengths: [f64; 2],
+    sites: [usize; 2],
+    assignment: Assignment,
+    largest: usize,
+    /// Transform along y, of the rows of equal x.
+    along_y: Arc<dyn Fft<f64>>,
+    /// Transform along x, of the columns of equal n_y.
+    along_x: Arc<dyn Fft<f64>>,
+    /// Density: row r holds x = 2 r as real part and x = 2 r + 1 as imaginary part, for all y.
+    rows: Vec<Complex<f64>>,
+    /// Column n_y holds all x, for n_y = 0 to the largest asked for.
+    columns: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
+    modes: Vec<PlannedMode>,
+}
+
+impl StructureFactorPlan {
+    /// Chooses the lattice and plans the transforms for a box of side `lengths` [length].
+    ///
+    /// Along each axis the number of sites is the power of two whose spacing is nearest to the diameter, the
+    /// finer of two equally near; doubled while the largest wave number is not below M / 2, where a mode could
+    /// not be told from its mirror image. 560 diameters become 512 sites, 1.094 diameters apart.
+    ///
+    /// # Errors
+    /// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::WaveNumberInvalid`], and
+    /// [`Error::LatticeTooLarge`] above [`LARGEST_LATTICE`] sites.
+    pub fn new(lengths: [f64; 2], options: Options) -> Result<Self, Error> {
+        let Options {
+            largest_wave_number: largest,
+            assignment,
+            correction,
+            diameter,
+        } = options;
+        check_lengths(lengths)?;
+        if !is_positive(diameter) {
+            return Err(Error::DiameterInvalid { found: diameter });
+        }
+        if largest == 0 {
+            return Err(Error::WaveNumberInvalid);
+        }
+        let indices = largest_indices(lengths, largest);
+        let sites = [0, 1].map(|axis| sites(lengths[axis], diameter, indices[axis]));
+        if sites[0].saturating_mul(sites[1]) > LARGEST_LATTICE {
+            return Err(Error::LatticeTooLarge {
+                sites,
+                allowed: LARGEST_LATTICE,
+            });
+        }
+        let modes = half_plane(lengths, largest).map(|mode| {
+            let (window, shot) = if correction {
+                response(assignment, mode.index, sites)
+            } else {
+                (1.0, 1.0)
+            };
+            let [n_x, n_y] = mode.index;
+            let x = n_x.rem_euclid(sites[0] as i32) as usize;
+            PlannedMode {
+                position: n_y as usize * sites[0] + x,
+                shell: mode.shell,
+                wave_number: mode.wave_number,
+                gain: 1.0 / window,
+                offset: 1.0 - shot / window,
+            }
+        });
+        let mut planner = FftPlanner::new();
+        let along_y = planner.plan_fft_forward(sites[1]);
+        let along_x = planner.plan_fft_forward(sites[0]);
+        let scratch = along_y
+            .get_inplace_scratch_len()
+            .max(along_x.get_inplace_scratch_len());
+        let zero = Complex::new(0.0, 0.0);
+        Ok(Self {
+            lengths,
+            sites,
+            assignment,
+            largest,
+            along_y,
+            along_x,
+            rows: vec![zero; sites[0] / 2 * sites[1]],
+            columns: vec![zero; (indices[1] + 1) * sites[0]],
+            scratch: vec![zero; scratch],
+            modes: modes.collect(),
+        })
+    }
+
+    /// Sites of the density lattice along x and y.
+    pub fn lattice(&self) -> [usize; 2] {
+        self.sites
+    }
+
+    /// Measures the shells of one configuration; `weight` is the number w of physical disks per point.
+    ///
+    /// Positions [length] are taken modulo the box. The average over shells weighs all modes equally.
+    ///
+    /// # Errors
+    /// [`Error::PointsTooFew`] without points, [`Error::PositionInvalid`], [`Error::WeightInvalid`].
+    pub fn measure(
+        &mut self,
+        positions: &[Vector2<f64>],
+        weight: f64,
+    ) -> Result<StructureFactor, Error> {
+        check_positions(positions, 1)?;
+        if !is_positive(weight) {
+            return Err(Error::WeightInvalid { found: weight });
+        }
+        self.deposit(positions);
+        self.transform();
+        let scale = weight / positions.len() as f64;
+        let values = self.modes.iter().map(|mode| {
+            let raw = scale * self.columns[mode.position].norm_sqr();
+            (
+                mode.shell,
+                mode.wave_number,
+                mode.gain * raw + weight * mode.offset,
+            )
+        });
+        Ok(average(values, self.largest))
+    }
+
+    /// Deals the points to the lattice.
+    fn deposit(&mut self, positions: &[Vector2<f64>]) {
+        let [m_x, m_y] = self.sites;
+        self.rows.fill(Complex::new(0.0, 0.0));
+        let rows = &mut self.rows;
+        let mut add = |x: usize, y: usize, share: f64| {
+            let site = &mut rows[(x / 2) * m_y + y];
+            if x.is_multiple_of(2) {
+                site.re += share
+            } else {
+                site.im += share
+            }
+        };
+        for position in positions {
+            let [x, y] = [0, 1].map(|axis| {
+                let mut fraction = position[axis] / self.lengths[axis];
+                if !(0.0..1.0).contains(&fraction) {
+                    fraction -= fraction.floor();
+                }
+                fraction * self.sites[axis] as f64
+            });
+            // The sites are powers of two, and rounding may give site M for a position just below the edge: the
+            // mask takes it round to site 0.
+            match self.assignment {
+                Assignment::NearestGridPoint => {
+                    add(
+                        (x + 0.5) as u32 as usize & (m_x - 1),
+                        (y + 0.5) as u32 as usize & (m_y - 1),
+                        1.0,
+                    );
+                }
+                Assignment::CloudInCell => {
+                    let [low_x, low_y] = [x as u32, y as u32];
+                    let [share_x, share_y] = [x - f64::from(low_x), y - f64::from(low_y)];
+                    let [low_x, low_y] = [low_x as usize & (m_x - 1), low_y as usize & (m_y - 1)];
+                    let [high_x, high_y] = [(low_x + 1) & (m_x - 1), (low_y + 1) & (m_y - 1)];
+                    add(low_x, low_y, (1.0 - share_x) * (1.0 - share_y));
+                    add(low_x, high_y, (1.0 - share_x) * share_y);
+                    add(high_x, low_y, share_x * (1.0 - share_y));
+                    add(high_x, high_y, share_x * share_y);
+                }
+            }
+        }
+    }
+
+    /// Transforms the density; afterwards `columns` holds the amplitudes.
+    fn transform(&mut self) {
+        let [m_x, m_y] = self.sites;
+        let (rows, columns) = (&mut self.rows, &mut self.columns);
+        self.along_y.process_with_scratch(rows, &mut self.scratch);
+        // Row r is Z = A + i B with A and B the transforms of two real rows, so that A(-n) is the conjugate of
+        // A(n): A = (Z(n) + Z*(-n)) / 2 and B = (Z(n) - Z*(-n)) / 2i.
+        let wanted = columns.len() / m_x;
+        for first_row in (0..m_x / 2).step_by(BLOCK) {
+            for first_column in (0..wanted).step_by(BLOCK) {
+                for n_y in first_column..(first_column + BLOCK).min(wanted) {
+                    for row in first_row..(first_row + BLOCK).min(m_x / 2) {
+                        let here = rows[row * m_y + n_y];
+                        let mirror = rows[row * m_y + (m_y - n_y) % m_y].conj();
+                        let [sum, difference] = [here + mirror, here - mirror];
+                        let column = &mut columns[n_y * m_x + 2 * row..][..2];
+                        column[0] = sum * 0.5;
+                        column[1] = Complex::new(difference.im, -difference.re) * 0.5;
+                    }
+                }
+            }
+        }
+        self.along_x
+            .process_with_scratch(columns, &mut self.scratch);
+    }
+}
+
+/// The power of two whose spacing is nearest to the diameter, doubled until it exceeds twice `largest_index`.
+fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
+    let needed = largest_index.saturating_mul(2).saturating_add(1);
+    let mut sites: usize = 2;
+    // Halving the spacing h helps while h - d >= d - h/2.
+    while sites <= LARGEST_LATTICE
+        && (sites < needed || 1.5 * length / sites as f64 >= 2.0 * diameter)
+    {
+        sites *= 2;
+    }
+    sites
+}
+
+/// Power window W² and aliased shot noise C of a mode on a lattice.
+fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64, f64) {
+    let mut window = 1.0;
+    let mut shot = 1.0;
+    for axis in [0, 1] {
+        let half_phase = std::f64::consts::PI * f64::from(index[axis]) / sites[axis] as f64;
+        let sine = half_phase.sin();
+        let sinc = if index[axis] == 0 {
+            1.0
+        } else {
+            sine / half_phase
+        };
+        match assignment {
+            Assignment::NearestGridPoint => window *= sinc.powi(2),
+            Assignment::CloudInCell => {
+                window *= sinc.powi(4);
+                shot *= 1.0 - 2.0 / 3.0 * sine.powi(2);
+            }
+        }
+    }
+    (window, shot)
+}
+
+/// S(k) = |Σ_j exp(-i k · r_j)|² / N at k = 2π (`n_x` / L_x, `n_y` / L_y), by adding up N phases.
+///
+/// Exact but for rounding, some 10⁻¹⁶ N in the amplitude; not a number without points or when a position is
+/// not finite. For points that stand for w disks each, multiply by w.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use stosszahl_analysis::structure_factor::direct_sum;
+///
+/// // Two points half a wavelength apart cancel; a whole wavelength apart, they add up to S = N.
+/// let points = [Vector2::new(0.0, 0.0), Vector2::new(2.5, 1.0)];
+/// assert!(direct_sum(&points, [10.0, 10.0], 2, 0) < 1e-30);
+/// assert!((direct_sum(&points, [10.0, 10.0], 4, 0) - 2.0).abs() < 1e-15);
+/// ```
+pub fn direct_sum(positions: &[Vector2<f64>], lengths: [f64; 2], n_x: i32, n_y: i32) -> f64 {
+    let [n_x, n_y] = [f64::from(n_x), f64::from(n_y)];
+    let mut amplitude = Complex::new(0.0, 0.0);
+    for position in positions {
+        let waves = n_x * (position.x / lengths[0]) + n_y * (position.y / lengths[1]);
+        // Whole waves go before the factor 2π, which would round them.
+        let (sine, cosine) = (std::f64::consts::TAU * (waves - waves.round())).sin_cos();
+        amplitude += Complex::new(cosine, -sine);
+    }
+    amplitude.norm_sqr() / positions.len() as f64
+}
+
+/// The shells of [`StructureFactorPlan::measure`] by direct sum, N operations for each mode.
+///
+/// # Errors
+/// As for the plan and its measurement: [`Error::LengthInvalid`], [`Error::WaveNumberInvalid`],
+/// [`Error::PointsTooFew`], [`Error::PositionInvalid`], [`Error::WeightInvalid`].
+pub fn direct_shells(
+    positions: &[Vector2<f64>],
+    lengths: [f64; 2],
+    largest_wave_number: usize,
+    weight: f64,
+) -> Result<StructureFactor, Error> {
+    check_lengths(lengths)?;
+    check_positions(positions, 1)?;
+    if !is_positive(weight) {
+        return Err(Error::WeightInvalid { found: weight });
+    }
+    if largest_wave_number == 0 {
+        return Err(Error::WaveNumberInvalid);
+    }
+    let values = half_plane(lengths, largest_wave_number).map(|mode| {
+        let [n_x, n_y] = mode.index;
+        let value = weight * direct_sum(positions, lengths, n_x, n_y);
+        (mode.shell, mode.wave_number, value)
+    });
+    Ok(average(values, largest_wave_number))
+}
+
+/// S at given reciprocal-lattice indices n, by [`direct_sum`]: N for all the reciprocal vectors of a perfect
+/// crystal, about 1 once it has melted.
+pub fn bragg_peaks(
+    positions: &[Vector2<f64>],
+    lengths: [f64; 2],
+    reciprocal: &[[i32; 2]],
+) -> Vec<f64> {
+    reciprocal
+        .iter()
+        .map(|&[n_x, n_y]| direct_sum(positions, lengths, n_x, n_y))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;
