@@ -4,6 +4,10 @@
 //!
 //! | module | question | algorithm | cost |
 //! |---|---|---|---|
+//! | [`energy`] | how fast does the gas cool, how Maxwellian is it, what is its pressure? | moments, virial | O(N) a sample |
+//! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
+//! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
+//! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points dealt to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
@@ -18,9 +22,13 @@
 //! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave vectors: it has
 //! neither window nor aliasing. The all-pairs count that checks the cell lists lives in the tests.
 
+pub mod compare;
+pub mod energy;
+pub mod equilibrium;
 mod error;
 pub mod pair_correlation;
 pub mod statistics;
 pub mod structure_factor;
+pub mod windows;
 
 pub use error::Error;

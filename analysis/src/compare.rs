@@ -1,0 +1,128 @@
+//! Verdicts: statistical tests with a stated false-alarm probability, and what they say in words.
+
+use serde::{Deserialize, Serialize};
+
+use crate::statistics::{Estimate, holm, student_t_test};
+
+/// Widest relative standard error at which "no difference found" may be called agreement.
+pub const WIDEST_AGREEMENT: f64 = 0.05;
+
+/// What a test says of two quantities a and b.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// No difference found, and the error small enough to have seen one of a sixth.
+    Agree,
+    /// a is higher.
+    Higher,
+    /// a is lower.
+    Lower,
+    /// No difference found, but the error is too wide, or unknown, to speak of agreement.
+    Undecided,
+}
+
+impl Verdict {
+    /// The word used in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Agree => "agree",
+            Self::Higher => "a higher",
+            Self::Lower => "a lower",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// a/b at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quotient {
+    /// Geometric mean over replicas of a/b, with its standard error.
+    pub quotient: Estimate,
+    /// Normal-equivalent z of log(a/b); `None` for a single replica.
+    pub z: Option<f64>,
+    /// Two-sided p value of log(a/b) = 0.
+    pub p_value: Option<f64>,
+    /// What the test says, all times taken together.
+    pub verdict: Verdict,
+}
+
+/// Compares two positive quantities at several times; `pairs[t]` holds (a, b) of each replica.
+///
+/// Replicas are paired, as both engines start from the same state, and log(a/b) is tested by Student's t; Holm's
+/// step-down keeps the probability of any false alarm over all times at `false_alarm`. Times at which a and b are
+/// identical in every replica (the start) agree and count as no test.
+pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
+    let logs: Vec<Vec<f64>> =
+        pairs.iter().map(|replicas| replicas.iter().map(|(a, b)| (a / b).ln()).collect()).collect();
+    let same: Vec<bool> = logs.iter().map(|values| values.iter().all(|log| log.abs() < 1e-9)).collect();
+    let tests: Vec<_> = logs.iter().map(|values| student_t_test(values, 0.0)).collect();
+    let asked: Vec<usize> = (0..pairs.len()).filter(|&time| !same[time]).collect();
+    let p_values: Vec<f64> =
+        asked.iter().map(|&time| tests[time].as_ref().map_or(f64::NAN, |test| test.p_value)).collect();
+    let mut rejected = vec![false; pairs.len()];
+    for (&time, reject) in asked.iter().zip(holm(&p_values, false_alarm)) {
+        rejected[time] = reject;
+    }
+    (0..pairs.len())
+        .filter_map(|time| {
+            let log = Estimate::over_replicas(&logs[time])?;
+            let value = log.value.exp();
+            let standard_error = log.standard_error.map(|error| error * value);
+            let verdict = if same[time] {
+                Verdict::Agree
+            } else if rejected[time] {
+                if log.value > 0.0 { Verdict::Higher } else { Verdict::Lower }
+            } else if log.standard_error.is_some_and(|error| error <= WIDEST_AGREEMENT) {
+                Verdict::Agree
+            } else {
+                Verdict::Undecided
+            };
+            let test = tests[time].as_ref().filter(|_| !same[time]);
+            Some(Quotient {
+                quotient: Estimate { value, standard_error, replicas: log.replicas },
+                z: test.map(|test| test.normal_z),
+                p_value: test.map(|test| test.p_value),
+                verdict,
+            })
+        })
+        .collect()
+}
+
+/// The time from which on two quantities differ, always in the same direction: the earliest of the longest run of
+/// equal `Higher` or `Lower` verdicts that lasts to the end.
+pub fn parted(times: &[f64], verdicts: &[Verdict]) -> Option<(f64, Verdict)> {
+    let last = *verdicts.last()?;
+    if !matches!(last, Verdict::Higher | Verdict::Lower) {
+        return None;
+    }
+    let same = verdicts.iter().rev().take_while(|&&verdict| verdict == last).count();
+    Some((times[verdicts.len() - same], last))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn differences_are_found_with_their_direction() {
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut noisy = |factor: f64| -> Vec<(f64, f64)> {
+            (0..8).map(|_| (factor * (1.0 + 0.01 * (stream.random::<f64>() - 0.5)), 1.0)).collect()
+        };
+        let pairs = vec![vec![(1.0, 1.0); 8], noisy(1.0), noisy(1.1), noisy(0.9)];
+        let found: Vec<Verdict> = quotients(&pairs, 0.01).iter().map(|q| q.verdict).collect();
+        assert_eq!(found, [Verdict::Agree, Verdict::Agree, Verdict::Higher, Verdict::Lower]);
+        assert_eq!(parted(&[0.0, 1.0, 2.0, 3.0], &found), Some((3.0, Verdict::Lower)));
+        assert_eq!(parted(&[0.0], &found[..1]), None);
+    }
+
+    #[test]
+    fn one_replica_or_a_wide_error_decides_nothing() {
+        let one = quotients(&[vec![(2.0, 1.0)]], 0.01);
+        assert_eq!(one[0].verdict, Verdict::Undecided);
+        assert_eq!(one[0].z, None);
+        let wide = quotients(&[vec![(2.0, 1.0), (0.4, 1.0), (1.7, 1.0)]], 0.01);
+        assert_eq!(wide[0].verdict, Verdict::Undecided);
+    }
+}

@@ -1,0 +1,225 @@
+//! Collisions in windows of time: impact parameters, and the two factors of the dissipation identity.
+//!
+//! In a gas of equal disks with constant restitution the cooling rate is
+//! `zeta = (1 - r^2) m/(4 T) . (omega/2) . 2 <(g.k)^2>/D`, an identity. Divided by its molecular-chaos value it is
+//! the product of
+//!
+//! * the collision rate over Enskog's, omega/`omega_E`,
+//! * the squared relative speed of colliding pairs over chaos, `<g^2>/(6 T/m)`,
+//! * the impact parameters, `<1 - b^2/d^2>/(2/3)`,
+//! * and what speed and impact parameter have to do with each other,
+//!   `<g^2 (1 - b^2/d^2)>/(<g^2><1 - b^2/d^2>)`,
+//!
+//! so any difference between two engines at the same temperature splits into these four. All are taken relative
+//! to the temperature *at the moment of each collision*, which the observer knows from the energy lost so far, so
+//! windows in which the gas cools by decades mix nothing.
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Collision, Observe, Physics, Plane};
+
+/// What happened in one window of time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// Start of the window \[time\].
+    pub start: f64,
+    /// End of the window \[time\], not included.
+    pub end: f64,
+    /// Collisions by |b|/d, in bins of equal width from 0 to 1.
+    pub bins: Vec<u64>,
+    /// Pair collisions seen (of simulators, where those are what collides).
+    pub collisions: u64,
+    /// Pair collisions of disks: the above times their weight.
+    pub physical_collisions: f64,
+    /// Sum of |b|/d.
+    pub impact: f64,
+    /// Sum of (b/d)^2.
+    pub impact_square: f64,
+    /// Sum of m g^2/T.
+    pub square: f64,
+    /// Sum of m (g.k)^2/T.
+    pub normal_square: f64,
+    /// Integral of sqrt(T/m) over the part of the window that has passed [length].
+    pub root_temperature: f64,
+}
+
+impl Window {
+    /// Mean of |b|/d; 1/2 under molecular chaos. `None` without collisions.
+    pub fn mean_impact(&self) -> Option<f64> {
+        (self.collisions > 0).then(|| self.impact / self.collisions as f64)
+    }
+
+    /// Slope s of the least-squares line P(b/d) = 1 + s (b/d - 1/2): s = 12 (<b/d> - 1/2). Positive where
+    /// grazing collisions are in excess.
+    pub fn slope(&self) -> Option<f64> {
+        Some(12.0 * (self.mean_impact()? - 0.5))
+    }
+
+    /// Standard error of [`Self::slope`] from the spread of independent collisions.
+    pub fn slope_error(&self) -> Option<f64> {
+        let mean = self.mean_impact()?;
+        let n = self.collisions as f64;
+        let variance = (self.impact_square / n - mean * mean).max(0.0);
+        Some(12.0 * (variance / n).sqrt())
+    }
+
+    /// The factors of the dissipation identity; `theory` is the collision rate of molecular chaos per particle
+    /// and unit of sqrt(T/m), as `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number.
+    pub fn dissipation(&self, theory: f64, disks: usize) -> Option<Dissipation> {
+        if self.collisions == 0 || self.root_temperature <= 0.0 {
+            return None;
+        }
+        let n = self.collisions as f64;
+        let expected = 0.5 * disks as f64 * theory * self.root_temperature;
+        let rate = self.physical_collisions / expected;
+        let speed = self.square / n / 6.0;
+        let impact = (1.0 - self.impact_square / n) * 1.5;
+        let total = self.normal_square / n / 4.0;
+        Some(Dissipation { rate, speed, impact, correlation: total / (speed * impact), dissipation: rate * total })
+    }
+}
+
+/// Cooling rate over that of molecular chaos, and its four factors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dissipation {
+    /// Collision rate over Enskog's.
+    pub rate: f64,
+    /// <g^2> of colliding pairs over 6 T/m.
+    pub speed: f64,
+    /// <1 - b^2/d^2> over 2/3.
+    pub impact: f64,
+    /// What is left of <g^2(1 - b^2/d^2)> beyond the product of the means.
+    pub correlation: f64,
+    /// The product of all four.
+    pub dissipation: f64,
+}
+
+/// Observes collisions of equal disks of mass one in windows of time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Windows {
+    /// The windows; they may overlap.
+    pub windows: Vec<Window>,
+    temperature: f64,
+    disks: usize,
+    last: f64,
+}
+
+impl Windows {
+    /// Windows `[start, end)` \[time\], each with `bins` bins, for a gas of `disks` disks that starts at time
+    /// `start` and temperature `temperature`.
+    pub fn new(spans: &[[f64; 2]], bins: usize, disks: usize, start: f64, temperature: f64) -> Self {
+        let windows = spans
+            .iter()
+            .map(|&[start, end]| Window {
+                start,
+                end,
+                bins: vec![0; bins],
+                collisions: 0,
+                physical_collisions: 0.0,
+                impact: 0.0,
+                impact_square: 0.0,
+                square: 0.0,
+                normal_square: 0.0,
+                root_temperature: 0.0,
+            })
+            .collect();
+        Self { windows, temperature, disks, last: start }
+    }
+
+    /// Tells the temperature at a time, so that rounding in the running energy never adds up.
+    pub fn synchronise(&mut self, time: f64, temperature: f64) {
+        self.pass(time);
+        self.temperature = temperature;
+    }
+
+    #[inline]
+    fn pass(&mut self, time: f64) {
+        let speed = self.temperature.max(0.0).sqrt();
+        for window in &mut self.windows {
+            let passed = time.min(window.end) - self.last.max(window.start);
+            if passed > 0.0 {
+                window.root_temperature += speed * passed;
+            }
+        }
+        self.last = time;
+    }
+}
+
+impl<P: Physics<Space = Plane>> Observe<P> for Windows {
+    #[inline]
+    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
+        self.pass(collision.time);
+        let mut known = None;
+        for window in &mut self.windows {
+            if !(window.start..window.end).contains(&collision.time) {
+                continue;
+            }
+            let (impact_square, square, normal_square) = *known.get_or_insert_with(|| {
+                let mass = 2.0 * collision.reduced_mass / self.temperature;
+                let square = collision.relative.norm_squared() * mass;
+                (collision.impact_square(), square, collision.normal_square() * mass)
+            });
+            let impact = impact_square.sqrt();
+            let bins = window.bins.len();
+            window.bins[((impact * bins as f64) as usize).min(bins - 1)] += 1;
+            window.collisions += 1;
+            window.physical_collisions += collision.weight;
+            window.impact += impact;
+            window.impact_square += impact_square;
+            window.square += square;
+            window.normal_square += normal_square;
+        }
+        // Two degrees of freedom a disk: T = K/N.
+        self.temperature -= collision.energy_lost() * collision.weight / self.disks as f64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+    use stosszahl_model::{Constant, Free, Monodisperse, Scene, Smooth};
+
+    type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
+
+    #[test]
+    fn sums_of_two_collisions_by_hand() {
+        let mut windows = Windows::new(&[[0.0, 1.0], [1.0, 3.0]], 4, 10, 0.0, 2.0);
+        let collision = |time: f64, relative: Vector2<f64>| Collision {
+            time,
+            relative,
+            line: vector![1.0, 0.0],
+            reduced_mass: 0.5,
+            restitution: 0.0,
+            weight: 1.0,
+        };
+        // Central: g^2 = 4, loss (mu/2) 4 = 1, so T = 2 - 1/10 after it.
+        Observe::<Disks>::collision(&mut windows, &collision(0.5, vector![-2.0, 0.0]));
+        // b/d = 3/5.
+        Observe::<Disks>::collision(&mut windows, &collision(2.0, vector![-0.8, 0.6]));
+        windows.synchronise(3.5, 1.0);
+        let [first, second] = &windows.windows[..] else { panic!("two windows") };
+        assert_eq!(first.bins, [1, 0, 0, 0]);
+        assert_eq!(second.bins, [0, 0, 1, 0]);
+        assert!((first.square - 4.0 / 2.0).abs() < 1e-15);
+        assert!((second.normal_square - 0.64 / 1.9).abs() < 1e-15);
+        assert!((second.impact - 0.6).abs() < 1e-15);
+        assert!((first.root_temperature - 0.5 * (2.0_f64.sqrt() + 1.9_f64.sqrt())).abs() < 1e-15);
+        let after = 1.9 - 0.5 * 0.5 * 0.64 / 10.0_f64;
+        assert!((second.root_temperature - (1.9_f64.sqrt() + after.sqrt())).abs() < 1e-14);
+        let slope = second.slope().expect("a collision");
+        assert!((slope - 1.2).abs() < 1e-14);
+    }
+
+    #[test]
+    fn factors_multiply_to_the_cooling_rate() {
+        let mut windows = Windows::new(&[[0.0, 1.0]], 4, 2, 0.0, 1.0);
+        for (time, relative) in [(0.1, vector![-1.0, 0.2]), (0.4, vector![-0.3, 0.9]), (0.7, vector![-2.0, 1.0])] {
+            let collision =
+                Collision { time, relative, line: vector![1.0, 0.0], reduced_mass: 0.5, restitution: 0.9, weight: 1.0 };
+            Observe::<Disks>::collision(&mut windows, &collision);
+        }
+        let d = windows.windows[0].dissipation(1.7, 2).expect("collisions");
+        assert!((d.rate * d.speed * d.impact * d.correlation - d.dissipation).abs() < 1e-14);
+    }
+}
