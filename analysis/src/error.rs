@@ -100,9 +100,9 @@ pub enum Error {
         "the range {found} must be positive and at most {allowed}, half the shortest side of the box"
     )]
     RangeInvalid {
-        /// The range found [length].
+        /// The range found (length).
         found: f64,
-        /// The largest range allowed [length].
+        /// The largest range allowed (length).
         allowed: f64,
     },
     /// A histogram without bins was asked for.

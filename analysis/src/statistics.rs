@@ -15,7 +15,7 @@ use statrs::function::erf::erfc_inv;
 
 use crate::Error;
 
-/// Largest magnitude of a normal-equivalent z [standard deviations].
+/// Largest magnitude of a normal-equivalent z (standard deviations).
 ///
 /// The smallest positive double, 4.9 · 10⁻³²⁴, is the two-sided p value of z = 38.47; a p value that underflows
 /// to 0 is reported with this z.
@@ -95,9 +95,9 @@ impl FromIterator<f64> for Moments {
 /// A measured number and how far it can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Mean over the replicas [unit of the measurement].
+    /// Mean over the replicas (unit of the measurement).
     pub value: f64,
-    /// Standard error of the mean, s / √R [unit of the measurement]; one replica cannot tell its own error.
+    /// Standard error of the mean, s / √R (unit of the measurement); one replica cannot tell its own error.
     pub standard_error: Option<f64>,
     /// Number of independent replicas R.
     pub replicas: usize,
@@ -230,6 +230,10 @@ pub struct ChiSquaredTest {
 /// assert_eq!(test.degrees_of_freedom, 3);
 /// assert!((test.p_value - 0.925_4).abs() < 5e-5);
 /// ```
+#[allow(
+    clippy::missing_panics_doc,
+    reason = "the number of degrees of freedom was checked"
+)]
 pub fn chi_squared_test(
     observed: &[f64],
     expected: &[f64],
@@ -316,6 +320,10 @@ pub fn holm(p_values: &[f64], false_alarm: f64) -> Vec<bool> {
 }
 
 #[cfg(test)]
+#[allow(
+    clippy::unwrap_used,
+    reason = "in a test, an unexpected error is a failure"
+)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
