@@ -35,9 +35,21 @@ impl<P: Physics<Space = Plane>> Observe<P> for Sums {
     }
 }
 
-fn engine(restitution: f64, count: usize, packing: f64, seed: u64, parameters: Parameters) -> Engine<Disks> {
+fn engine(
+    restitution: f64,
+    count: usize,
+    packing: f64,
+    seed: u64,
+    parameters: Parameters,
+) -> Engine<Disks> {
     let state = gas(Arrangement::Disordered, count, packing, seed);
-    Engine::new(&disks(restitution), parameters, &state, Streams::new(seed, 0)).expect("an engine")
+    Engine::new(
+        &disks(restitution),
+        parameters,
+        &state,
+        Streams::new(seed, 0),
+    )
+    .expect("an engine")
 }
 
 /// Elastic, chi of the mean density, large cells: rate, <g^2> = 6 T and P(b/d) = 1 of kinetic theory.
@@ -50,7 +62,10 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
         let mut squares = Vec::new();
         let mut bins = [0.0; 10];
         for seed in 0..8 {
-            let parameters = Parameters { scheme, ..PARAMETERS };
+            let parameters = Parameters {
+                scheme,
+                ..PARAMETERS
+            };
             let mut gas = engine(1.0, 5000, 0.25, seed, parameters);
             let mut sums = Sums::default();
             assert!(gas.advance(5.0, u64::MAX, &mut sums));
@@ -67,10 +82,16 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
         for (name, values) in [("rate", rates), ("<g^2>", squares)] {
             let (mean, error) = support::mean_and_error(&values);
             assert!(error < 0.005 / 4.0, "{name}: error {error} too wide");
-            assert!((mean - 1.0).abs() < 4.0 * error, "{name} over theory {mean} +- {error} ({scheme:?})");
+            assert!(
+                (mean - 1.0).abs() < 4.0 * error,
+                "{name} over theory {mean} +- {error} ({scheme:?})"
+            );
         }
         let total: f64 = bins.iter().sum();
-        let chi_squared: f64 = bins.iter().map(|n| (n - total / 10.0).powi(2) / (total / 10.0)).sum();
+        let chi_squared: f64 = bins
+            .iter()
+            .map(|n| (n - total / 10.0).powi(2) / (total / 10.0))
+            .sum();
         // 9 degrees of freedom: 27.88 is exceeded once in a thousand.
         assert!(chi_squared < 27.88, "P(b/d): chi^2 = {chi_squared}");
     }
@@ -83,7 +104,16 @@ fn homogeneous_cooling_follows_haff() {
     let haff = kinetic::haff_time(0.25, 0.8, kinetic::contact_value(0.25));
     let ratios: Vec<f64> = (0..12)
         .map(|seed| {
-            let mut gas = engine(0.8, 40_000, 0.25, seed, Parameters { cell_size: Some(60.0), ..PARAMETERS });
+            let mut gas = engine(
+                0.8,
+                40_000,
+                0.25,
+                seed,
+                Parameters {
+                    cell_size: Some(60.0),
+                    ..PARAMETERS
+                },
+            );
             assert!(gas.advance(haff, u64::MAX, &mut ()));
             gas.state().temperature(gas.scene())
         })
@@ -91,7 +121,10 @@ fn homogeneous_cooling_follows_haff() {
     let (mean, error) = support::mean_and_error(&ratios);
     println!("K/K0 at t0: {mean:.5} +- {error:.5}");
     assert!(error < 0.0004, "error {error} too wide");
-    assert!((mean - 0.2510).abs() < 0.0015, "K/K0 at t0 {mean} +- {error}");
+    assert!(
+        (mean - 0.2510).abs() < 0.0015,
+        "K/K0 at t0 {mean} +- {error}"
+    );
 }
 
 #[test]
@@ -119,7 +152,11 @@ fn elastic_gas_conserves_energy_and_momentum() {
 /// collision of elastic disks, so Z - 1 = (pi/2) n d^2 chi at the measured rate.
 #[test]
 fn virial_of_the_collisions_is_that_of_hard_disks() {
-    let parameters = Parameters { displacement: true, cell_size: Some(10.0), ..PARAMETERS };
+    let parameters = Parameters {
+        displacement: true,
+        cell_size: Some(10.0),
+        ..PARAMETERS
+    };
     let mut values = Vec::new();
     for seed in 0..6 {
         let mut gas = engine(1.0, 5000, 0.25, seed, parameters);
@@ -131,7 +168,10 @@ fn virial_of_the_collisions_is_that_of_hard_disks() {
         values.push(excess * 4.0 / std::f64::consts::PI.sqrt() / rate);
     }
     let (mean, error) = support::mean_and_error(&values);
-    assert!(error < 0.002 && (mean - 1.0).abs() < 4.0 * error, "{mean} +- {error}");
+    assert!(
+        error < 0.002 && (mean - 1.0).abs() < 4.0 * error,
+        "{mean} +- {error}"
+    );
 }
 
 #[test]
@@ -164,7 +204,16 @@ fn checkpoints_continue_to_the_same_bits() {
 
 #[test]
 fn several_simulators_keep_energy_and_momentum_of_the_start() {
-    let gas = engine(0.8, 1000, 0.25, 6, Parameters { simulators_per_disk: 5, ..PARAMETERS });
+    let gas = engine(
+        0.8,
+        1000,
+        0.25,
+        6,
+        Parameters {
+            simulators_per_disk: 5,
+            ..PARAMETERS
+        },
+    );
     let state = gas.state();
     assert_eq!(state.bodies.len(), 5000);
     assert!((state.temperature(gas.scene()) - 1.0).abs() < 1e-12);
@@ -176,12 +225,26 @@ fn several_simulators_keep_energy_and_momentum_of_the_start() {
 fn meaningless_parameters_are_refused() {
     let state = gas(Arrangement::Disordered, 10, 0.1, 1);
     for parameters in [
-        Parameters { simulators_per_disk: 0, ..PARAMETERS },
-        Parameters { cell_size: Some(-1.0), ..PARAMETERS },
-        Parameters { steps_per_crossing: f64::NAN, ..PARAMETERS },
-        Parameters { largest_contact_value: 0.5, ..PARAMETERS },
+        Parameters {
+            simulators_per_disk: 0,
+            ..PARAMETERS
+        },
+        Parameters {
+            cell_size: Some(-1.0),
+            ..PARAMETERS
+        },
+        Parameters {
+            steps_per_crossing: f64::NAN,
+            ..PARAMETERS
+        },
+        Parameters {
+            largest_contact_value: 0.5,
+            ..PARAMETERS
+        },
     ] {
-        let error = Engine::new(&disks(1.0), parameters, &state, Streams::new(1, 0)).err().expect("refused");
+        let error = Engine::new(&disks(1.0), parameters, &state, Streams::new(1, 0))
+            .err()
+            .expect("refused");
         assert!(error.to_string().contains("allowed"), "{error}");
     }
 }

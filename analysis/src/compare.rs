@@ -51,13 +51,23 @@ pub struct Quotient {
 /// step-down keeps the probability of any false alarm over all times at `false_alarm`. Times at which a and b are
 /// identical in every replica (the start) agree and count as no test.
 pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
-    let logs: Vec<Vec<f64>> =
-        pairs.iter().map(|replicas| replicas.iter().map(|(a, b)| (a / b).ln()).collect()).collect();
-    let same: Vec<bool> = logs.iter().map(|values| values.iter().all(|log| log.abs() < 1e-9)).collect();
-    let tests: Vec<_> = logs.iter().map(|values| student_t_test(values, 0.0)).collect();
+    let logs: Vec<Vec<f64>> = pairs
+        .iter()
+        .map(|replicas| replicas.iter().map(|(a, b)| (a / b).ln()).collect())
+        .collect();
+    let same: Vec<bool> = logs
+        .iter()
+        .map(|values| values.iter().all(|log| log.abs() < 1e-9))
+        .collect();
+    let tests: Vec<_> = logs
+        .iter()
+        .map(|values| student_t_test(values, 0.0))
+        .collect();
     let asked: Vec<usize> = (0..pairs.len()).filter(|&time| !same[time]).collect();
-    let p_values: Vec<f64> =
-        asked.iter().map(|&time| tests[time].as_ref().map_or(f64::NAN, |test| test.p_value)).collect();
+    let p_values: Vec<f64> = asked
+        .iter()
+        .map(|&time| tests[time].as_ref().map_or(f64::NAN, |test| test.p_value))
+        .collect();
     let mut rejected = vec![false; pairs.len()];
     for (&time, reject) in asked.iter().zip(holm(&p_values, false_alarm)) {
         rejected[time] = reject;
@@ -70,15 +80,26 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
             let verdict = if same[time] {
                 Verdict::Agree
             } else if rejected[time] {
-                if log.value > 0.0 { Verdict::Higher } else { Verdict::Lower }
-            } else if log.standard_error.is_some_and(|error| error <= WIDEST_AGREEMENT) {
+                if log.value > 0.0 {
+                    Verdict::Higher
+                } else {
+                    Verdict::Lower
+                }
+            } else if log
+                .standard_error
+                .is_some_and(|error| error <= WIDEST_AGREEMENT)
+            {
                 Verdict::Agree
             } else {
                 Verdict::Undecided
             };
             let test = tests[time].as_ref().filter(|_| !same[time]);
             Some(Quotient {
-                quotient: Estimate { value, standard_error, replicas: log.replicas },
+                quotient: Estimate {
+                    value,
+                    standard_error,
+                    replicas: log.replicas,
+                },
                 z: test.map(|test| test.normal_z),
                 p_value: test.map(|test| test.p_value),
                 verdict,
@@ -94,7 +115,11 @@ pub fn parted(times: &[f64], verdicts: &[Verdict]) -> Option<(f64, Verdict)> {
     if !matches!(last, Verdict::Higher | Verdict::Lower) {
         return None;
     }
-    let same = verdicts.iter().rev().take_while(|&&verdict| verdict == last).count();
+    let same = verdicts
+        .iter()
+        .rev()
+        .take_while(|&&verdict| verdict == last)
+        .count();
     Some((times[verdicts.len() - same], last))
 }
 
@@ -108,12 +133,25 @@ mod tests {
     fn differences_are_found_with_their_direction() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut noisy = |factor: f64| -> Vec<(f64, f64)> {
-            (0..8).map(|_| (factor * (1.0 + 0.01 * (stream.random::<f64>() - 0.5)), 1.0)).collect()
+            (0..8)
+                .map(|_| (factor * (1.0 + 0.01 * (stream.random::<f64>() - 0.5)), 1.0))
+                .collect()
         };
         let pairs = vec![vec![(1.0, 1.0); 8], noisy(1.0), noisy(1.1), noisy(0.9)];
         let found: Vec<Verdict> = quotients(&pairs, 0.01).iter().map(|q| q.verdict).collect();
-        assert_eq!(found, [Verdict::Agree, Verdict::Agree, Verdict::Higher, Verdict::Lower]);
-        assert_eq!(parted(&[0.0, 1.0, 2.0, 3.0], &found), Some((3.0, Verdict::Lower)));
+        assert_eq!(
+            found,
+            [
+                Verdict::Agree,
+                Verdict::Agree,
+                Verdict::Higher,
+                Verdict::Lower
+            ]
+        );
+        assert_eq!(
+            parted(&[0.0, 1.0, 2.0, 3.0], &found),
+            Some((3.0, Verdict::Lower))
+        );
         assert_eq!(parted(&[0.0], &found[..1]), None);
     }
 

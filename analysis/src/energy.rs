@@ -29,8 +29,11 @@ impl EnergySample {
             fourth += square * square;
         }
         let (second, fourth) = (second / count, fourth / count);
-        let fourth_cumulant =
-            if second > 0.0 { dimension * fourth / ((dimension + 2.0) * second * second) - 1.0 } else { 0.0 };
+        let fourth_cumulant = if second > 0.0 {
+            dimension * fourth / ((dimension + 2.0) * second * second) - 1.0
+        } else {
+            0.0
+        };
         Self {
             time: state.time,
             temperature: second / dimension,
@@ -49,7 +52,12 @@ pub struct Virial {
 impl Virial {
     /// Compressibility factor Z = p/(nT) = 1 + sum(|impulse| d)/(D N T t) of an elastic gas of `count` particles
     /// over the time `duration`.
-    pub fn compressibility_factor<P: Physics>(&self, count: usize, temperature: f64, duration: f64) -> f64 {
+    pub fn compressibility_factor<P: Physics>(
+        &self,
+        count: usize,
+        temperature: f64,
+        duration: f64,
+    ) -> f64 {
         1.0 + self.sum / (P::Space::DIMENSION as f64 * count as f64 * temperature * duration)
     }
 }
@@ -73,13 +81,26 @@ mod tests {
             space: Plane,
             surface: Smooth,
             restitution: Constant::new(1.0).expect("a coefficient"),
-            sizes: Monodisperse { radius: 0.5, mass: 2.0 },
+            sizes: Monodisperse {
+                radius: 0.5,
+                mass: 2.0,
+            },
             field: Free,
         };
         let speeds = [1.0, -1.0, 3.0, -3.0];
-        let bodies = speeds.map(|v| Body::new(vector![0.0, 0.0], vector![v, 0.0])).to_vec();
+        let bodies = speeds
+            .map(|v| Body::new(vector![0.0, 0.0], vector![v, 0.0]))
+            .to_vec();
         let domain = Domain::periodic(vector![9.0, 9.0]).expect("a box");
-        let sample = EnergySample::new(&scene, &State { time: 1.0, domain, bodies }, 6);
+        let sample = EnergySample::new(
+            &scene,
+            &State {
+                time: 1.0,
+                domain,
+                bodies,
+            },
+            6,
+        );
         // <m v^2> = 2 (1 + 9)/2 = 10, <m^2 v^4> = 4 (1 + 81)/2 = 164.
         assert_eq!(sample.temperature, 5.0);
         assert!((sample.fourth_cumulant - (2.0 * 164.0 / (4.0 * 100.0) - 1.0)).abs() < 1e-15);

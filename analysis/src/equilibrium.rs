@@ -11,7 +11,6 @@ use stosszahl_model::kinetic;
 
 use crate::statistics::uniform_test;
 use crate::structure_factor::bragg_peaks;
-use crate::Error;
 
 /// Probability with which each test fails an equilibrated gas.
 pub const FALSE_ALARM: f64 = 1e-3;
@@ -41,7 +40,11 @@ pub fn impact_uniform(bins: &[u64]) -> Outcome {
             name,
             statistic: test.statistic,
             p_value: Some(test.p_value),
-            passed: if wide { None } else { Some(test.p_value > FALSE_ALARM) },
+            passed: if wide {
+                None
+            } else {
+                Some(test.p_value > FALSE_ALARM)
+            },
             detail: format!(
                 "chi-squared of {total} collisions in {} bins{}",
                 bins.len(),
@@ -62,18 +65,15 @@ pub fn impact_uniform(bins: &[u64]) -> Outcome {
 ///
 /// In a fluid S at a wave vector is exponentially distributed around the mean of its ring, so the ratio of the
 /// two means follows the F distribution with (2 m, 2 M) degrees of freedom.
-///
-/// # Errors
-/// As [`bragg_peaks`].
 pub fn lattice_forgotten(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],
     reciprocal: &[[i32; 2]],
     packing_fraction: f64,
-) -> Result<Outcome, Error> {
+) -> Outcome {
     let name = "no Bragg peak of the start".to_owned();
     if packing_fraction >= kinetic::FREEZING {
-        return Ok(Outcome {
+        return Outcome {
             name,
             statistic: f64::NAN,
             p_value: None,
@@ -82,22 +82,28 @@ pub fn lattice_forgotten(
                 "no meaning at packing {packing_fraction}: from {} on the crystal is the equilibrium",
                 kinetic::FREEZING
             ),
-        });
+        };
     }
     let ring = ring_around(lengths, reciprocal);
-    let peaks = bragg_peaks(positions, lengths, reciprocal)?;
-    let background = bragg_peaks(positions, lengths, &ring)?;
+    let peaks = bragg_peaks(positions, lengths, reciprocal);
+    let background = bragg_peaks(positions, lengths, &ring);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let ratio = mean(&peaks) / mean(&background);
     let freedom = [2.0 * peaks.len() as f64, 2.0 * background.len() as f64];
-    let p_value = FisherSnedecor::new(freedom[0], freedom[1]).ok().map(|f| f.sf(ratio));
-    Ok(Outcome {
+    let p_value = FisherSnedecor::new(freedom[0], freedom[1])
+        .ok()
+        .map(|f| f.sf(ratio));
+    Outcome {
         name,
         statistic: ratio,
         p_value,
         passed: p_value.map(|p| p > FALSE_ALARM),
-        detail: format!("S at {} lattice peaks over S at {} other directions", peaks.len(), background.len()),
-    })
+        detail: format!(
+            "S at {} lattice peaks over S at {} other directions",
+            peaks.len(),
+            background.len()
+        ),
+    }
 }
 
 /// Up to 60 wave vectors of nearly the length of the given ones, at other directions.
@@ -109,8 +115,10 @@ fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
         // Whole turns would meet the negatives, which carry the same S.
         for step in 0..20 {
             let angle = std::f64::consts::PI * (f64::from(step) + 0.37) / 20.0;
-            let index =
-                [(length * angle.cos() * lengths[0]).round() as i32, (length * angle.sin() * lengths[1]).round() as i32];
+            let index = [
+                (length * angle.cos() * lengths[0]).round() as i32,
+                (length * angle.sin() * lengths[1]).round() as i32,
+            ];
             let negative = index.map(|n| -n);
             let taken = |known: &[[i32; 2]]| known.contains(&index) || known.contains(&negative);
             if index != [0, 0] && !taken(&ring) && !taken(reciprocal) {
@@ -130,15 +138,12 @@ const LONG_WAVE: f64 = 0.6;
 /// A perfect lattice has S = 0 there, a forgotten one S(0). The start is called forgotten when the mean S is at
 /// least half of S(0); the standard error of the mean over M independent exponential modes is S(0)/sqrt(M), and
 /// the test needs it small enough to put that threshold 3.1 standard errors (false alarm 1e-3) away.
-///
-/// # Errors
-/// As [`bragg_peaks`].
 pub fn long_waves_fluctuate(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],
     diameter: f64,
     packing_fraction: f64,
-) -> Result<Outcome, Error> {
+) -> Outcome {
     let name = "long waves of the fluid".to_owned();
     let reach = LONG_WAVE / diameter / std::f64::consts::TAU;
     let most = lengths.map(|length| ((reach * length) as i32).min(24));
@@ -155,15 +160,24 @@ pub fn long_waves_fluctuate(
     // 0.5 of S(0) must be 3.09 standard errors away.
     if modes.len() < 39 || packing_fraction >= kinetic::FREEZING {
         let detail = if modes.len() < 39 {
-            format!("{} modes up to k d = {LONG_WAVE} are too few to tell", modes.len())
+            format!(
+                "{} modes up to k d = {LONG_WAVE} are too few to tell",
+                modes.len()
+            )
         } else {
             format!("no meaning at packing {packing_fraction}: not a fluid")
         };
-        return Ok(Outcome { name, statistic: f64::NAN, p_value: None, passed: None, detail });
+        return Outcome {
+            name,
+            statistic: f64::NAN,
+            p_value: None,
+            passed: None,
+            detail,
+        };
     }
-    let found = bragg_peaks(positions, lengths, &modes)?;
+    let found = bragg_peaks(positions, lengths, &modes);
     let ratio = found.iter().sum::<f64>() / found.len() as f64 / expected;
-    Ok(Outcome {
+    Outcome {
         name,
         statistic: ratio,
         p_value: None,
@@ -173,7 +187,7 @@ pub fn long_waves_fluctuate(
             modes.len(),
             ratio / (modes.len() as f64).sqrt()
         ),
-    })
+    }
 }
 
 #[cfg(test)]
@@ -188,7 +202,8 @@ mod tests {
     fn placed(arrangement: Arrangement) -> (Vec<Vector2<f64>>, Vec<[i32; 2]>, [f64; 2]) {
         let side = (4096.0 * std::f64::consts::FRAC_PI_4 / 0.25_f64).sqrt();
         let domain = Domain::<Plane>::periodic([side, side].into()).expect("a box");
-        let placement = place(arrangement, 4096, 1.0, &domain, &Streams::new(1, 0)).expect("placed");
+        let placement =
+            place(arrangement, 4096, 1.0, &domain, &Streams::new(1, 0)).expect("placed");
         (placement.positions, placement.reciprocal, [side, side])
     }
 
@@ -196,14 +211,14 @@ mod tests {
     fn lattices_are_remembered_and_disorder_is_not() {
         for arrangement in [Arrangement::Square, Arrangement::Hexagonal] {
             let (positions, reciprocal, lengths) = placed(arrangement);
-            let bragg = lattice_forgotten(&positions, lengths, &reciprocal, 0.25).expect("measured");
+            let bragg = lattice_forgotten(&positions, lengths, &reciprocal, 0.25);
             assert_eq!(bragg.passed, Some(false), "{bragg:?}");
-            let waves = long_waves_fluctuate(&positions, lengths, 1.0, 0.25).expect("measured");
+            let waves = long_waves_fluctuate(&positions, lengths, 1.0, 0.25);
             assert_eq!(waves.passed, Some(false), "{waves:?}");
             let (positions, _, _) = placed(Arrangement::Disordered);
-            let bragg = lattice_forgotten(&positions, lengths, &reciprocal, 0.25).expect("measured");
+            let bragg = lattice_forgotten(&positions, lengths, &reciprocal, 0.25);
             assert_eq!(bragg.passed, Some(true), "{bragg:?}");
-            let waves = long_waves_fluctuate(&positions, lengths, 1.0, 0.25).expect("measured");
+            let waves = long_waves_fluctuate(&positions, lengths, 1.0, 0.25);
             assert_eq!(waves.passed, Some(true), "{waves:?}");
         }
     }

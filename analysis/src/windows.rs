@@ -75,7 +75,13 @@ impl Window {
         let speed = self.square / n / 6.0;
         let impact = (1.0 - self.impact_square / n) * 1.5;
         let total = self.normal_square / n / 4.0;
-        Some(Dissipation { rate, speed, impact, correlation: total / (speed * impact), dissipation: rate * total })
+        Some(Dissipation {
+            rate,
+            speed,
+            impact,
+            correlation: total / (speed * impact),
+            dissipation: rate * total,
+        })
     }
 }
 
@@ -107,7 +113,13 @@ pub struct Windows {
 impl Windows {
     /// Windows `[start, end)` \[time\], each with `bins` bins, for a gas of `disks` disks that starts at time
     /// `start` and temperature `temperature`.
-    pub fn new(spans: &[[f64; 2]], bins: usize, disks: usize, start: f64, temperature: f64) -> Self {
+    pub fn new(
+        spans: &[[f64; 2]],
+        bins: usize,
+        disks: usize,
+        start: f64,
+        temperature: f64,
+    ) -> Self {
         let windows = spans
             .iter()
             .map(|&[start, end]| Window {
@@ -123,7 +135,12 @@ impl Windows {
                 root_temperature: 0.0,
             })
             .collect();
-        Self { windows, temperature, disks, last: start }
+        Self {
+            windows,
+            temperature,
+            disks,
+            last: start,
+        }
     }
 
     /// Tells the temperature at a time, so that rounding in the running energy never adds up.
@@ -157,7 +174,11 @@ impl<P: Physics<Space = Plane>> Observe<P> for Windows {
             let (impact_square, square, normal_square) = *known.get_or_insert_with(|| {
                 let mass = 2.0 * collision.reduced_mass / self.temperature;
                 let square = collision.relative.norm_squared() * mass;
-                (collision.impact_square(), square, collision.normal_square() * mass)
+                (
+                    collision.impact_square(),
+                    square,
+                    collision.normal_square() * mass,
+                )
             });
             let impact = impact_square.sqrt();
             let bins = window.bins.len();
@@ -198,7 +219,9 @@ mod tests {
         // b/d = 3/5.
         Observe::<Disks>::collision(&mut windows, &collision(2.0, vector![-0.8, 0.6]));
         windows.synchronise(3.5, 1.0);
-        let [first, second] = &windows.windows[..] else { panic!("two windows") };
+        let [first, second] = &windows.windows[..] else {
+            panic!("two windows")
+        };
         assert_eq!(first.bins, [1, 0, 0, 0]);
         assert_eq!(second.bins, [0, 0, 1, 0]);
         assert!((first.square - 4.0 / 2.0).abs() < 1e-15);
@@ -214,9 +237,19 @@ mod tests {
     #[test]
     fn factors_multiply_to_the_cooling_rate() {
         let mut windows = Windows::new(&[[0.0, 1.0]], 4, 2, 0.0, 1.0);
-        for (time, relative) in [(0.1, vector![-1.0, 0.2]), (0.4, vector![-0.3, 0.9]), (0.7, vector![-2.0, 1.0])] {
-            let collision =
-                Collision { time, relative, line: vector![1.0, 0.0], reduced_mass: 0.5, restitution: 0.9, weight: 1.0 };
+        for (time, relative) in [
+            (0.1, vector![-1.0, 0.2]),
+            (0.4, vector![-0.3, 0.9]),
+            (0.7, vector![-2.0, 1.0]),
+        ] {
+            let collision = Collision {
+                time,
+                relative,
+                line: vector![1.0, 0.0],
+                reduced_mass: 0.5,
+                restitution: 0.9,
+                weight: 1.0,
+            };
             Observe::<Disks>::collision(&mut windows, &collision);
         }
         let d = windows.windows[0].dissipation(1.7, 2).expect("collisions");

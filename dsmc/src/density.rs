@@ -80,7 +80,9 @@ impl Density {
     ) -> Self {
         let reach = match scheme {
             // A neighbourhood that wraps around the box would count disks twice.
-            Scheme::Enskog(Neighbourhood::Cells(n)) => (n as usize).min((counts[0].min(counts[1]) - 1) / 2),
+            Scheme::Enskog(Neighbourhood::Cells(n)) => {
+                (n as usize).min((counts[0].min(counts[1]) - 1) / 2)
+            }
             _ => 0,
         };
         let mean = match scheme {
@@ -121,10 +123,20 @@ impl Density {
         self.rows.resize(self.around.len(), 0.0);
         for row in 0..rows {
             let line = row * columns..(row + 1) * columns;
-            window_sums(&self.around[line.clone()], self.reach, 1, &mut self.rows[line]);
+            window_sums(
+                &self.around[line.clone()],
+                self.reach,
+                1,
+                &mut self.rows[line],
+            );
         }
         for column in 0..columns {
-            window_sums(&self.rows[column..], self.reach, columns, &mut self.around[column..]);
+            window_sums(
+                &self.rows[column..],
+                self.reach,
+                columns,
+                &mut self.around[column..],
+            );
         }
     }
 
@@ -136,7 +148,10 @@ impl Density {
         }
         let area = self.around[cell];
         let chi = if area.fract() == 0.0 {
-            self.table.get(area as usize).copied().unwrap_or(f64::INFINITY)
+            self.table
+                .get(area as usize)
+                .copied()
+                .unwrap_or(f64::INFINITY)
         } else {
             self.scheme.contact_value(area * self.unit)
         };
@@ -195,7 +210,9 @@ mod tests {
                 let packing = plain * FRAC_PI_4 / 100.0;
                 let cell = row * 7 + column;
                 assert!((density.packing(cell) - packing).abs() < 1e-14);
-                assert!((density.contact_value(cell).0 - kinetic::contact_value(packing)).abs() < 1e-12);
+                assert!(
+                    (density.contact_value(cell).0 - kinetic::contact_value(packing)).abs() < 1e-12
+                );
             }
         }
     }

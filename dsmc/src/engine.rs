@@ -7,8 +7,8 @@ use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Collision, Domain, Encounter, Field, Free, Observe, Physics, Plane, Restitution, Sizes, Smooth,
-    State, collide, kinetic,
+    Body, Collision, Domain, Encounter, Field, Free, Observe, Physics, Plane, Restitution, Sizes,
+    Smooth, State, collide, kinetic,
 };
 
 use crate::density::{Density, Scheme};
@@ -68,7 +68,9 @@ pub enum EngineError {
         allowed: &'static str,
     },
     /// A position or velocity is no finite number, or too large to be squared.
-    #[error("simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150")]
+    #[error(
+        "simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150"
+    )]
     BadNumber {
         /// Index.
         simulator: usize,
@@ -142,14 +144,25 @@ where
     ///
     /// # Errors
     /// [`EngineError`] if a parameter or a number of the state has no meaning.
-    pub fn new(scene: &P, parameters: Parameters, state: &State<P>, streams: Streams) -> Result<Self, EngineError> {
+    pub fn new(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let lengths = state.domain.lengths();
         let mut simulators = Vec::with_capacity(state.bodies.len() * copies);
         for copy in 0..copies {
             let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
-            let mut number = |scale: f64| if copy == 0 { 0.0 } else { scale * stream.random::<f64>() };
+            let mut number = |scale: f64| {
+                if copy == 0 {
+                    0.0
+                } else {
+                    scale * stream.random::<f64>()
+                }
+            };
             let shift = vector![number(lengths[0]), number(lengths[1])];
             let (sine, cosine) = number(TAU).sin_cos();
             for (index, body) in state.bodies.iter().enumerate() {
@@ -171,7 +184,9 @@ where
         };
         let mut engine = Self::assemble(scene, parameters, state.domain, checkpoint, streams)?;
         let mut stream = streams.at(Purpose::Remainders, [0, 0]);
-        engine.remainders = (0..engine.counts[0] * engine.counts[1]).map(|_| stream.random()).collect();
+        engine.remainders = (0..engine.counts[0] * engine.counts[1])
+            .map(|_| stream.random())
+            .collect();
         engine.take_stock();
         Ok(engine)
     }
@@ -187,7 +202,11 @@ where
         checkpoint: Checkpoint<P>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
-        let scene = scene.with_sizes(scene.sizes().repeated(parameters.simulators_per_disk as usize));
+        let scene = scene.with_sizes(
+            scene
+                .sizes()
+                .repeated(parameters.simulators_per_disk as usize),
+        );
         Self::assemble(scene, parameters, domain, checkpoint, streams)
     }
 
@@ -198,22 +217,58 @@ where
         checkpoint: Checkpoint<P>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
-        let Checkpoint { time, simulators, remainders, fastest, temperature, tally } = checkpoint;
+        let Checkpoint {
+            time,
+            simulators,
+            remainders,
+            fastest,
+            temperature,
+            tally,
+        } = checkpoint;
         let check = |name, value: f64, good: bool, allowed| {
-            if good { Ok(()) } else { Err(EngineError::BadParameter { name, value, allowed }) }
+            if good {
+                Ok(())
+            } else {
+                Err(EngineError::BadParameter {
+                    name,
+                    value,
+                    allowed,
+                })
+            }
         };
         let copies = f64::from(parameters.simulators_per_disk);
         check("simulators_per_disk", copies, copies >= 1.0, "at least 1")?;
         let steps = parameters.steps_per_crossing;
-        check("steps_per_crossing", steps, (1.0..1e6).contains(&steps), "from 1 to 1e6")?;
+        check(
+            "steps_per_crossing",
+            steps,
+            (1.0..1e6).contains(&steps),
+            "from 1 to 1e6",
+        )?;
         let limit = parameters.largest_contact_value;
-        check("largest_contact_value", limit, (1.0..1e9).contains(&limit), "from 1 to 1e9")?;
+        check(
+            "largest_contact_value",
+            limit,
+            (1.0..1e9).contains(&limit),
+            "from 1 to 1e9",
+        )?;
         if let Some(size) = parameters.cell_size {
-            check("cell_size", size, size > 0.0 && size.is_finite(), "above zero")?;
+            check(
+                "cell_size",
+                size,
+                size > 0.0 && size.is_finite(),
+                "above zero",
+            )?;
         }
         for (index, simulator) in simulators.iter().enumerate() {
-            let Simulator { position, velocity, .. } = simulator;
-            if !position.iter().chain(velocity.iter()).all(|x| x.abs() <= 1e150) {
+            let Simulator {
+                position, velocity, ..
+            } = simulator;
+            if !position
+                .iter()
+                .chain(velocity.iter())
+                .all(|x| x.abs() <= 1e150)
+            {
                 return Err(EngineError::BadNumber {
                     simulator: index,
                     position: (*position).into(),
@@ -238,7 +293,9 @@ where
         let chi = parameters.scheme.contact_value(packing).min(limit);
         let mean_free_path = mean_diameter * kinetic::mean_free_path(packing.max(1e-12), chi);
         let lengths = domain.lengths();
-        let side = parameters.cell_size.unwrap_or_else(|| (0.5 * mean_free_path).max(2.0 * mean_diameter));
+        let side = parameters
+            .cell_size
+            .unwrap_or_else(|| (0.5 * mean_free_path).max(2.0 * mean_diameter));
         // At most 2^26 cells in all: a cell much smaller than that holds nobody.
         let counts = [0, 1].map(|axis| ((lengths[axis] / side) as usize).clamp(1, 8192));
         let width = vector![lengths[0] / counts[0] as f64, lengths[1] / counts[1] as f64];
@@ -286,7 +343,11 @@ where
             let step = self.step_length();
             // Equal last steps instead of a long and a tiny one.
             let steps = (left / step).ceil();
-            let (step, last) = if steps <= 1.0 { (left, true) } else { (left / steps, false) };
+            let (step, last) = if steps <= 1.0 {
+                (left, true)
+            } else {
+                (left / steps, false)
+            };
             self.step(step, watch);
             self.time = if last { until } else { self.time + step };
         }
@@ -301,7 +362,11 @@ where
             bodies[P::Sizes::index(simulator.tag, order)] =
                 Body::new(self.domain.wrap(simulator.position), simulator.velocity);
         }
-        State { time: self.time, domain: self.domain, bodies }
+        State {
+            time: self.time,
+            domain: self.domain,
+            bodies,
+        }
     }
 
     /// The scene with the sizes of all simulators.
@@ -391,7 +456,12 @@ where
         }
         let field = self.scene.field();
         for simulator in &mut self.simulators {
-            Field::<Plane>::drift(field, &mut simulator.position, &mut simulator.velocity, 0.5 * step);
+            Field::<Plane>::drift(
+                field,
+                &mut simulator.position,
+                &mut simulator.velocity,
+                0.5 * step,
+            );
         }
         self.take_stock();
         self.tally.steps += 1;
@@ -403,7 +473,12 @@ where
         let scale = vector![1.0 / self.width[0], 1.0 / self.width[1]];
         self.starts.fill(0);
         for (simulator, place) in self.simulators.iter_mut().zip(&mut self.places) {
-            Field::<Plane>::drift(field, &mut simulator.position, &mut simulator.velocity, duration);
+            Field::<Plane>::drift(
+                field,
+                &mut simulator.position,
+                &mut simulator.velocity,
+                duration,
+            );
             simulator.position = self.domain.wrap(simulator.position);
             let column = ((simulator.position[0] * scale[0]) as usize).min(self.counts[0] - 1);
             let row = ((simulator.position[1] * scale[1]) as usize).min(self.counts[1] - 1);
@@ -429,13 +504,17 @@ where
     }
 
     fn collide_cell(&mut self, cell: usize, step: f64, watch: &mut impl Observe<P>) {
-        let members = &mut self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize];
+        let members =
+            &mut self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize];
         let count = members.len();
         let sizes = self.scene.sizes();
         let (chi, limited) = self.density.contact_value(cell);
         self.tally.active_cells += 1;
         self.tally.limited_cells += u64::from(limited);
-        let mean = members.iter().fold(Vector2::zeros(), |sum, m| sum + m.velocity) / count as f64;
+        let mean = members
+            .iter()
+            .fold(Vector2::zeros(), |sum, m| sum + m.velocity)
+            / count as f64;
         let [mut first, mut second] = [0.0_f64; 2];
         for member in members.iter() {
             let square = (member.velocity - mean).norm_squared();
@@ -448,22 +527,33 @@ where
             return;
         }
         let largest = 2.0 * sizes.largest_radius();
-        let packing = if P::Sizes::UNIFORM { 0.0 } else { self.density.packing(cell).min(0.9) };
+        let packing = if P::Sizes::UNIFORM {
+            0.0
+        } else {
+            self.density.packing(cell).min(0.9)
+        };
         // chi and contact distance of a pair over those of the largest disks at chi.
         let pair_factor = |diameters: [f64; 2]| {
             let distance = 0.5 * (diameters[0] + diameters[1]);
             distance * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
         };
-        let ceiling = if P::Sizes::UNIFORM { largest * chi } else { pair_factor([largest; 2]).max(largest * chi) };
+        let ceiling = if P::Sizes::UNIFORM {
+            largest * chi
+        } else {
+            pair_factor([largest; 2]).max(largest * chi)
+        };
         let pairs = 0.5 * count as f64 * (count - 1) as f64;
         let area = self.width[0] * self.width[1];
-        let trials = pairs * 2.0 * ceiling * self.weight * majorant * step / area + self.remainders[cell];
+        let trials =
+            pairs * 2.0 * ceiling * self.weight * majorant * step / area + self.remainders[cell];
         self.remainders[cell] = trials.fract();
         let trials = trials as u64;
         if trials == 0 {
             return;
         }
-        let mut stream = self.streams.at(Purpose::Collisions, [self.tally.steps, cell as u64]);
+        let mut stream = self
+            .streams
+            .at(Purpose::Collisions, [self.tally.steps, cell as u64]);
         let mut collisions = 0;
         for _ in 0..trials {
             let [i, j] = draw_pair(count, &mut stream);
@@ -486,16 +576,23 @@ where
             let direction = relative / square.sqrt();
             let impact = 2.0 * stream.random::<f64>() - 1.0;
             let along = -(1.0 - impact * impact).sqrt();
-            let line = (direction * along + vector![-direction[1], direction[0]] * impact) * distance;
+            let line =
+                (direction * along + vector![-direction[1], direction[0]] * impact) * distance;
             let masses = [i, j].map(|who| sizes.mass(members[who].tag));
             let velocities = [members[i].velocity, members[j].velocity];
             let approach = -along * square.sqrt();
             let restitution = self.scene.restitution().normal(approach);
-            let pair = Encounter { velocities, masses, line };
+            let pair = Encounter {
+                velocities,
+                masses,
+                line,
+            };
             let [u, v] = collide(&self.scene, &pair, restitution);
             members[i].velocity = u;
             members[j].velocity = v;
-            self.tally.separation += self.domain.distance(members[i].position, members[j].position);
+            self.tally.separation += self
+                .domain
+                .distance(members[i].position, members[j].position);
             if self.parameters.displacement {
                 members[i].position += line;
                 members[j].position -= line;
@@ -514,7 +611,10 @@ where
         if limited {
             self.tally.limited_collisions += collisions;
         }
-        self.tally.busiest_cell = self.tally.busiest_cell.max(2.0 * collisions as f64 / count as f64);
+        self.tally.busiest_cell = self
+            .tally
+            .busiest_cell
+            .max(2.0 * collisions as f64 / count as f64);
     }
 }
 

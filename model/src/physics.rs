@@ -91,6 +91,9 @@ where
         &self.field
     }
     fn with_sizes(&self, sizes: Z) -> Self {
-        Self { sizes, ..self.clone() }
+        Self {
+            sizes,
+            ..self.clone()
+        }
     }
 }

@@ -107,7 +107,10 @@ impl Sizes for Polydisperse {
         tag as usize
     }
     fn repeated(&self, times: usize) -> Self {
-        Self { sizes: self.sizes.repeat(times).into(), largest: self.largest }
+        Self {
+            sizes: self.sizes.repeat(times).into(),
+            largest: self.largest,
+        }
     }
     #[inline]
     fn radius(&self, tag: u32) -> f64 {
