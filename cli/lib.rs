@@ -1,1 +1,3 @@
 //! Facade and command line of stosszahl.
+
+pub mod case;

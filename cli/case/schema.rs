@@ -1,0 +1,323 @@
+//! The JSON Schema of a case file, and the check of a case against it.
+//!
+//! Types and ranges are checked against the very schema that is published, so the two cannot drift apart.
+//! A general validator was not taken: it would report JSON pointers, where a reader of TOML needs the key, the
+//! value and one sentence on what is allowed.
+
+use std::sync::OnceLock;
+
+use schemars::generate::SchemaSettings;
+use serde_json::Value as Json;
+use toml::Value;
+
+use super::error::Problem;
+use super::locate::KeyPath;
+use super::nearest::nearest;
+use super::written::Written;
+
+/// The JSON Schema of a case file, with descriptions, defaults and ranges.
+///
+/// `x-allowed` holds the sentence that an error message gives for a key.
+pub fn schema() -> Json {
+    shared().clone()
+}
+
+/// The schema, built once.
+pub(super) fn shared() -> &'static Json {
+    static SCHEMA: OnceLock<Json> = OnceLock::new();
+    SCHEMA.get_or_init(|| {
+        let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);
+        let mut schema = settings
+            .into_generator()
+            .into_root_schema_for::<Written>()
+            .to_value();
+        remove_null(&mut schema);
+        schema["title"] = Json::from("stosszahl case");
+        schema
+    })
+}
+
+/// Takes null out of a schema: TOML cannot write it.
+fn remove_null(schema: &mut Json) {
+    match schema {
+        Json::Object(keys) => {
+            if keys.get("default").is_some_and(Json::is_null) {
+                keys.remove("default");
+            }
+            if let Some(types) = keys.get_mut("type").and_then(Json::as_array_mut) {
+                types.retain(|kind| kind != "null");
+                if let [kind] = &types[..] {
+                    let kind = kind.clone();
+                    keys.insert("type".to_owned(), kind);
+                }
+            }
+            if let Some(choices) = keys.get_mut("anyOf").and_then(Json::as_array_mut) {
+                choices.retain(|choice| choice["type"] != "null");
+            }
+            if let Some(choices) = keys.get_mut("enum").and_then(Json::as_array_mut) {
+                choices.retain(|choice| !choice.is_null());
+            }
+            keys.values_mut().for_each(remove_null);
+        }
+        Json::Array(items) => items.iter_mut().for_each(remove_null),
+        _ => {}
+    }
+}
+
+/// Checks that every key is known, has the right type and lies in its range, and that none is missing.
+pub(super) fn check(table: &toml::Table) -> Result<(), Problem> {
+    let value = Value::Table(table.clone());
+    // A misspelt key explains a missing one, so all keys are compared first.
+    known(shared(), &value, &KeyPath::default())?;
+    within(shared(), &value, &KeyPath::default(), None)
+}
+
+/// Checks one part of a case, such as its sweeps, against its part of the schema.
+pub(super) fn check_part(key: &str, value: &Value) -> Result<(), Problem> {
+    within(&shared()["properties"][key], value, &KeyPath::of(key), None)
+}
+
+/// The alternatives of a schema; a schema without any is its own only one.
+fn alternatives(schema: &Json) -> Vec<&Json> {
+    let listed = schema
+        .get("anyOf")
+        .or_else(|| schema.get("oneOf"))
+        .and_then(Json::as_array);
+    listed.map_or_else(
+        || vec![schema],
+        |list| list.iter().flat_map(alternatives).collect(),
+    )
+}
+
+/// Whether a value has the type that a schema asks for.
+fn has_type(schema: &Json, value: &Value) -> bool {
+    match schema["type"].as_str() {
+        Some("object") => value.is_table(),
+        Some("array") => value.is_array(),
+        Some("string") => value.is_str(),
+        Some("boolean") => value.is_bool(),
+        Some("integer") => value.is_integer(),
+        Some("number") => value.is_integer() || value.is_float(),
+        _ => true,
+    }
+}
+
+/// Checks that every key is known.
+fn known(schema: &Json, value: &Value, path: &KeyPath) -> Result<(), Problem> {
+    let Some(schema) = alternatives(schema)
+        .into_iter()
+        .find(|choice| has_type(choice, value))
+    else {
+        return Ok(());
+    };
+    if let (Value::Table(table), Some(keys)) = (value, schema["properties"].as_object()) {
+        for (key, value) in table {
+            let path = path.key(key);
+            let Some(schema) = keys.get(key) else {
+                let allowed: Vec<String> = keys.keys().cloned().collect();
+                let close = nearest(key, keys.keys().map(String::as_str)).map(str::to_owned);
+                let suggestion = close.or_else(|| elsewhere(key));
+                return Err(Problem::Unknown {
+                    key: path,
+                    allowed,
+                    suggestion,
+                });
+            };
+            known(schema, value, &path)?;
+        }
+    }
+    Ok(())
+}
+
+/// The full name of a key that belongs into another table.
+fn elsewhere(key: &str) -> Option<String> {
+    let keys = shared()["properties"].as_object()?;
+    if keys.contains_key(key) {
+        return Some(format!("{key}, which stands before the first [table]"));
+    }
+    keys.iter()
+        .find(|(_, table)| table["properties"].get(key).is_some())
+        .map(|(table, _)| format!("{table}.{key}"))
+}
+
+/// Checks types, ranges and missing keys. `sentence` says what is allowed around here.
+fn within(
+    schema: &Json,
+    value: &Value,
+    path: &KeyPath,
+    sentence: Option<&str>,
+) -> Result<(), Problem> {
+    let sentence = schema["x-allowed"].as_str().or(sentence);
+    let choices = alternatives(schema);
+    let refuse = |suggestion: Option<String>| {
+        let allowed = sentence.map_or_else(|| describe(schema), str::to_owned);
+        Err(Problem::Bad {
+            key: path.clone(),
+            value: written(value),
+            allowed,
+            suggestion,
+        })
+    };
+    let fitting: Vec<&Json> = choices
+        .into_iter()
+        .filter(|choice| has_type(choice, value))
+        .collect();
+    let Some(&first) = fitting.first() else {
+        return refuse(None);
+    };
+    match value {
+        Value::String(text) => {
+            let words: Vec<&str> = fitting.iter().flat_map(|choice| words(choice)).collect();
+            if !words.is_empty() && !words.contains(&text.as_str()) {
+                return refuse(nearest(text, words).map(|word| format!("\"{word}\"")));
+            }
+            let least = schema["minLength"].as_u64().unwrap_or(0);
+            if (text.trim().chars().count() as u64) < least {
+                return refuse(None);
+            }
+        }
+        Value::Integer(number) => {
+            if !(in_range(schema, *number as f64) && in_range(first, *number as f64)) {
+                return refuse(None);
+            }
+        }
+        Value::Float(number) => {
+            if !(number.is_finite() && in_range(schema, *number) && in_range(first, *number)) {
+                return refuse(None);
+            }
+        }
+        Value::Array(list) => {
+            let least = first["minItems"].as_u64().unwrap_or(0);
+            let most = first["maxItems"].as_u64().unwrap_or(u64::MAX);
+            if !(least..=most).contains(&(list.len() as u64)) {
+                return refuse(None);
+            }
+            for (i, value) in list.iter().enumerate() {
+                within(&first["items"], value, &path.element(i), sentence)?;
+            }
+        }
+        Value::Table(table) => {
+            let keys = &first["properties"];
+            for (key, value) in table {
+                let schema = keys.get(key).unwrap_or(&first["additionalProperties"]);
+                // The sentence of a table is about the table, not about its keys, unless it has no schema.
+                let sentence = if keys.is_object() { None } else { sentence };
+                within(schema, value, &path.key(key), sentence)?;
+            }
+            let required = first["required"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(Json::as_str);
+            for key in required {
+                if !table.contains_key(key) {
+                    return Err(Problem::Missing {
+                        key: path.key(key),
+                        allowed: allowed(&keys[key]),
+                    });
+                }
+            }
+        }
+        Value::Boolean(_) | Value::Datetime(_) => {}
+    }
+    Ok(())
+}
+
+/// The words that a schema allows; none if it allows any.
+fn words(schema: &Json) -> Vec<&str> {
+    let listed = schema["enum"].as_array().into_iter().flatten();
+    listed
+        .chain(schema.get("const"))
+        .filter_map(Json::as_str)
+        .collect()
+}
+
+/// Whether a number lies in the range of a schema.
+fn in_range(schema: &Json, number: f64) -> bool {
+    let limit = |key: &str| schema[key].as_f64();
+    limit("minimum").is_none_or(|least| number >= least)
+        && limit("exclusiveMinimum").is_none_or(|least| number > least)
+        && limit("maximum").is_none_or(|most| number <= most)
+        && limit("exclusiveMaximum").is_none_or(|most| number < most)
+        && limit("const").is_none_or(|only| number == only)
+}
+
+/// What a schema allows, in a sentence.
+fn allowed(schema: &Json) -> String {
+    schema["x-allowed"]
+        .as_str()
+        .map_or_else(|| describe(schema), str::to_owned)
+}
+
+/// What a schema allows where it has no sentence of its own: the keys of a table, or the description.
+fn describe(schema: &Json) -> String {
+    for choice in alternatives(schema) {
+        if let Some(keys) = choice["properties"].as_object() {
+            let keys: Vec<&str> = keys.keys().map(String::as_str).collect();
+            return format!("this is a table with the keys {}", keys.join(", "));
+        }
+    }
+    let text = schema["description"]
+        .as_str()
+        .unwrap_or("this key has another type");
+    text.replace('\n', " ")
+}
+
+/// The sentence on what is allowed for a dotted key.
+pub(super) fn sentence(dotted: &str) -> String {
+    let mut schema = shared();
+    for key in dotted.split('.') {
+        let holder = alternatives(schema)
+            .into_iter()
+            .find(|choice| choice["properties"][key].is_object());
+        schema = holder.map_or(&Json::Null, |choice| &choice["properties"][key]);
+    }
+    allowed(schema)
+}
+
+/// A value as TOML on one line, cut if it is long.
+pub(super) fn written(value: &Value) -> String {
+    /// Letters of a value that are shown.
+    const WIDTH: usize = 60;
+    let mut all = String::new();
+    write(value, &mut all, WIDTH);
+    if all.chars().nth(WIDTH).is_some() {
+        all = all.chars().take(WIDTH).collect();
+        all.push_str("...");
+    }
+    all
+}
+
+fn write(value: &Value, out: &mut String, width: usize) {
+    if out.len() > 4 * width {
+        return;
+    }
+    match value {
+        Value::String(text) => {
+            let start: String = text.chars().take(width).collect();
+            out.push_str(&format!("\"{}\"", start.escape_debug()));
+        }
+        Value::Float(number) if number.is_nan() => out.push_str("nan"),
+        // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
+        Value::Float(number) => out.push_str(&format!("{number:?}")),
+        Value::Array(list) => {
+            out.push('[');
+            for (i, value) in list.iter().enumerate() {
+                out.push_str(if i == 0 { "" } else { ", " });
+                write(value, out, width);
+            }
+            out.push(']');
+        }
+        Value::Table(table) if table.is_empty() => out.push_str("{}"),
+        Value::Table(table) => {
+            out.push_str("{ ");
+            for (i, (key, value)) in table.iter().enumerate() {
+                out.push_str(if i == 0 { "" } else { ", " });
+                out.push_str(&format!("{} = ", KeyPath::default().key(key)));
+                write(value, out, width);
+            }
+            out.push_str(" }");
+        }
+        other => out.push_str(&other.to_string()),
+    }
+}
