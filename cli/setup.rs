@@ -1,0 +1,355 @@
+//! From a valid case to numbers: units, box, sizes, and what theory expects of the run.
+
+use nalgebra::{Vector2, vector};
+use stosszahl_model::initial::{self, Arrangement, FileError, Overlap, PlacementError};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Domain, Plane, Restitution as _, Viscoelastic, kinetic};
+
+use crate::case::{Bodies, Case, Dsmc, Engine, Restitution, Velocities};
+
+/// Deepest overlap of a start that counts as rounding, over the mean diameter.
+const OVERLAP_TOLERANCE: f64 = 1e-9;
+
+/// What one reduced unit is in the units of the case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Mean diameter.
+    pub length: f64,
+    /// Mean mass.
+    pub mass: f64,
+    /// Temperature of the start.
+    pub energy: f64,
+}
+
+impl Scale {
+    /// Time unit d sqrt(m/T).
+    pub fn time(&self) -> f64 {
+        self.length / self.speed()
+    }
+
+    /// Thermal speed sqrt(T/m).
+    pub fn speed(&self) -> f64 {
+        (self.energy / self.mass).sqrt()
+    }
+}
+
+/// What the unit of time `t_0` is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Haff's time of the start.
+    Haff,
+    /// The mean free time, where nothing is lost.
+    MeanFreeTime,
+}
+
+impl TimeUnit {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Haff => "haff",
+            Self::MeanFreeTime => "mean free time",
+        }
+    }
+}
+
+/// Why a valid case cannot be started.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// The start file is unreadable or damaged.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Disks of the start overlap.
+    #[error(
+        "{file}: disks {} and {} (counted from 0) overlap by {depth}; allowed are touching disks", pair[0], pair[1]
+    )]
+    Overlap {
+        /// The start file, as written in the case.
+        file: String,
+        /// The pair.
+        pair: [usize; 2],
+        /// Depth in the units of the file.
+        depth: f64,
+    },
+    /// The start file lacks something that the case asks of it, or has too much of it.
+    #[error("{file}: {found}; expected {expected}")]
+    Content {
+        /// The start file, as written in the case.
+        file: String,
+        /// What was found.
+        found: String,
+        /// What belongs there.
+        expected: String,
+    },
+    /// The lattice does not fit.
+    #[error("start.placement: {0}")]
+    Placement(#[from] PlacementError),
+    /// The box is narrower than a disk.
+    #[error("gas.disks and gas.packing_fraction give a box of {:.4} x {:.4} diameters; both sides must be longer than one disk is wide", lengths[0], lengths[1])]
+    BoxTooSmall {
+        /// Sides in diameters.
+        lengths: [f64; 2],
+    },
+}
+
+/// A case in reduced units, in which the mean diameter, the mean mass and the initial temperature are one.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The case.
+    pub case: Case,
+    /// Reduced units in those of the case.
+    pub scale: Scale,
+    /// Number of disks.
+    pub disks: usize,
+    /// Share of the box that they cover.
+    pub packing_fraction: f64,
+    /// The box.
+    pub domain: Domain<Plane>,
+    /// Radius and mass of each disk, where they are unlike.
+    pub sizes: Option<Vec<(f64, f64)>>,
+    /// Positions, and velocities if it has them, of a start file.
+    pub file: Option<(Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>)>,
+    /// Coefficient of restitution: the constant one, or that at the mean approach speed of the start.
+    pub restitution: f64,
+    /// Enskog's contact value at the mean density.
+    pub contact_value: f64,
+    /// `t_0`.
+    pub time: f64,
+    /// What `t_0` is.
+    pub time_unit: TimeUnit,
+}
+
+impl Setup {
+    /// Reads the start file if there is one, and derives everything.
+    ///
+    /// # Errors
+    /// [`SetupError`] if the start file or the box cannot be used.
+    pub fn new(case: Case) -> Result<Self, SetupError> {
+        let setup = if let Bodies::File(file) = &case.start.bodies {
+            Self::from_file(&case, file)?
+        } else {
+            let disks = case.disks().expect("only a file leaves it out");
+            let packing_fraction = case.packing_fraction().expect("only a file leaves it out");
+            let scale = Scale {
+                length: case.gas.diameter,
+                mass: case.gas.mass,
+                energy: case.temperature().expect("only a file leaves it out"),
+            };
+            let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
+            let width = (area / case.domain.aspect_ratio).sqrt();
+            Self::assemble(&case, scale, disks, [width, area / width], packing_fraction, None, None)?
+        };
+        if let Some(arrangement) = setup.arrangement() {
+            // Whether a lattice fits is known before anything is written.
+            let streams = Streams::new(case.seed, 0);
+            if arrangement != Arrangement::Disordered || setup.packing_fraction > initial::SEQUENTIAL_LIMIT {
+                initial::place(arrangement, setup.disks, 1.0, &setup.domain, &streams)?;
+            }
+        }
+        Ok(setup)
+    }
+
+    fn from_file(case: &Case, file: &crate::case::StartFile) -> Result<Self, SetupError> {
+        let start = initial::read(&file.path)?;
+        let content = |found: &str, expected: &str| SetupError::Content {
+            file: file.written.clone(),
+            found: found.into(),
+            expected: expected.into(),
+        };
+        let count = start.positions.len();
+        let radii = start.radii.unwrap_or_else(|| vec![0.5 * case.gas.diameter; count]);
+        let masses = start.masses.unwrap_or_else(|| vec![case.gas.mass; count]);
+        let domain = Domain::<Plane>::periodic(start.lengths.into()).expect("positive sides were read");
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
+        let length = 2.0 * mean(&radii);
+        if let Some(Overlap { pair, depth }) =
+            initial::first_overlap(&start.positions, |i| radii[i], &domain, OVERLAP_TOLERANCE * length)
+        {
+            return Err(SetupError::Overlap { file: file.written.clone(), pair, depth });
+        }
+        let mass = mean(&masses);
+        let energy = match (case.start.velocities, &start.velocities) {
+            (Velocities::Maxwellian { temperature }, _) => temperature,
+            (Velocities::File, None) => {
+                return Err(content("no velocities", "columns vx and vy (velo), or velocities = \"maxwellian\""));
+            }
+            (Velocities::File, Some(velocities)) => {
+                let twice: f64 = velocities.iter().zip(&masses).map(|(v, m)| m * v.norm_squared()).sum();
+                let temperature = 0.5 * twice / count as f64;
+                if !(temperature.is_normal() && temperature < 1e200) {
+                    return Err(content(
+                        &format!("a granular temperature of {temperature}"),
+                        "velocities that give one above zero",
+                    ));
+                }
+                temperature
+            }
+        };
+        let scale = Scale { length, mass, energy };
+        let covered: f64 = radii.iter().map(|r| std::f64::consts::PI * r * r).sum();
+        let packing = covered / domain.volume();
+        let alike = |values: &[f64]| values.iter().all(|&value| value == values[0]);
+        let sizes = (!(alike(&radii) && alike(&masses)))
+            .then(|| radii.iter().zip(&masses).map(|(r, m)| (r / length, m / mass)).collect());
+        let lengths = start.lengths.map(|side| side / length);
+        let positions = start.positions.iter().map(|x| x / length).collect();
+        let velocities = match case.start.velocities {
+            Velocities::Maxwellian { .. } => None,
+            Velocities::File => start.velocities.map(|all| all.iter().map(|v| v / scale.speed()).collect()),
+        };
+        Self::assemble(case, scale, count, lengths, packing, sizes, Some((positions, velocities)))
+    }
+
+    fn assemble(
+        case: &Case,
+        scale: Scale,
+        disks: usize,
+        lengths: [f64; 2],
+        packing_fraction: f64,
+        sizes: Option<Vec<(f64, f64)>>,
+        file: Option<(Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>)>,
+    ) -> Result<Self, SetupError> {
+        let widest = sizes.iter().flatten().map(|size| 2.0 * size.0).fold(1.0, f64::max);
+        let domain = Domain::periodic(vector![lengths[0], lengths[1]])
+            .filter(|_| lengths.iter().all(|&side| side > widest * (1.0 + 1e-9)))
+            .ok_or(SetupError::BoxTooSmall { lengths })?;
+        let restitution = match case.gas.restitution {
+            Restitution::Constant(coefficient) => coefficient,
+            // Mean normal approach speed of colliding pairs, sqrt(pi T/m).
+            Restitution::Viscoelastic { dissipation } => Viscoelastic::new(dissipation)
+                .map_or(1.0, |law| law.normal(std::f64::consts::PI.sqrt())),
+        };
+        // A start beyond close packing is possible only for unlike disks.
+        let contact_value = kinetic::contact_value(packing_fraction.min(0.9 * kinetic::CLOSE_PACKING));
+        let (time, time_unit) = if restitution < 1.0 {
+            (kinetic::haff_time(packing_fraction, restitution, contact_value), TimeUnit::Haff)
+        } else {
+            (1.0 / kinetic::collision_rate(packing_fraction, contact_value, 0.0), TimeUnit::MeanFreeTime)
+        };
+        Ok(Self {
+            case: case.clone(),
+            scale,
+            disks,
+            packing_fraction,
+            domain,
+            sizes,
+            file,
+            restitution,
+            contact_value,
+            time,
+            time_unit,
+        })
+    }
+
+    /// The arrangement to place; `None` with a start file.
+    pub fn arrangement(&self) -> Option<Arrangement> {
+        match self.case.start.bodies {
+            Bodies::Disordered { .. } => Some(Arrangement::Disordered),
+            Bodies::Square { .. } => Some(Arrangement::Square),
+            Bodies::Hexagonal { .. } => Some(Arrangement::Hexagonal),
+            Bodies::File(_) => None,
+        }
+    }
+
+    /// Whether Haff's law with its Sonine correction applies: equal disks with one coefficient.
+    pub fn has_theory(&self) -> bool {
+        self.sizes.is_none() && matches!(self.case.gas.restitution, Restitution::Constant(_))
+    }
+
+    /// Fourth cumulant of the homogeneous cooling state; 0 for an elastic gas.
+    pub fn fourth_cumulant(&self) -> f64 {
+        kinetic::fourth_cumulant(2, self.restitution)
+    }
+
+    /// Enskog's collision rate per particle, in units of sqrt(T/m)/d.
+    pub fn collision_rate(&self) -> f64 {
+        kinetic::collision_rate(self.packing_fraction, self.contact_value, self.fourth_cumulant())
+    }
+
+    /// Energy over that of the start at the time `time_over_t0`, by Haff's law; `None` where it does not apply.
+    pub fn haff_ratio(&self, time_over_t0: f64) -> Option<f64> {
+        self.has_theory().then(|| match self.time_unit {
+            TimeUnit::Haff => kinetic::haff_law(time_over_t0, self.fourth_cumulant()),
+            TimeUnit::MeanFreeTime => 1.0,
+        })
+    }
+
+    /// Collisions per particle that theory expects up to a time.
+    pub fn expected_collisions(&self, time_over_t0: f64) -> f64 {
+        match self.time_unit {
+            TimeUnit::Haff => kinetic::haff_collisions(2, self.restitution, time_over_t0),
+            TimeUnit::MeanFreeTime => time_over_t0,
+        }
+    }
+
+    /// The numerical choices of a Monte Carlo engine.
+    pub fn dsmc_parameters(&self, dsmc: &Dsmc) -> stosszahl_dsmc::Parameters {
+        use crate::case::{ContactValue, Neighbourhood};
+        let (scheme, largest) = match dsmc.contact_value {
+            ContactValue::Boltzmann => (stosszahl_dsmc::Scheme::Boltzmann, 1.0),
+            ContactValue::FreeVolume { largest } => (stosszahl_dsmc::Scheme::FreeVolume, largest),
+            ContactValue::Enskog { neighbourhood, largest } => {
+                let area = match neighbourhood {
+                    Neighbourhood::Mean => stosszahl_dsmc::Neighbourhood::Mean,
+                    Neighbourhood::Cells(n) => stosszahl_dsmc::Neighbourhood::Cells(n),
+                };
+                (stosszahl_dsmc::Scheme::Enskog(area), largest)
+            }
+        };
+        stosszahl_dsmc::Parameters {
+            scheme,
+            displacement: dsmc.displacement,
+            cell_size: dsmc.cell_size,
+            simulators_per_disk: dsmc.simulators_per_disk,
+            steps_per_crossing: dsmc.steps_per_crossing,
+            largest_contact_value: largest,
+        }
+    }
+
+    /// Derived quantities by name: in diameters, thermal speeds and so on, unless the name says otherwise.
+    pub fn derived(&self) -> Vec<(String, f64)> {
+        let lengths = self.domain.lengths();
+        let until = self.case.run.until;
+        let path = kinetic::mean_free_path(self.packing_fraction, self.contact_value);
+        let mut list = vec![
+            ("disks".to_owned(), self.disks as f64),
+            ("packing_fraction".to_owned(), self.packing_fraction),
+            ("box_width_over_d".to_owned(), lengths[0]),
+            ("box_height_over_d".to_owned(), lengths[1]),
+            ("restitution".to_owned(), self.restitution),
+            ("contact_value".to_owned(), self.contact_value),
+            ("mean_free_path_over_d".to_owned(), path),
+            ("collision_rate_per_particle".to_owned(), self.collision_rate() / self.scale.time()),
+            ("t0".to_owned(), self.time * self.scale.time()),
+            ("one_over_t0".to_owned(), 1.0 / (self.time * self.scale.time())),
+            ("structure_factor_at_zero_elastic".to_owned(), kinetic::structure_factor_at_zero(self.packing_fraction)),
+            ("expected_collisions_per_particle".to_owned(), self.expected_collisions(until)),
+            (
+                "expected_pair_collisions_per_replica".to_owned(),
+                0.5 * self.disks as f64 * self.expected_collisions(until),
+            ),
+        ];
+        if self.has_theory() {
+            list.push(("fourth_cumulant_theory".to_owned(), self.fourth_cumulant()));
+        }
+        for engine in &self.case.engines {
+            if let Engine::Dsmc(dsmc) = engine {
+                let side = self.cell_size(dsmc);
+                let name = engine.name().replace('-', "_");
+                let per_cell =
+                    4.0 / std::f64::consts::PI * self.packing_fraction * side[0] * side[1] * f64::from(dsmc.simulators_per_disk);
+                list.push((format!("{name}_cell_width_over_d"), side[0]));
+                list.push((format!("{name}_cell_width_over_mean_free_path"), side[0] / path));
+                list.push((format!("{name}_simulators_per_cell"), per_cell));
+            }
+        }
+        list
+    }
+
+    /// Sides of a Monte Carlo cell in diameters.
+    pub fn cell_size(&self, dsmc: &Dsmc) -> [f64; 2] {
+        let parameters = self.dsmc_parameters(dsmc);
+        let cells = parameters.cells(&self.domain, self.packing_fraction, 1.0);
+        [0, 1].map(|axis| self.domain.lengths()[axis] / cells[axis] as f64)
+    }
+}
