@@ -102,7 +102,7 @@ pub enum CaseError {
     #[error("{place}: this is not TOML: {message}{}{}", Found(found), place.quote())]
     Syntax {
         /// Where.
-        place: Place,
+        place: Box<Place>,
         /// What was found there; empty at the end of a line.
         found: String,
         /// What the TOML reader said.
@@ -112,7 +112,7 @@ pub enum CaseError {
     #[error("{place}: format = {found} is not supported: the only format is {supported}{}", place.quote())]
     UnsupportedFormat {
         /// Where.
-        place: Place,
+        place: Box<Place>,
         /// The format that was found.
         found: String,
         /// The format that is supported.
@@ -122,7 +122,7 @@ pub enum CaseError {
     #[error("{place}: unknown key {key}{}: {}{}", Suggested(suggestion.as_ref()), Keys(key, allowed), place.quote())]
     UnknownKey {
         /// Where.
-        place: Place,
+        place: Box<Place>,
         /// The key that was found.
         key: KeyPath,
         /// The keys of that table.
@@ -134,7 +134,7 @@ pub enum CaseError {
     #[error("{place}: {key} is missing: {allowed}{}", place.quote())]
     MissingKey {
         /// The table where it should be, or what makes it necessary.
-        place: Place,
+        place: Box<Place>,
         /// The key.
         key: KeyPath,
         /// What should be there.
@@ -144,7 +144,7 @@ pub enum CaseError {
     #[error("{place}: {key} = {value} is not allowed{}: {allowed}{}", Suggested(suggestion.as_ref()), place.quote())]
     BadValue {
         /// Where.
-        place: Place,
+        place: Box<Place>,
         /// The key, down to the element of a list.
         key: KeyPath,
         /// What was found.
@@ -263,7 +263,7 @@ impl Problem {
     pub(super) fn locate(self, places: &super::locate::Places) -> CaseError {
         match self {
             Self::Format { found } => CaseError::UnsupportedFormat {
-                place: places.of(&KeyPath::of("format")),
+                place: places.boxed(&KeyPath::of("format")),
                 found,
                 supported: super::FORMAT,
             },
@@ -272,13 +272,13 @@ impl Problem {
                 allowed,
                 suggestion,
             } => CaseError::UnknownKey {
-                place: places.of(&key),
+                place: places.boxed(&key),
                 key,
                 allowed,
                 suggestion,
             },
             Self::Missing { key, allowed } => CaseError::MissingKey {
-                place: places.of(&key.parent()),
+                place: places.boxed(&key.parent()),
                 key,
                 allowed,
             },
@@ -288,7 +288,7 @@ impl Problem {
                 allowed,
                 suggestion,
             } => CaseError::BadValue {
-                place: places.of(&key),
+                place: places.boxed(&key),
                 key,
                 value,
                 allowed,

@@ -47,7 +47,7 @@ impl KeyPath {
         self.then(Step::Element(index))
     }
 
-    pub(super) fn then(&self, step: Step) -> Self {
+    fn then(&self, step: Step) -> Self {
         let mut steps = self.0.clone();
         steps.push(step);
         Self(steps)
@@ -137,6 +137,11 @@ impl<'a> Places<'a> {
         }
     }
 
+    /// The place of a key, as errors hold it.
+    pub(super) fn boxed(&self, key: &KeyPath) -> Box<Place> {
+        Box::new(self.of(key))
+    }
+
     /// A place by its line number.
     fn line(&self, line: usize) -> Place {
         /// Letters of a line that are quoted in a message.
@@ -196,7 +201,7 @@ impl<'a> Places<'a> {
         let found = printable(found.lines().next().unwrap_or_default())
             .take(60)
             .collect();
-        let place = self.line(line_of(self.text, span.start));
+        let place = Box::new(self.line(line_of(self.text, span.start)));
         CaseError::Syntax {
             place,
             found,
@@ -259,9 +264,9 @@ fn printable(text: &str) -> impl Iterator<Item = char> + '_ {
 }
 
 /// The line, from 1, of a byte of the text.
-pub(super) fn line_of(text: &str, offset: usize) -> usize {
-    let before = &text.as_bytes()[..offset.min(text.len())];
-    before.iter().filter(|&&byte| byte == b'\n').count() + 1
+fn line_of(text: &str, offset: usize) -> usize {
+    text.get(..offset)
+        .map_or(1, |before| before.matches('\n').count() + 1)
 }
 
 #[cfg(test)]

@@ -534,7 +534,7 @@ fn read_text(path: &Path) -> Result<String, CaseError> {
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let bytes = error.as_bytes();
-        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let line = bytes[..at].split(|&byte| byte == b'\n').count();
         CaseError::NotUtf8 {
             path: path.to_owned(),
             line,

@@ -279,45 +279,40 @@ pub(super) fn sentence(dotted: &str) -> String {
 pub(super) fn written(value: &Value) -> String {
     /// Letters of a value that are shown.
     const WIDTH: usize = 60;
-    let mut all = String::new();
-    write(value, &mut all, WIDTH);
-    if all.chars().nth(WIDTH).is_some() {
-        all = all.chars().take(WIDTH).collect();
-        all.push_str("...");
+    let all = inline(value, WIDTH);
+    if all.chars().nth(WIDTH).is_none() {
+        return all;
     }
-    all
+    all.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-fn write(value: &Value, out: &mut String, width: usize) {
-    if out.len() > 4 * width {
-        return;
-    }
+/// A value as TOML on one line, of which about `width` letters are wanted.
+fn inline(value: &Value, width: usize) -> String {
     match value {
         Value::String(text) => {
             let start: String = text.chars().take(width).collect();
-            out.push_str(&format!("\"{}\"", start.escape_debug()));
+            format!("\"{}\"", start.escape_debug())
         }
-        Value::Float(number) if number.is_nan() => out.push_str("nan"),
+        Value::Float(number) if number.is_nan() => "nan".to_owned(),
         // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
-        Value::Float(number) => out.push_str(&format!("{number:?}")),
+        Value::Float(number) => format!("{number:?}"),
         Value::Array(list) => {
-            out.push('[');
-            for (i, value) in list.iter().enumerate() {
-                out.push_str(if i == 0 { "" } else { ", " });
-                write(value, out, width);
-            }
-            out.push(']');
+            // An element has at least one letter, so more than these are never seen.
+            let items: Vec<String> = list
+                .iter()
+                .take(width)
+                .map(|value| inline(value, width))
+                .collect();
+            format!("[{}]", items.join(", "))
         }
-        Value::Table(table) if table.is_empty() => out.push_str("{}"),
+        Value::Table(table) if table.is_empty() => "{}".to_owned(),
         Value::Table(table) => {
-            out.push_str("{ ");
-            for (i, (key, value)) in table.iter().enumerate() {
-                out.push_str(if i == 0 { "" } else { ", " });
-                out.push_str(&format!("{} = ", KeyPath::default().key(key)));
-                write(value, out, width);
-            }
-            out.push_str(" }");
+            let item = |(key, value): (&String, &Value)| {
+                format!("{} = {}", KeyPath::default().key(key), inline(value, width))
+            };
+            let items: Vec<String> = table.iter().take(width).map(item).collect();
+            format!("{{ {} }}", items.join(", "))
         }
-        other => out.push_str(&other.to_string()),
+        other => other.to_string(),
     }
 }

@@ -71,7 +71,7 @@ pub(super) fn expand(
                 .iter()
                 .flat_map(|point: &Vec<Chosen>| {
                     axis.iter()
-                        .map(move |value| [point.as_slice(), &[value.clone()]].concat())
+                        .map(move |value| [point.as_slice(), std::slice::from_ref(value)].concat())
                 })
                 .collect();
         }
@@ -164,16 +164,7 @@ impl Names {
                 } else {
                     last
                 };
-                let value = match &one.value {
-                    Value::Float(number)
-                        if (1e-4..1e15).contains(&number.abs()) || *number == 0.0 =>
-                    {
-                        number.to_string()
-                    }
-                    Value::String(text) => text.clone(),
-                    other => schema::written(other),
-                };
-                format!("{key}={value}")
+                format!("{key}={}", plain(&one.value))
             })
             .collect();
         let safe = |c: char| {
@@ -192,5 +183,24 @@ impl Names {
             number += 1;
         }
         name
+    }
+}
+
+/// A value in as few letters as a name needs.
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Float(number) if (1e-4..1e15).contains(&number.abs()) || *number == 0.0 => {
+            number.to_string()
+        }
+        Value::String(text) => text.clone(),
+        Value::Array(list) => list.iter().map(plain).collect::<Vec<_>>().join("_"),
+        Value::Table(table) => {
+            let parts: Vec<String> = table
+                .iter()
+                .map(|(key, value)| format!("{key}_{}", plain(value)))
+                .collect();
+            parts.join("_")
+        }
+        other => schema::written(other),
     }
 }

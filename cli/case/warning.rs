@@ -11,7 +11,8 @@ use super::{Bodies, Case, Engine};
 pub enum Warning {
     /// One replica has no spread, so nothing can be compared within errors.
     SingleReplica,
-    /// The gas starts from a perfect lattice and is not equilibrated.
+    /// The gas starts from a lattice and is not equilibrated. A disordered start above a packing fraction of 0.45
+    /// is such a lattice, with vacancies.
     LatticeStart,
     /// The cells of an engine are so wide that transport is overestimated.
     WideCells {
@@ -19,11 +20,6 @@ pub enum Warning {
         engine: &'static str,
         /// Width of a cell in mean free paths.
         mean_free_paths: f64,
-    },
-    /// Random placement becomes slow or impossible at this density.
-    DenseDisorder {
-        /// The packing fraction.
-        packing_fraction: f64,
     },
     /// The box holds so few disks that kinetic theory does not describe it.
     FewDisks {
@@ -43,7 +39,7 @@ impl Display for Warning {
             }
             Self::LatticeStart => write!(
                 out,
-                "start.collisions_per_particle = 0: the gas starts from a perfect lattice; an elastic \
+                "start.collisions_per_particle = 0: the gas starts from a lattice; an elastic \
                  equilibration of 10 or more collisions per particle melts it"
             ),
             Self::WideCells {
@@ -53,11 +49,6 @@ impl Display for Warning {
                 out,
                 "engine.{engine}.cell_size: the cells are {mean_free_paths:.1} mean free paths wide, so \
                  transport is overestimated, by an error that grows with the square of the width"
-            ),
-            Self::DenseDisorder { packing_fraction } => write!(
-                out,
-                "gas.packing_fraction = {packing_fraction}: random placement jams near 0.547; a hexagonal start \
-                 reaches any density"
             ),
             Self::FewDisks { disks } => write!(
                 out,
@@ -72,26 +63,21 @@ impl Display for Warning {
 pub(super) fn of(case: &Case) -> Vec<Warning> {
     /// Cells wider than this many mean free paths are named.
     const WIDE: f64 = 4.0;
-    /// Random sequential addition of disks jams at this packing fraction (Feder, J. Theor. Biol. 87, 237
-    /// (1980), doi:10.1016/0022-5193(80)90358-6).
-    const JAMMING: f64 = 0.547;
+    /// Above this packing fraction a disordered start is a lattice with vacancies that has to be melted.
+    const SEQUENTIAL: f64 = 0.45;
     let mut warnings = Vec::new();
     if case.replicas == 1 {
         warnings.push(Warning::SingleReplica);
     }
-    let lattice = matches!(
-        case.start.bodies,
-        Bodies::Square { .. } | Bodies::Hexagonal { .. }
-    );
+    let lattice = match case.start.bodies {
+        Bodies::Square { .. } | Bodies::Hexagonal { .. } => true,
+        Bodies::Disordered {
+            packing_fraction, ..
+        } => packing_fraction > SEQUENTIAL,
+        Bodies::File(_) => false,
+    };
     if lattice && case.start.collisions_per_particle == 0.0 {
         warnings.push(Warning::LatticeStart);
-    }
-    if let Bodies::Disordered {
-        packing_fraction, ..
-    } = case.start.bodies
-        && packing_fraction >= JAMMING
-    {
-        warnings.push(Warning::DenseDisorder { packing_fraction });
     }
     if let Some(disks) = case.disks()
         && disks < 10

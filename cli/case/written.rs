@@ -60,7 +60,7 @@ pub struct Written {
     #[expect(dead_code, reason = "sweeps are expanded before the points are read")]
     #[schemars(
         with = "Vec<BTreeMap<String, Vec<serde_json::Value>>>",
-        extend("x-allowed" = "each [[sweep]] block holds dotted keys of the case, each with a list of at least one value")
+        extend("x-allowed" = "each [[sweep]] block holds quoted dotted keys, such as \"gas.restitution\" = [0.9, 1], each with a list of at least one value")
     )]
     pub sweep: Vec<BTreeMap<String, Vec<toml::Value>>>,
 }

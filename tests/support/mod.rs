@@ -1,6 +1,8 @@
 //! What several tests need.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod bad_cases;
+
 use nalgebra::vector;
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
