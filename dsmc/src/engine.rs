@@ -412,6 +412,11 @@ where
         self.time
     }
 
+    /// Number of simulators.
+    pub fn simulators(&self) -> usize {
+        self.simulators.len()
+    }
+
     /// Disks per simulator.
     pub fn weight(&self) -> f64 {
         self.weight

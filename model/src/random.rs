@@ -54,6 +54,12 @@ impl Streams {
         }
     }
 
+    /// The streams of one of several users that must not share them.
+    #[must_use]
+    pub fn branch(&self, user: u64) -> Self {
+        Self { root: absorb(self.root, user) }
+    }
+
     /// The stream at an address.
     #[inline]
     pub fn at(&self, purpose: Purpose, address: [u64; 2]) -> Stream {

@@ -1,0 +1,330 @@
+//! One engine of one replica, from the initial state to the last sample.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::energy::EnergySample;
+use stosszahl_analysis::windows::Windows;
+use stosszahl_ed::Dissipation;
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Sizes, State, snapshot};
+
+use super::record::{Moment, Record, Structure, schedule};
+use super::{Control, RunError, leg_collisions};
+use crate::case::{Dsmc, Engine, EventDriven};
+use crate::dispatch::Planar;
+use crate::setup::Setup;
+
+/// Simulator steps in one leg of a Monte Carlo run, and fewest steps.
+const LEG_SIMULATOR_STEPS: u64 = 5_000_000;
+const LEAST_STEPS: u64 = 20;
+
+/// What was done, in numbers that do not depend on the machine.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Work {
+    /// Pair collisions, of simulators where those collide.
+    pub collisions: u64,
+    /// Named numbers.
+    pub numbers: BTreeMap<String, f64>,
+}
+
+/// A job on its way.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Progress<C> {
+    /// `None` once finished: the record is all that is kept.
+    engine: Option<C>,
+    next: usize,
+    pub(super) record: Record,
+    pub(super) seconds: f64,
+    pub(super) work: Option<Work>,
+}
+
+/// What the job loop asks of an engine.
+trait Gas: Sized {
+    type Physics: Planar;
+    type Checkpoint: Serialize + DeserializeOwned;
+
+    /// Advances by one leg, which is a function of the checkpoint before it; true if the time was reached.
+    fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError>;
+    fn state(&self) -> State<Self::Physics>;
+    fn time(&self) -> f64;
+    fn scene(&self) -> &Self::Physics;
+    fn collisions(&self) -> u64;
+    fn weight(&self) -> f64;
+    fn checkpoint(&self) -> Self::Checkpoint;
+    fn work(&self) -> BTreeMap<String, f64>;
+}
+
+struct Exact<P: Planar> {
+    scene: P,
+    dissipation: Dissipation,
+    limit: Option<u64>,
+    gas: stosszahl_ed::Checkpoint<P>,
+}
+
+impl<P: Planar> Gas for Exact<P> {
+    type Physics = P;
+    type Checkpoint = stosszahl_ed::Checkpoint<P>;
+
+    fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
+        if self.limit.is_some_and(|limit| self.gas.tally.collisions >= limit) {
+            return Err(RunError::CollisionLimit { collisions: self.gas.tally.collisions });
+        }
+        let leg = leg_collisions(self.gas.state.bodies.len());
+        let mut engine = stosszahl_ed::Engine::<P>::new(self.scene.clone(), self.dissipation, self.gas.clone())?;
+        let reached = engine.advance(until, leg, watch)?;
+        self.gas = engine.checkpoint();
+        Ok(reached)
+    }
+    fn state(&self) -> State<P> {
+        self.gas.state.clone()
+    }
+    fn time(&self) -> f64 {
+        self.gas.state.time
+    }
+    fn scene(&self) -> &P {
+        &self.scene
+    }
+    fn collisions(&self) -> u64 {
+        self.gas.tally.collisions
+    }
+    fn weight(&self) -> f64 {
+        1.0
+    }
+    fn checkpoint(&self) -> Self::Checkpoint {
+        self.gas.clone()
+    }
+    fn work(&self) -> BTreeMap<String, f64> {
+        let tally = self.gas.tally;
+        let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
+        [
+            ("predictions_per_collision", each(tally.predictions)),
+            ("calendar_pushes_per_collision", each(tally.pushes)),
+            ("cell_crossings_per_collision", each(tally.crossings)),
+            ("stale_events_per_collision", each(tally.stale)),
+            ("broken_contacts_per_collision", each(tally.broken)),
+            ("share_of_collisions_made_elastic", each(tally.elastic_contacts)),
+        ]
+        .map(|(name, number)| (name.to_owned(), number))
+        .into()
+    }
+}
+
+impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
+    type Physics = P;
+    type Checkpoint = stosszahl_dsmc::Checkpoint<P>;
+
+    fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
+        let steps = (LEG_SIMULATOR_STEPS / self.simulators().max(1) as u64).max(LEAST_STEPS);
+        Ok(self.advance(until, steps, watch))
+    }
+    fn state(&self) -> State<P> {
+        self.state()
+    }
+    fn time(&self) -> f64 {
+        self.time()
+    }
+    fn scene(&self) -> &P {
+        self.scene()
+    }
+    fn collisions(&self) -> u64 {
+        self.tally().collisions
+    }
+    fn weight(&self) -> f64 {
+        self.weight()
+    }
+    fn checkpoint(&self) -> Self::Checkpoint {
+        self.checkpoint()
+    }
+    fn work(&self) -> BTreeMap<String, f64> {
+        let tally = self.tally();
+        let over = |a: f64, b: u64| a / b.max(1) as f64;
+        let simulators = self.simulators() as u64;
+        [
+            ("steps", tally.steps as f64),
+            ("trials_per_collision", over(tally.trials as f64, tally.collisions)),
+            ("majorant_violations_per_trial", over(tally.majorant_violations as f64, tally.trials)),
+            ("collisions_per_simulator_and_step", over(2.0 * tally.collisions as f64, tally.steps * simulators)),
+            ("share_of_cells_with_limited_contact_value", over(tally.limited_cells as f64, tally.active_cells)),
+            ("share_of_collisions_in_limited_cells", over(tally.limited_collisions as f64, tally.collisions)),
+            ("collision_separation_over_d", over(tally.separation, tally.collisions)),
+            ("most_collisions_per_simulator_in_a_cell_and_step", tally.busiest_cell),
+            ("cell_width_over_d", self.cell()[0]),
+        ]
+        .map(|(name, number)| (name.to_owned(), number))
+        .into()
+    }
+}
+
+/// A finished job.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// What was measured.
+    pub record: Record,
+    /// What was done.
+    pub work: Work,
+    /// Computing time [s].
+    pub seconds: f64,
+}
+
+/// Runs one engine of one replica.
+pub(super) fn run_engine<P: Planar>(
+    setup: &Setup,
+    scene: &P,
+    engine: &Engine,
+    start: &State<P>,
+    streams: Streams,
+    control: &Control<'_, ()>,
+    snapshots: Option<PathBuf>,
+) -> Result<Finished, RunError> {
+    match engine {
+        Engine::Ed(EventDriven { contact_time, collision_limit }) => {
+            let dissipation = if *contact_time > 0.0 {
+                Dissipation::ContactTime(contact_time * setup.time)
+            } else {
+                Dissipation::Scene
+            };
+            let begin = |checkpoint: Option<stosszahl_ed::Checkpoint<P>>| {
+                let gas = checkpoint.unwrap_or_else(|| start.clone().into());
+                Ok(Exact { scene: scene.clone(), dissipation, limit: *collision_limit, gas })
+            };
+            follow(setup, engine, begin, &control.with(), snapshots)
+        }
+        Engine::Dsmc(dsmc) => {
+            let parameters = setup.dsmc_parameters(dsmc);
+            let streams = streams.branch(scheme_number(dsmc));
+            let begin = |checkpoint: Option<stosszahl_dsmc::Checkpoint<P>>| {
+                Ok(match checkpoint {
+                    Some(gas) => stosszahl_dsmc::Engine::resume(scene, parameters, start.domain, gas, streams)?,
+                    None => stosszahl_dsmc::Engine::new(scene, parameters, start, streams)?,
+                })
+            };
+            follow(setup, engine, begin, &control.with(), snapshots)
+        }
+    }
+}
+
+/// Different schemes of one replica draw different numbers.
+fn scheme_number(dsmc: &Dsmc) -> u64 {
+    match dsmc.contact_value {
+        crate::case::ContactValue::Boltzmann => 1,
+        crate::case::ContactValue::FreeVolume { .. } => 2,
+        crate::case::ContactValue::Enskog { .. } => 3,
+    }
+}
+
+fn follow<G: Gas>(
+    setup: &Setup,
+    engine: &Engine,
+    begin: impl FnOnce(Option<G::Checkpoint>) -> Result<G, RunError>,
+    control: &Control<'_, Progress<G::Checkpoint>>,
+    snapshots: Option<PathBuf>,
+) -> Result<Finished, RunError> {
+    let schedule = schedule(setup);
+    let loaded = control.load()?;
+    let (mut next, mut record, mut seconds, mut gas) = match loaded {
+        Some(Progress { work: Some(work), record, seconds, .. }) => {
+            control.tell(1.0, 0);
+            return Ok(Finished { record, work, seconds });
+        }
+        Some(Progress { engine, next, record, seconds, .. }) => (next, Some(record), seconds, begin(engine)?),
+        None => (0, None, 0.0, begin(None)?),
+    };
+    let mut structure = Structure::new(setup)?;
+    let mut began = Instant::now();
+    let mut lap = || {
+        let passed = began.elapsed().as_secs_f64();
+        began = Instant::now();
+        passed
+    };
+    if record.is_none() {
+        record = Some(Record::new(setup, gas.state().temperature(gas.scene())));
+    }
+    let mut record = record.expect("just made");
+    while let Some(moment) = schedule.get(next) {
+        let before = gas.collisions();
+        let reached = gas.leg(moment.time_over_t0 * setup.time, &mut record.windows)?;
+        if reached {
+            sample(setup, engine, &gas, moment, &mut record, &mut structure, snapshots.as_ref())?;
+            next += 1;
+        }
+        control.tell(share(setup, gas.time()), gas.collisions() - before);
+        if next < schedule.len() {
+            seconds += lap();
+            control.pause_with(|| Progress {
+                engine: Some(gas.checkpoint()),
+                next,
+                record: record.clone(),
+                seconds,
+                work: None,
+            })?;
+        }
+    }
+    seconds += lap();
+    let work = Work { collisions: gas.collisions(), numbers: gas.work() };
+    control.save(&Progress { engine: None, next, record: record.clone(), seconds, work: Some(work.clone()) })?;
+    control.tell(1.0, 0);
+    Ok(Finished { record, work, seconds })
+}
+
+/// The share of a run that is done, by the collisions that theory expects.
+fn share(setup: &Setup, time: f64) -> f64 {
+    setup.expected_collisions(time / setup.time) / setup.expected_collisions(setup.case.run.until)
+}
+
+fn sample<G: Gas>(
+    setup: &Setup,
+    engine: &Engine,
+    gas: &G,
+    moment: &Moment,
+    record: &mut Record,
+    structure: &mut Structure<'_>,
+    snapshots: Option<&PathBuf>,
+) -> Result<(), RunError> {
+    let state = gas.state();
+    let energy = EnergySample::new(gas.scene(), &state, gas.collisions());
+    record.windows.synchronise(state.time, energy.temperature);
+    let time = moment.time_over_t0;
+    if moment.energy {
+        record.energies.push((time, energy));
+    }
+    if moment.structure {
+        let (factor, pairs) = structure.measure(&state, gas.weight())?;
+        record.structure.push((time, factor));
+        record.pairs.push((time, pairs));
+    }
+    if let (true, Some(folder)) = (moment.snapshot, snapshots) {
+        let index = setup.case.measure.snapshot_times.iter().position(|&known| known == time).unwrap_or(0);
+        let text = extended_xyz(setup, gas.scene(), &state, engine.name(), time);
+        snapshot::write_whole(&folder.join(format!("{}-{index}.xyz", engine.name())), text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// The extended XYZ format that OVITO and ASE read, in the units of the case.
+fn extended_xyz<P: Planar>(setup: &Setup, scene: &P, state: &State<P>, engine: &str, time: f64) -> String {
+    let (length, speed) = (setup.scale.length, setup.scale.speed());
+    let box_sides = state.domain.lengths() * length;
+    let mut text = String::with_capacity(100 * state.bodies.len());
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}", state.bodies.len());
+    let _ = writeln!(
+        text,
+        "Lattice=\"{} 0 0 0 {} 0 0 0 1\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time={} TimeOverT0={time} Engine={engine}",
+        box_sides[0],
+        box_sides[1],
+        state.time * setup.scale.time(),
+    );
+    let sizes = scene.sizes();
+    for (index, body) in state.bodies.iter().enumerate() {
+        let (at, v) = (body.position * length, body.velocity * speed);
+        let tag = sizes.tag(index);
+        let (radius, mass) = (sizes.radius(tag) * length, sizes.mass(tag) * setup.scale.mass);
+        let _ = writeln!(text, "{index} {} {} 0 {} {} 0 {radius} {mass}", at[0], at[1], v[0], v[1]);
+    }
+    text
+}

@@ -1,0 +1,114 @@
+//! What one engine of one replica measures, and when.
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::energy::EnergySample;
+use stosszahl_analysis::pair_correlation::{self, PairCorrelation};
+use stosszahl_analysis::structure_factor::{self, StructureFactor, StructureFactorPlan};
+use stosszahl_analysis::windows::Windows;
+use stosszahl_model::State;
+
+use crate::case::Assignment;
+use crate::dispatch::Planar;
+use crate::setup::Setup;
+
+/// Width of the bins of g(r), in diameters.
+const PAIR_CORRELATION_BIN: f64 = 0.05;
+
+/// What is due at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// When, in units of `t_0`.
+    pub time_over_t0: f64,
+    /// Moments of the velocities.
+    pub energy: bool,
+    /// S(k) and g(r).
+    pub structure: bool,
+    /// All disks into a file.
+    pub snapshot: bool,
+}
+
+/// All moments of a case, in order.
+pub fn schedule(setup: &Setup) -> Vec<Moment> {
+    let (energy, case) = (setup.case.sample_times(), &setup.case);
+    let (structure, snapshot) = (&case.measure.structure.times, &case.measure.snapshot_times);
+    let mut times: Vec<f64> = energy.iter().chain(structure).chain(snapshot).copied().collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+        .into_iter()
+        .map(|time_over_t0| Moment {
+            time_over_t0,
+            energy: energy.contains(&time_over_t0),
+            structure: structure.contains(&time_over_t0),
+            snapshot: snapshot.contains(&time_over_t0),
+        })
+        .collect()
+}
+
+/// The measurements of one engine of one replica.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Record {
+    /// Moments of the velocities at the sample times.
+    pub energies: Vec<(f64, EnergySample)>,
+    /// Collisions in windows of time.
+    pub windows: Windows,
+    /// S(k) by time over `t_0`.
+    pub structure: Vec<(f64, StructureFactor)>,
+    /// g(r) by time over `t_0`.
+    pub pairs: Vec<(f64, PairCorrelation)>,
+}
+
+impl Record {
+    /// An empty record of a gas at temperature `temperature`.
+    pub fn new(setup: &Setup, temperature: f64) -> Self {
+        let spans: Vec<[f64; 2]> =
+            setup.case.measure.impact_windows.iter().map(|span| span.map(|edge| edge * setup.time)).collect();
+        let windows = Windows::new(&spans, setup.case.measure.impact_bins, setup.disks, 0.0, temperature);
+        Self { energies: Vec::new(), windows, structure: Vec::new(), pairs: Vec::new() }
+    }
+}
+
+/// The grid of S(k), planned once for all times.
+pub struct Structure<'a> {
+    setup: &'a Setup,
+    plan: StructureFactorPlan,
+}
+
+impl<'a> Structure<'a> {
+    /// Plans the transforms.
+    ///
+    /// # Errors
+    /// As `StructureFactorPlan::new`.
+    pub fn new(setup: &'a Setup) -> Result<Self, stosszahl_analysis::Error> {
+        let structure = &setup.case.measure.structure;
+        let options = structure_factor::Options {
+            largest_wave_number: structure.largest_wave_number,
+            assignment: match structure.assignment {
+                Assignment::NearestGridPoint => structure_factor::Assignment::NearestGridPoint,
+                Assignment::CloudInCell => structure_factor::Assignment::CloudInCell,
+            },
+            correction: structure.correction,
+            diameter: 1.0,
+        };
+        let plan = StructureFactorPlan::new(setup.domain.lengths().into(), options)?;
+        Ok(Self { setup, plan })
+    }
+
+    /// Measures S(k) and g(r).
+    ///
+    /// # Errors
+    /// As the measurements; only for positions that are no numbers.
+    pub fn measure<P: Planar>(
+        &mut self,
+        state: &State<P>,
+        weight: f64,
+    ) -> Result<(StructureFactor, PairCorrelation), stosszahl_analysis::Error> {
+        let positions: Vec<Vector2<f64>> = state.bodies.iter().map(|body| body.position).collect();
+        let lengths = state.domain.lengths();
+        let range = self.setup.case.measure.pair_correlation_range.min(0.499_999 * lengths.min());
+        let bins = ((range / PAIR_CORRELATION_BIN).round() as usize).max(1);
+        let pairs = pair_correlation::measure(&positions, lengths.into(), 1.0, range, bins)?;
+        Ok((self.plan.measure(&positions, weight)?, pairs))
+    }
+}
