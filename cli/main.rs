@@ -1,2 +1,10 @@
 //! The `stosszahl` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use stosszahl::{arguments::Arguments, commands};
+
+fn main() -> ExitCode {
+    commands::execute(Arguments::parse())
+}

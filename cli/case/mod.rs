@@ -51,6 +51,7 @@ use serde::Serialize;
 
 pub use error::{CaseError, Place};
 pub use locate::{KeyPath, Step};
+pub use overrides::shortened;
 pub use schema::schema;
 pub use warning::Warning;
 pub use written::{Assignment, Boundary, Units};

@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stosszahl_model::random::Streams;
-use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
+pub use stosszahl_model::snapshot::Fingerprint;
+use stosszahl_model::snapshot::{self, SnapshotError};
 
 pub use job::{Finished, Work};
 pub use prepare::StartReport;

@@ -1,0 +1,88 @@
+//! The command line as typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
+/// breaks.
+#[derive(Debug, Parser)]
+#[command(
+    name = "stosszahl",
+    version,
+    after_help = "Begin with:\n  stosszahl check cases/quick.toml     what a case means, before it is run\n  \
+                  stosszahl run cases/quick.toml       the paired case and its report\n  \
+                  stosszahl schema > case.schema.json  for completion in an editor\n\n\
+                  Exit codes: 0 done, 1 the run failed, 2 the input was refused, 130 stopped (continue with --resume)."
+)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a case: make the start, run its engines, write tables and a report.
+    ///
+    /// Tables are the same bytes for the same case and seed, whatever the number of threads, and after any stop and
+    /// continuation.
+    Run(RunArguments),
+    /// Validate a case and print what follows from it: mean free path, t0, cells, memory, time.
+    Check(CheckArguments),
+    /// Rebuild report.html from the tables of a results folder.
+    Report {
+        /// A results folder.
+        folder: PathBuf,
+    },
+    /// Print the JSON Schema of case files.
+    Schema,
+}
+
+/// What may be set from outside a case file.
+#[derive(Debug, Args)]
+pub struct CaseArguments {
+    /// The case file (TOML).
+    pub case: PathBuf,
+    /// Number of replicas, in place of the case's.
+    #[arg(long, value_name = "N")]
+    pub replicas: Option<u64>,
+    /// Seed, in place of the case's.
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// End of the run in units of t0, in place of the case's; times and windows beyond it are left out.
+    #[arg(long, value_name = "T")]
+    pub until: Option<f64>,
+    /// Set any key of the case: --set gas.restitution=0.9 --set engine.ed.contact_time=1e-5. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// `stosszahl run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// The case and what is set from outside.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// Results folder [default: results/NAME-OF-THE-CASE].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Continue a stopped run from its checkpoints, to the same bytes.
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Replace an existing results folder.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `stosszahl check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// The case and what is set from outside.
+    #[command(flatten)]
+    pub case: CaseArguments,
+}

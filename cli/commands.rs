@@ -1,0 +1,433 @@
+//! What each command does.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use std::{fs, io, thread};
+
+use stosszahl_model::snapshot::{SnapshotError, write_whole};
+
+use crate::arguments::{Arguments, CaseArguments, CheckArguments, Command, RunArguments};
+use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
+use crate::export::Tables;
+use crate::manifest::{self, Manifest, Sweep, SweepPoint};
+use crate::progress::{Progress, duration};
+use crate::report;
+use crate::run::{self, CHECKPOINTS, Place, Replica, RunError, SNAPSHOTS};
+use crate::setup::{Setup, SetupError, TimeUnit};
+use crate::verdicts::verdicts;
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CommandError {
+    /// The case file or an override is refused.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The case is valid but cannot be started.
+    #[error("{}: {source}", path.display())]
+    Setup {
+        /// The case file.
+        path: PathBuf,
+        /// Why.
+        source: SetupError,
+    },
+    /// There are results already.
+    #[error("{} exists; use --resume to continue it, --force to replace it, or --out for another folder", path.display())]
+    FolderExists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Not a results folder, so it is not replaced.
+    #[error("{} is not a results folder (no manifest.json, sweep.json or checkpoints in it) and is not replaced", path.display())]
+    NotResults {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// There is nothing to continue.
+    #[error("{}: nothing to resume here; expected a folder with checkpoints of this case", path.display())]
+    NothingToResume {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// `--threads 0`.
+    #[error("--threads {found}: allowed are 1 or more")]
+    Threads {
+        /// What was found.
+        found: usize,
+    },
+    /// A folder or file failed.
+    #[error("{}: {source}", path.display())]
+    Folder {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Threads cannot be started.
+    #[error("threads: {0}")]
+    Pool(#[from] rayon::ThreadPoolBuildError),
+    /// The run failed.
+    #[error("{}: {source}", folder.display())]
+    Run {
+        /// Results folder; checkpoints are kept there.
+        folder: PathBuf,
+        /// Why.
+        source: RunError,
+    },
+    /// A table or the manifest cannot be written.
+    #[error(transparent)]
+    Export(#[from] SnapshotError),
+    /// The report cannot be built.
+    #[error(transparent)]
+    Report(#[from] report::ReportError),
+}
+
+impl CommandError {
+    /// 2: the input was refused; 130: stopped; 1: the run failed.
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Run { source, .. } if source.is_interruption() => 130,
+            Self::Run { source: RunError::Snapshot(SnapshotError::Foreign { .. }), .. } => 2,
+            Self::Folder { .. } | Self::Pool(_) | Self::Run { .. } | Self::Export(_) => 1,
+            _ => 2,
+        }
+    }
+}
+
+fn say(text: &str) {
+    // A closed standard output ends nothing.
+    let _ = writeln!(io::stdout(), "{text}");
+}
+
+fn note(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Does what the command line asks.
+pub fn execute(arguments: Arguments) -> ExitCode {
+    let done = match arguments.command {
+        Command::Run(arguments) => run_case(&arguments),
+        Command::Check(arguments) => check(&arguments),
+        Command::Report { folder } => {
+            report::write_report(&folder).map_err(CommandError::from).map(|path| say(&path.display().to_string()))
+        }
+        Command::Schema => {
+            say(&format!("{:#}", case::schema()));
+            Ok(())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            note(&format!("error: {error}"));
+            if let CommandError::Run { folder, source } = &error
+                && source.is_interruption()
+            {
+                note(&format!("checkpoints are in {}", folder.display()));
+            }
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn read(arguments: &CaseArguments) -> Result<(CaseFile, Vec<Setup>), CommandError> {
+    let mut overrides = Vec::new();
+    if let Some(until) = arguments.until {
+        overrides.extend(case::shortened(&arguments.case, until));
+        overrides.push(format!("run.until={until:?}"));
+    }
+    overrides.extend(arguments.replicas.map(|replicas| format!("replicas={replicas}")));
+    overrides.extend(arguments.seed.map(|seed| format!("seed={seed}")));
+    overrides.extend(arguments.set.iter().cloned());
+    let file = Case::read(&arguments.case, &overrides)?;
+    let setups = file
+        .points
+        .iter()
+        .map(|point| Setup::new(point.case.clone()))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|source| CommandError::Setup { path: file.path.clone(), source })?;
+    Ok((file, setups))
+}
+
+/// Collisions and simulator steps a second that the estimate of the time assumes; a rough guide.
+const COLLISIONS_PER_SECOND: f64 = 4e5;
+const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
+
+fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
+    let (file, setups) = read(&arguments.case)?;
+    for (point, setup) in file.points.iter().zip(&setups) {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}: {}", file.path.display(), setup.case.title);
+        if !point.name.is_empty() {
+            let _ = writeln!(text, "point {}", point.name);
+        }
+        for (name, value) in setup.derived() {
+            let _ = writeln!(text, "  {name:<44} {value:>14.6}");
+        }
+        let (seconds, bytes) = estimate(setup);
+        let threads = thread::available_parallelism().map_or(1, usize::from);
+        let parallel = threads.min(setup.case.replicas * setup.case.engines.len()) as f64;
+        let _ = writeln!(text, "  {:<44} {:>14.1}", "memory_of_one_engine_in_mebibytes", bytes / 1_048_576.0);
+        let _ = writeln!(
+            text,
+            "  {} replicas of {} engines on {threads} threads: roughly {}",
+            setup.case.replicas,
+            setup.case.engines.len(),
+            duration(seconds / parallel)
+        );
+        for warning in setup.case.warnings() {
+            let _ = writeln!(text, "  warning: {warning}");
+        }
+        say(text.trim_end());
+    }
+    Ok(())
+}
+
+/// Seconds of one core for all replicas, and bytes of the largest engine.
+fn estimate(setup: &Setup) -> (f64, f64) {
+    let disks = setup.disks as f64;
+    let until = setup.case.run.until;
+    let start = setup.case.start.collisions_per_particle;
+    let exact = 0.5 * disks * (setup.expected_collisions(until) + start);
+    let (mut seconds, mut bytes) = (0.5 * disks * start / COLLISIONS_PER_SECOND, 0.0_f64);
+    for engine in &setup.case.engines {
+        match engine {
+            Engine::Ed(_) => {
+                seconds += exact / COLLISIONS_PER_SECOND;
+                bytes = bytes.max(220.0 * disks);
+            }
+            Engine::Dsmc(dsmc) => {
+                let simulators = disks * f64::from(dsmc.simulators_per_disk);
+                // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
+                let path = setup.dsmc_parameters(dsmc).mean_free_path(setup.packing_fraction, 1.0);
+                let step = (setup.cell_size(dsmc)[0] / 4.5).min(path / 1.25) / dsmc.steps_per_crossing;
+                let steps = setup.expected_collisions(until) / setup.collision_rate() / step;
+                seconds += steps * simulators / SIMULATOR_STEPS_PER_SECOND;
+                bytes = bytes.max(100.0 * simulators);
+            }
+        }
+    }
+    (seconds * setup.case.replicas as f64, bytes)
+}
+
+fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
+    if arguments.threads == Some(0) {
+        return Err(CommandError::Threads { found: 0 });
+    }
+    let (file, setups) = read(&arguments.case)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        Path::new("results").join(file.path.file_stem().unwrap_or_else(|| "case".as_ref()))
+    });
+    open_folder(&folder, arguments)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // Without a handler the run can still be killed and resumed.
+    let _ = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        note("stopping at the next checkpoint; once more to stop at once");
+    });
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
+    let sweep = file.points.len() > 1 || !file.points[0].settings.is_empty();
+    if sweep {
+        write_json(&folder.join(manifest::SWEEP_FILE), &sweep_index(&file))?;
+    }
+    for (point, setup) in file.points.iter().zip(&setups) {
+        let place = if sweep { folder.join(&point.name) } else { folder.clone() };
+        if arguments.resume && place.join(manifest::MANIFEST_FILE).exists() {
+            if !sweep {
+                note(&format!("{} is complete; nothing to do", place.display()));
+            }
+            continue;
+        }
+        pool.install(|| run_point(&file, point, setup, &place, &stop))?;
+    }
+    let path = report::write_report(&folder)?;
+    say(&format!("report: {}", path.display()));
+    Ok(())
+}
+
+/// Makes the results folder, or finds the one to continue.
+fn open_folder(folder: &Path, arguments: &RunArguments) -> Result<(), CommandError> {
+    let path = folder.to_owned();
+    let known = [manifest::MANIFEST_FILE, manifest::SWEEP_FILE, CHECKPOINTS];
+    let ours = known.iter().any(|name| folder.join(name).exists());
+    if arguments.resume {
+        return if ours { Ok(()) } else { Err(CommandError::NothingToResume { path }) };
+    }
+    if folder.exists() {
+        let empty = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
+        if !empty && !arguments.force {
+            return Err(CommandError::FolderExists { path });
+        }
+        if !empty && !ours {
+            return Err(CommandError::NotResults { path });
+        }
+        fs::remove_dir_all(folder).map_err(|source| CommandError::Folder { path: path.clone(), source })?;
+    }
+    fs::create_dir_all(folder).map_err(|source| CommandError::Folder { path, source })
+}
+
+fn sweep_index(file: &CaseFile) -> Sweep {
+    let points = file
+        .points
+        .iter()
+        .map(|point| SweepPoint {
+            name: point.name.clone(),
+            folder: point.name.clone(),
+            values: point
+                .settings
+                .iter()
+                .map(|one| (one.key.clone(), serde_json::to_value(&one.value).unwrap_or_default()))
+                .collect(),
+        })
+        .collect();
+    Sweep { title: file.points[0].case.title.clone(), case_text: file.source_text.clone(), points }
+}
+
+fn write_json(path: &Path, content: &impl serde::Serialize) -> Result<(), CommandError> {
+    let mut bytes = serde_json::to_vec_pretty(content)
+        .map_err(|error| CommandError::Folder { path: path.to_owned(), source: error.into() })?;
+    bytes.push(b'\n');
+    Ok(write_whole(path, &bytes)?)
+}
+
+/// What decides the numbers of a run.
+fn fingerprint(setup: &Setup) -> run::Fingerprint {
+    let mut hash = blake3::Hasher::new();
+    hash.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hash.update(&serde_json::to_vec(&setup.case).unwrap_or_default());
+    if let Some((positions, velocities)) = &setup.file {
+        for vector in positions.iter().chain(velocities.iter().flatten()) {
+            hash.update(&vector[0].to_le_bytes()).update(&vector[1].to_le_bytes());
+        }
+    }
+    for (radius, mass) in setup.sizes.iter().flatten() {
+        hash.update(&radius.to_le_bytes()).update(&mass.to_le_bytes());
+    }
+    hash.finalize().into()
+}
+
+fn run_point(
+    file: &CaseFile,
+    point: &Point,
+    setup: &Setup,
+    folder: &Path,
+    stop: &AtomicBool,
+) -> Result<(), CommandError> {
+    let began = Instant::now();
+    let name = if point.name.is_empty() { &setup.case.title } else { &point.name };
+    fs::create_dir_all(folder).map_err(|source| CommandError::Folder { path: folder.to_owned(), source })?;
+    let replicas = {
+        let progress = Progress::start(name);
+        let place = Place { folder, fingerprint: &fingerprint(setup), stop, progress: &progress };
+        run::run(setup, place).map_err(|source| CommandError::Run { folder: folder.to_owned(), source })?
+    };
+    let tables = Tables::new(setup, &replicas);
+    tables.write(folder)?;
+    let manifest = describe(file, setup, &replicas, &tables, began.elapsed().as_secs_f64());
+    write_json(&folder.join(manifest::MANIFEST_FILE), &manifest)?;
+    report::write_report(folder)?;
+    let path = folder.join(CHECKPOINTS);
+    fs::remove_dir_all(&path).map_err(|source| CommandError::Folder { path, source })?;
+    say(&format!("{name} ({})", duration(manifest.wall_seconds)));
+    for verdict in &manifest.verdicts {
+        say(&format!("  {}: {}", verdict.topic, verdict.sentence));
+    }
+    Ok(())
+}
+
+fn describe(file: &CaseFile, setup: &Setup, replicas: &[Replica], tables: &Tables, seconds: f64) -> Manifest {
+    let case = &setup.case;
+    let engines = case.engines.iter().enumerate().map(|(index, engine)| {
+        let runs: Vec<_> = replicas.iter().map(|replica| &replica.engines[index]).collect();
+        let mut work: BTreeMap<String, f64> = BTreeMap::new();
+        for run in &runs {
+            for (name, number) in &run.work.numbers {
+                *work.entry(name.clone()).or_default() += number / runs.len() as f64;
+            }
+        }
+        manifest::EngineWork {
+            engine: engine.name().to_owned(),
+            wall_seconds: runs.iter().map(|run| run.seconds).sum(),
+            collisions: runs.iter().map(|run| run.work.collisions).sum(),
+            work,
+        }
+    });
+    let snapshots = case.engines.iter().flat_map(|engine| {
+        case.measure.snapshot_times.iter().enumerate().map(move |(index, &time)| manifest::Snapshot {
+            engine: engine.name().to_owned(),
+            time_over_t0: time,
+            file: format!("{SNAPSHOTS}/{}-{index}.xyz", engine.name()),
+        })
+    });
+    let start = replicas.iter().enumerate().map(|(replica, known)| manifest::Start {
+        replica: replica as u64,
+        placement: known.start.placement.clone(),
+        collisions_per_particle: known.start.collisions_per_particle,
+        equilibrated: known.start.equilibrated,
+        tests: known
+            .start
+            .tests
+            .iter()
+            .map(|test| manifest::StartTest {
+                name: test.name.clone(),
+                statistic: test.statistic,
+                p_value: test.p_value,
+                passed: test.passed,
+                detail: test.detail.clone(),
+            })
+            .collect(),
+    });
+    Manifest {
+        format: manifest::FORMAT,
+        program: manifest::Program { name: "stosszahl".into(), version: env!("CARGO_PKG_VERSION").into() },
+        title: case.title.clone(),
+        case_text: file.source_text.clone(),
+        case: serde_json::to_value(case).unwrap_or_default(),
+        units: match case.units {
+            Units::Reduced => manifest::Units::Reduced,
+            Units::Si => manifest::Units::Si,
+        },
+        t0: manifest::ReferenceTime {
+            seconds_or_units: setup.time * setup.scale.time(),
+            definition: match setup.time_unit {
+                TimeUnit::Haff => manifest::TimeDefinition::Haff,
+                TimeUnit::MeanFreeTime => manifest::TimeDefinition::MeanFreeTime,
+            },
+        },
+        derived: setup.derived().into_iter().collect(),
+        machine: machine(),
+        seed: case.seed,
+        replicas: case.replicas as u64,
+        wall_seconds: seconds,
+        start: start.collect(),
+        engines: engines.collect(),
+        verdicts: verdicts(setup, replicas, tables),
+        warnings: case.warnings().iter().map(ToString::to_string).collect(),
+        snapshots: snapshots.collect(),
+    }
+}
+
+fn machine() -> manifest::Machine {
+    let processor = fs::read_to_string("/proc/cpuinfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        })
+        .unwrap_or_else(|| "unknown".into());
+    manifest::Machine {
+        cores: thread::available_parallelism().map_or(1, |n| n.get() as u64),
+        processor,
+        system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+    }
+}

@@ -1,0 +1,222 @@
+//! The verdict in words.
+
+use stosszahl_analysis::compare::{Verdict as Test, parted};
+
+use crate::export::{Tables, theory_quotients};
+use crate::manifest::{Verdict, VerdictKind};
+use crate::run::{Finished, Replica};
+use crate::setup::Setup;
+use crate::tables::{ComparisonRow, DissipationRow, ImpactSummaryRow};
+
+/// An engine's name as a reader says it.
+fn title(engine: &str) -> String {
+    match engine {
+        "ed" => "ED".to_owned(),
+        other => other.strip_prefix("dsmc-").map_or_else(|| other.to_owned(), |scheme| format!("DSMC ({scheme})")),
+    }
+}
+
+fn with_error(value: f64, error: Option<f64>) -> String {
+    match error {
+        Some(error) => format!("{value:.4} ± {error:.4}"),
+        None => format!("{value:.4} (error unknown)"),
+    }
+}
+
+/// Everything that the tables say, most important first.
+pub fn verdicts(setup: &Setup, replicas: &[Replica], tables: &Tables) -> Vec<Verdict> {
+    let mut list = Vec::new();
+    list.extend(start(replicas));
+    let mut pairs: Vec<(&str, &str)> = Vec::new();
+    for row in &tables.comparison {
+        if !pairs.contains(&(&row.engine_a, &row.engine_b)) {
+            pairs.push((&row.engine_a, &row.engine_b));
+        }
+    }
+    for (a, b) in pairs {
+        let rows: Vec<&ComparisonRow> =
+            tables.comparison.iter().filter(|row| row.engine_a == a && row.engine_b == b).collect();
+        list.push(pair(setup, &title(a), &title(b), &rows));
+        if a == "ed" {
+            list.extend(split(tables, a, b));
+        }
+    }
+    for (index, engine) in setup.case.engines.iter().enumerate() {
+        let runs: Vec<&Finished> = replicas.iter().map(|replica| &replica.engines[index]).collect();
+        list.extend(theory(setup, &title(engine.name()), &runs));
+    }
+    for engine in &setup.case.engines {
+        let rows: Vec<&ImpactSummaryRow> =
+            tables.impact_summary.iter().filter(|row| row.engine == engine.name()).collect();
+        list.push(impact(setup, &title(engine.name()), &rows));
+    }
+    list
+}
+
+/// A start that is not equilibrated is said first.
+fn start(replicas: &[Replica]) -> Option<Verdict> {
+    let bad: Vec<String> = replicas
+        .iter()
+        .enumerate()
+        .filter(|(_, replica)| !replica.start.equilibrated)
+        .map(|(index, replica)| {
+            let failed: Vec<&str> = replica
+                .start
+                .tests
+                .iter()
+                .filter(|test| test.passed == Some(false))
+                .map(|test| test.name.as_str())
+                .collect();
+            let why = if failed.is_empty() { "no elastic collisions asked for or possible".into() } else { failed.join(", ") };
+            format!("replica {index} ({why})")
+        })
+        .collect();
+    (!bad.is_empty()).then(|| Verdict {
+        topic: "start".into(),
+        sentence: format!("The start is not equilibrated in {}; early differences may be its memory.", bad.join("; ")),
+        kind: VerdictKind::Warning,
+    })
+}
+
+fn test_of(row: &ComparisonRow) -> Test {
+    [Test::Agree, Test::Higher, Test::Lower, Test::Undecided]
+        .into_iter()
+        .find(|test| test.name() == row.verdict)
+        .unwrap_or(Test::Undecided)
+}
+
+fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
+    let times: Vec<f64> = rows.iter().map(|row| row.time_over_t0).collect();
+    let tests: Vec<Test> = rows.iter().map(|row| test_of(row)).collect();
+    let last = rows[rows.len() - 1];
+    let quotient = with_error(last.quotient, last.quotient_se);
+    let chance = setup.case.verdict.false_alarm;
+    let early = tests.iter().filter(|test| matches!(test, Test::Higher | Test::Lower)).count();
+    let (sentence, kind) = match parted(&times, &tests) {
+        Some((time, side)) => {
+            let side = if side == Test::Higher { "more" } else { "less" };
+            (
+                format!(
+                    "{a} keeps {side} energy than {b} from t/t0 = {time:.3} to the end; at t/t0 = {:.4} the quotient of \
+                     their energies is {quotient}.",
+                    last.time_over_t0
+                ),
+                VerdictKind::Differ,
+            )
+        }
+        None if early > 0 => (
+            format!(
+                "{a} and {b} differ in energy at {early} of {} times, but not to the end; at t/t0 = {:.4} the quotient \
+                 is {quotient} ({}).",
+                rows.len(),
+                last.time_over_t0,
+                last.verdict
+            ),
+            VerdictKind::Differ,
+        ),
+        None if tests.iter().all(|test| *test == Test::Agree) => (
+            format!("{a} and {b} agree in energy at all {} times; at the end the quotient is {quotient}.", rows.len()),
+            VerdictKind::Agree,
+        ),
+        None => (
+            format!(
+                "No difference in energy between {a} and {b} is established, but at some times the error is too wide to \
+                 speak of agreement; at the end the quotient is {quotient}."
+            ),
+            VerdictKind::Undecided,
+        ),
+    };
+    Verdict {
+        topic: format!("energy, {a} against {b}"),
+        sentence: format!("{sentence} (Paired t tests over replicas, chance of any false alarm {chance}.)"),
+        kind,
+    }
+}
+
+/// What a difference in cooling is made of, in the last window.
+fn split(tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
+    let last = |engine: &str| tables.dissipation.iter().rfind(|row| row.engine == engine);
+    let (first, second): (&DissipationRow, &DissipationRow) = (last(a)?, last(b)?);
+    let quotient = |x: Option<f64>, y: Option<f64>| Some(x? / y?);
+    let error = |x: Option<f64>, dx: Option<f64>, y: Option<f64>, dy: Option<f64>| {
+        let (x, y) = (x?, y?);
+        Some((x / y) * ((dx? / x).powi(2) + (dy? / y).powi(2)).sqrt())
+    };
+    let factor = |of: fn(&DissipationRow) -> (Option<f64>, Option<f64>)| {
+        let ((x, dx), (y, dy)) = (of(first), of(second));
+        Some(with_error(quotient(x, y)?, error(x, dx, y, dy)))
+    };
+    let total = factor(|row| (row.dissipation_ratio, row.dissipation_ratio_se))?;
+    let rate = factor(|row| (row.rate_ratio, row.rate_ratio_se))?;
+    let speed = factor(|row| (row.speed_ratio, row.speed_ratio_se))?;
+    let impact = factor(|row| (row.impact_ratio, row.impact_ratio_se))?;
+    let correlation = factor(|row| (row.correlation_ratio, row.correlation_ratio_se))?;
+    Some(Verdict {
+        topic: format!("what the difference of {} and {} is made of", title(a), title(b)),
+        sentence: format!(
+            "At t/t0 from {} to {}, at the same temperature, {} loses energy {total} times as fast as {}: collision rate \
+             {rate}, squared relative speed of colliding pairs {speed}, impact parameters {impact}, correlation of the \
+             two {correlation}.",
+            first.window_start,
+            first.window_end,
+            title(a),
+            title(b)
+        ),
+        kind: VerdictKind::Differ,
+    })
+}
+
+fn theory(setup: &Setup, engine: &str, runs: &[&Finished]) -> Option<Verdict> {
+    let quotients = theory_quotients(setup, runs);
+    let times = setup.case.sample_times();
+    let tests: Vec<Test> = quotients.iter().map(|quotient| quotient.verdict).collect();
+    let last = quotients.last()?;
+    let end = times[times.len() - 1];
+    let value = with_error(last.quotient.value, last.quotient.standard_error);
+    // Of the times after the start.
+    let agree = tests.iter().skip(1).take_while(|test| **test == Test::Agree).count();
+    let held = if agree == 0 { "at no sample after the start".into() } else { format!("up to t/t0 = {:.3}", times[agree]) };
+    let (sentence, kind) = match parted(&times, &tests) {
+        Some((time, side)) => (
+            format!(
+                "{engine} follows Haff's law {held} and lies {} it from t/t0 = {time:.3} to the end, where K/K_Haff = {value}.",
+                if side == Test::Higher { "above" } else { "below" }
+            ),
+            VerdictKind::Differ,
+        ),
+        None if tests.iter().all(|test| *test == Test::Agree) => {
+            (format!("{engine} follows Haff's law to the end, t/t0 = {end}, where K/K_Haff = {value}."), VerdictKind::Agree)
+        }
+        None => (
+            format!("{engine} follows Haff's law {held}; at the end, t/t0 = {end}, K/K_Haff = {value}."),
+            VerdictKind::Undecided,
+        ),
+    };
+    Some(Verdict { topic: format!("{engine} against theory"), sentence, kind })
+}
+
+fn impact(setup: &Setup, engine: &str, rows: &[&ImpactSummaryRow]) -> Verdict {
+    let span = |row: &ImpactSummaryRow| {
+        let slope = row.slope.map_or(String::new(), |slope| format!(", slope {}", with_error(slope, row.slope_se)));
+        format!("{} to {} ({}{slope})", row.window_start, row.window_end, row.verdict)
+    };
+    let all: Vec<String> = rows.iter().map(|row| span(row)).collect();
+    let broken = rows.iter().any(|row| row.verdict.ends_with("excess"));
+    let uniform = rows.iter().all(|row| row.verdict == "uniform");
+    let (opening, kind) = if broken {
+        (format!("The impact parameters of {engine} are not uniform"), VerdictKind::Differ)
+    } else if uniform {
+        (format!("The impact parameters of {engine} are uniform in all windows"), VerdictKind::Agree)
+    } else {
+        (format!("The impact parameters of {engine} show no departure from uniform"), VerdictKind::Undecided)
+    };
+    Verdict {
+        topic: format!("impact parameters, {engine}"),
+        sentence: format!(
+            "{opening}; windows of t/t0: {}. (Chi-squared, chance of any false alarm {}.)",
+            all.join("; "),
+            setup.case.verdict.false_alarm
+        ),
+        kind,
+    }
+}
