@@ -47,9 +47,12 @@ pub struct Quotient {
 
 /// Compares two positive quantities at several times; `pairs[t]` holds (a, b) of each replica.
 ///
-/// Replicas are paired, as both engines start from the same state, and log(a/b) is tested by Student's t; Holm's
-/// step-down keeps the probability of any false alarm over all times at `false_alarm`. Times at which a and b are
-/// identical in every replica (the start) agree and count as no test.
+/// Replicas are paired, as both engines start from the same state, and log(a/b) is tested by Student's t. The
+/// probability of any false alarm over all times is kept at `false_alarm`, half of it spent on each of two ways to
+/// find a difference: from the last time backwards without any correction until a time shows none (the
+/// fixed-sequence procedure, Maurer, Hothorn & Lehmacher 1995), which asks since when a and b have parted; and at
+/// single times by Holm's step-down. Times at which a and b are identical in every replica (the start) agree and
+/// count as no test. A time that only a test without correction would call different stays undecided.
 pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
     let logs: Vec<Vec<f64>> = pairs
         .iter()
@@ -69,8 +72,10 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
         .map(|&time| tests[time].as_ref().map_or(f64::NAN, |test| test.p_value))
         .collect();
     let mut rejected = vec![false; pairs.len()];
-    for (&time, reject) in asked.iter().zip(holm(&p_values, false_alarm)) {
-        rejected[time] = reject;
+    let share = 0.5 * false_alarm;
+    let parted = p_values.iter().rev().take_while(|&&p| p <= share).count();
+    for (index, (&time, single)) in asked.iter().zip(holm(&p_values, share)).enumerate() {
+        rejected[time] = single || index + parted >= asked.len();
     }
     (0..pairs.len())
         .filter_map(|time| {
@@ -88,6 +93,9 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
             } else if log
                 .standard_error
                 .is_some_and(|error| error <= WIDEST_AGREEMENT)
+                && tests[time]
+                    .as_ref()
+                    .is_some_and(|test| test.p_value > false_alarm)
             {
                 Verdict::Agree
             } else {

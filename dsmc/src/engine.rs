@@ -33,13 +33,22 @@ pub struct Parameters {
 impl Parameters {
     /// Mean free path at a packing fraction, by the scheme's own collision rate [length].
     pub fn mean_free_path(&self, packing_fraction: f64, diameter: f64) -> f64 {
-        let chi = self.scheme.contact_value(packing_fraction).min(self.largest_contact_value);
+        let chi = self
+            .scheme
+            .contact_value(packing_fraction)
+            .min(self.largest_contact_value);
         diameter * kinetic::mean_free_path(packing_fraction.max(1e-12), chi)
     }
 
     /// Columns and rows of cells in a box: as many as fit at the chosen size.
-    pub fn cells(&self, domain: &Domain<Plane>, packing_fraction: f64, diameter: f64) -> [usize; 2] {
-        let automatic = || (0.5 * self.mean_free_path(packing_fraction, diameter)).max(2.0 * diameter);
+    pub fn cells(
+        &self,
+        domain: &Domain<Plane>,
+        packing_fraction: f64,
+        diameter: f64,
+    ) -> [usize; 2] {
+        let automatic =
+            || (0.5 * self.mean_free_path(packing_fraction, diameter)).max(2.0 * diameter);
         let side = self.cell_size.unwrap_or_else(automatic);
         // At most 2^26 cells in all: where more would fit, nearly all would be empty.
         [0, 1].map(|axis| ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, 8192))

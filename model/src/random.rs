@@ -57,7 +57,9 @@ impl Streams {
     /// The streams of one of several users that must not share them.
     #[must_use]
     pub fn branch(&self, user: u64) -> Self {
-        Self { root: absorb(self.root, user) }
+        Self {
+            root: absorb(self.root, user),
+        }
     }
 
     /// The stream at an address.
