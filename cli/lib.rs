@@ -1,1 +1,4 @@
 //! Facade and command line of stosszahl.
+pub mod manifest;
+pub mod report;
+pub mod tables;
