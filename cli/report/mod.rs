@@ -1,0 +1,253 @@
+//! The report: one self-contained HTML page built from a results folder.
+//!
+//! [`write_report`] reads the tables and the manifest that a run left in its folder and writes `report.html` beside
+//! them. It needs nothing but the folder, so a report can be rebuilt at any time, on any machine, and the same folder
+//! gives the same bytes. A folder with `sweep.json` is a sweep: every finished point gets its own report, and the page
+//! of the sweep overlays them.
+//!
+//! | module    | owns                                                          |
+//! |-----------|---------------------------------------------------------------|
+//! | `read`    | files to rows, with the place of every fault                  |
+//! | `plot`    | the plotting library `kuva`, which nothing else names         |
+//! | `figures` | which curves belong together, and their captions              |
+//! | `viewer`  | the disks of the snapshots, packed for the page's own viewer  |
+//! | `page`    | the page in `maud`                                            |
+//! | `sweep`   | the page of a sweep                                           |
+//!
+//! A table that is absent leaves a note in its section; a table that is damaged is an error. The page loads nothing
+//! from anywhere: style, plots, particles and the script of the viewer are inside, at most [`SIZE_LIMIT`] bytes.
+//! Plots are static SVG and not a script library, which would weigh megabytes in every report and print badly.
+
+mod figures;
+mod page;
+mod plot;
+mod read;
+mod sweep;
+mod viewer;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE};
+use crate::tables::{
+    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
+    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
+};
+
+/// Name of the page inside the folder.
+pub const REPORT_FILE: &str = "report.html";
+/// Largest size of the page [bytes]; above it fewer snapshots are kept.
+pub const SIZE_LIMIT: usize = 12_000_000;
+
+/// Why a report could not be built.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The folder holds neither a run nor a sweep.
+    #[error("{}: neither {MANIFEST_FILE} nor {SWEEP_FILE} is in this folder", folder.display())]
+    NoResults {
+        /// Folder that was asked for.
+        folder: PathBuf,
+    },
+    /// A file could not be read.
+    #[error("{}: cannot be read", file.display())]
+    Read {
+        /// File.
+        file: PathBuf,
+        /// Reason given by the system.
+        source: io::Error,
+    },
+    /// The page could not be written.
+    #[error("{}: cannot be written", file.display())]
+    Write {
+        /// File.
+        file: PathBuf,
+        /// Reason given by the system.
+        source: io::Error,
+    },
+    /// The header line of a table is not the expected one.
+    #[error("{}: found the columns {found:?}, expected {expected:?}", file.display())]
+    Columns {
+        /// Table.
+        file: PathBuf,
+        /// Columns in the file.
+        found: Vec<String>,
+        /// Columns that the table must have.
+        expected: &'static [&'static str],
+    },
+    /// A row has too few or too many fields.
+    #[error("{}, line {line}: found {found} fields, expected {expected}", file.display())]
+    Length {
+        /// Table.
+        file: PathBuf,
+        /// Line, from one.
+        line: u64,
+        /// Fields in the row.
+        found: u64,
+        /// Fields that a row must have.
+        expected: u64,
+    },
+    /// A line is not UTF-8 text.
+    #[error("{}, line {line}: found bytes that are not UTF-8 text", file.display())]
+    Encoding {
+        /// Table.
+        file: PathBuf,
+        /// Line, from one.
+        line: u64,
+    },
+    /// A field cannot be understood.
+    #[error("{}, line {line}, column {column}: found {found:?}, expected {expected}", file.display())]
+    Cell {
+        /// Table.
+        file: PathBuf,
+        /// Line, from one.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// Text of the field.
+        found: String,
+        /// What the column holds.
+        expected: String,
+    },
+    /// A JSON file cannot be understood.
+    #[error("{}, line {line}, column {column}, key {key}", file.display())]
+    Json {
+        /// File.
+        file: PathBuf,
+        /// Path of the key inside the file.
+        key: String,
+        /// Line, from one.
+        line: usize,
+        /// Column, from one.
+        column: usize,
+        /// Reason: what was found and what was expected.
+        source: serde_json::Error,
+    },
+    /// The manifest has another format than this program reads.
+    #[error("{}: found format {found}, expected {expected}", file.display())]
+    Format {
+        /// File.
+        file: PathBuf,
+        /// Format in the file.
+        found: u32,
+        /// Format that this program reads.
+        expected: u32,
+    },
+    /// A snapshot cannot be understood.
+    #[error("{}, line {line}: found {found:?}, expected {expected}", file.display())]
+    Snapshot {
+        /// File.
+        file: PathBuf,
+        /// Line, from one.
+        line: u64,
+        /// Text of the line, cut to 80 characters.
+        found: String,
+        /// What the line must hold.
+        expected: String,
+    },
+}
+
+/// Everything that a results folder holds, except the particles of its snapshots.
+#[derive(Debug)]
+pub(crate) struct Results {
+    /// Manifest.
+    pub manifest: Manifest,
+    /// Energy against time.
+    pub energy: Option<Vec<EnergyRow>>,
+    /// Comparison of the engines.
+    pub comparison: Option<Vec<ComparisonRow>>,
+    /// Distribution of the impact parameter.
+    pub impact: Option<Vec<ImpactParameterRow>>,
+    /// Its summary.
+    pub summary: Option<Vec<ImpactSummaryRow>>,
+    /// Structure factor.
+    pub structure: Option<Vec<StructureFactorRow>>,
+    /// Pair correlation function.
+    pub pair: Option<Vec<PairCorrelationRow>>,
+    /// Dissipation identity.
+    pub dissipation: Option<Vec<DissipationRow>>,
+    /// Raw samples of the replicas.
+    pub replicas: Option<Vec<ReplicaRow>>,
+}
+
+impl Results {
+    /// Reads a results folder.
+    fn read(folder: &Path) -> Result<Self, ReportError> {
+        let file = folder.join(MANIFEST_FILE);
+        if !file.exists() {
+            return Err(ReportError::NoResults {
+                folder: folder.to_owned(),
+            });
+        }
+        let manifest: Manifest = read::json(&file)?;
+        if manifest.format != FORMAT {
+            return Err(ReportError::Format {
+                file,
+                found: manifest.format,
+                expected: FORMAT,
+            });
+        }
+        Ok(Self {
+            manifest,
+            energy: read::table(folder)?,
+            comparison: read::table(folder)?,
+            impact: read::table(folder)?,
+            summary: read::table(folder)?,
+            structure: read::table(folder)?,
+            pair: read::table(folder)?,
+            dissipation: read::table(folder)?,
+            replicas: read::table(folder)?,
+        })
+    }
+}
+
+/// Rebuilds `report.html` of a results folder or of a sweep folder and returns its path.
+///
+/// The page is written to a temporary file first and then renamed, so a reader never meets half a page. In a sweep
+/// folder, the report of every finished point is rebuilt too.
+///
+/// # Errors
+/// The folder holds no manifest and no sweep index, a table or snapshot is damaged, or the page cannot be written.
+pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
+    let page = if folder.join(SWEEP_FILE).exists() {
+        sweep::build(folder)?
+    } else {
+        page::build(folder, &Results::read(folder)?)?
+    };
+    write_whole(&folder.join(REPORT_FILE), &page)
+}
+
+/// Writes `text` to a temporary file beside `file` and renames it.
+fn write_whole(file: &Path, text: &str) -> Result<PathBuf, ReportError> {
+    let fault = |source| ReportError::Write {
+        file: file.to_owned(),
+        source,
+    };
+    let temporary = file.with_extension(format!("html.{}.part", std::process::id()));
+    fs::write(&temporary, text)
+        .and_then(|()| fs::rename(&temporary, file))
+        .map_err(|source| {
+            let _ = fs::remove_file(&temporary);
+            fault(source)
+        })?;
+    Ok(file.to_owned())
+}
+
+/// What would make a missing table, in words.
+fn origin<R: Row>() -> &'static str {
+    match R::FILE {
+        "comparison.csv" => "a run of two or more engines",
+        "impact_parameter.csv" | "impact_parameter_summary.csv" => {
+            "a run that measures the impact parameter in at least one time window"
+        }
+        "structure_factor.csv" => "a run that measures the structure factor",
+        "pair_correlation.csv" => "a run that measures the pair correlation function",
+        "dissipation.csv" => {
+            "a run that measures the dissipation identity in at least one time window"
+        }
+        _ => "any finished run",
+    }
+}
