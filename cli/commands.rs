@@ -93,7 +93,10 @@ impl CommandError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Run { source, .. } if source.is_interruption() => 130,
-            Self::Run { source: RunError::Snapshot(SnapshotError::Foreign { .. }), .. } => 2,
+            Self::Run {
+                source: RunError::Snapshot(SnapshotError::Foreign { .. }),
+                ..
+            } => 2,
             Self::Folder { .. } | Self::Pool(_) | Self::Run { .. } | Self::Export(_) => 1,
             _ => 2,
         }
@@ -114,9 +117,9 @@ pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Run(arguments) => run_case(&arguments),
         Command::Check(arguments) => check(&arguments),
-        Command::Report { folder } => {
-            report::write_report(&folder).map_err(CommandError::from).map(|path| say(&path.display().to_string()))
-        }
+        Command::Report { folder } => report::write_report(&folder)
+            .map_err(CommandError::from)
+            .map(|path| say(&path.display().to_string())),
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
             Ok(())
@@ -142,7 +145,11 @@ fn read(arguments: &CaseArguments) -> Result<(CaseFile, Vec<Setup>), CommandErro
         overrides.extend(case::shortened(&arguments.case, until));
         overrides.push(format!("run.until={until:?}"));
     }
-    overrides.extend(arguments.replicas.map(|replicas| format!("replicas={replicas}")));
+    overrides.extend(
+        arguments
+            .replicas
+            .map(|replicas| format!("replicas={replicas}")),
+    );
     overrides.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     overrides.extend(arguments.set.iter().cloned());
     let file = Case::read(&arguments.case, &overrides)?;
@@ -151,7 +158,10 @@ fn read(arguments: &CaseArguments) -> Result<(CaseFile, Vec<Setup>), CommandErro
         .iter()
         .map(|point| Setup::new(point.case.clone()))
         .collect::<Result<Vec<_>, _>>()
-        .map_err(|source| CommandError::Setup { path: file.path.clone(), source })?;
+        .map_err(|source| CommandError::Setup {
+            path: file.path.clone(),
+            source,
+        })?;
     Ok((file, setups))
 }
 
@@ -174,7 +184,12 @@ fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
         let (seconds, bytes) = estimate(setup);
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let parallel = threads.min(setup.case.replicas * setup.case.engines.len()) as f64;
-        let _ = writeln!(text, "  {:<44} {:>14.1}", "memory_of_one_engine_in_mebibytes", bytes / 1_048_576.0);
+        let _ = writeln!(
+            text,
+            "  {:<44} {:>14.1}",
+            "memory_of_one_engine_in_mebibytes",
+            bytes / 1_048_576.0
+        );
         let _ = writeln!(
             text,
             "  {} replicas of {} engines on {threads} threads: roughly {}",
@@ -206,8 +221,11 @@ fn estimate(setup: &Setup) -> (f64, f64) {
             Engine::Dsmc(dsmc) => {
                 let simulators = disks * f64::from(dsmc.simulators_per_disk);
                 // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
-                let path = setup.dsmc_parameters(dsmc).mean_free_path(setup.packing_fraction, 1.0);
-                let step = (setup.cell_size(dsmc)[0] / 4.5).min(path / 1.25) / dsmc.steps_per_crossing;
+                let path = setup
+                    .dsmc_parameters(dsmc)
+                    .mean_free_path(setup.packing_fraction, 1.0);
+                let step =
+                    (setup.cell_size(dsmc)[0] / 4.5).min(path / 1.25) / dsmc.steps_per_crossing;
                 let steps = setup.expected_collisions(until) / setup.collision_rate() / step;
                 seconds += steps * simulators / SIMULATOR_STEPS_PER_SECOND;
                 bytes = bytes.max(100.0 * simulators);
@@ -235,13 +253,19 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
         }
         note("stopping at the next checkpoint; once more to stop at once");
     });
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.unwrap_or(0))
+        .build()?;
     let sweep = file.points.len() > 1 || !file.points[0].settings.is_empty();
     if sweep {
         write_json(&folder.join(manifest::SWEEP_FILE), &sweep_index(&file))?;
     }
     for (point, setup) in file.points.iter().zip(&setups) {
-        let place = if sweep { folder.join(&point.name) } else { folder.clone() };
+        let place = if sweep {
+            folder.join(&point.name)
+        } else {
+            folder.clone()
+        };
         if arguments.resume && place.join(manifest::MANIFEST_FILE).exists() {
             if !sweep {
                 note(&format!("{} is complete; nothing to do", place.display()));
@@ -261,7 +285,11 @@ fn open_folder(folder: &Path, arguments: &RunArguments) -> Result<(), CommandErr
     let known = [manifest::MANIFEST_FILE, manifest::SWEEP_FILE, CHECKPOINTS];
     let ours = known.iter().any(|name| folder.join(name).exists());
     if arguments.resume {
-        return if ours { Ok(()) } else { Err(CommandError::NothingToResume { path }) };
+        return if ours {
+            Ok(())
+        } else {
+            Err(CommandError::NothingToResume { path })
+        };
     }
     if folder.exists() {
         let empty = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
@@ -271,7 +299,10 @@ fn open_folder(folder: &Path, arguments: &RunArguments) -> Result<(), CommandErr
         if !empty && !ours {
             return Err(CommandError::NotResults { path });
         }
-        fs::remove_dir_all(folder).map_err(|source| CommandError::Folder { path: path.clone(), source })?;
+        fs::remove_dir_all(folder).map_err(|source| CommandError::Folder {
+            path: path.clone(),
+            source,
+        })?;
     }
     fs::create_dir_all(folder).map_err(|source| CommandError::Folder { path, source })
 }
@@ -286,16 +317,27 @@ fn sweep_index(file: &CaseFile) -> Sweep {
             values: point
                 .settings
                 .iter()
-                .map(|one| (one.key.clone(), serde_json::to_value(&one.value).unwrap_or_default()))
+                .map(|one| {
+                    (
+                        one.key.clone(),
+                        serde_json::to_value(&one.value).unwrap_or_default(),
+                    )
+                })
                 .collect(),
         })
         .collect();
-    Sweep { title: file.points[0].case.title.clone(), case_text: file.source_text.clone(), points }
+    Sweep {
+        title: file.points[0].case.title.clone(),
+        case_text: file.source_text.clone(),
+        points,
+    }
 }
 
 fn write_json(path: &Path, content: &impl serde::Serialize) -> Result<(), CommandError> {
-    let mut bytes = serde_json::to_vec_pretty(content)
-        .map_err(|error| CommandError::Folder { path: path.to_owned(), source: error.into() })?;
+    let mut bytes = serde_json::to_vec_pretty(content).map_err(|error| CommandError::Folder {
+        path: path.to_owned(),
+        source: error.into(),
+    })?;
     bytes.push(b'\n');
     Ok(write_whole(path, &bytes)?)
 }
@@ -307,11 +349,13 @@ fn fingerprint(setup: &Setup) -> run::Fingerprint {
     hash.update(&serde_json::to_vec(&setup.case).unwrap_or_default());
     if let Some((positions, velocities)) = &setup.file {
         for vector in positions.iter().chain(velocities.iter().flatten()) {
-            hash.update(&vector[0].to_le_bytes()).update(&vector[1].to_le_bytes());
+            hash.update(&vector[0].to_le_bytes())
+                .update(&vector[1].to_le_bytes());
         }
     }
     for (radius, mass) in setup.sizes.iter().flatten() {
-        hash.update(&radius.to_le_bytes()).update(&mass.to_le_bytes());
+        hash.update(&radius.to_le_bytes())
+            .update(&mass.to_le_bytes());
     }
     hash.finalize().into()
 }
@@ -324,16 +368,37 @@ fn run_point(
     stop: &AtomicBool,
 ) -> Result<(), CommandError> {
     let began = Instant::now();
-    let name = if point.name.is_empty() { &setup.case.title } else { &point.name };
-    fs::create_dir_all(folder).map_err(|source| CommandError::Folder { path: folder.to_owned(), source })?;
+    let name = if point.name.is_empty() {
+        &setup.case.title
+    } else {
+        &point.name
+    };
+    fs::create_dir_all(folder).map_err(|source| CommandError::Folder {
+        path: folder.to_owned(),
+        source,
+    })?;
     let replicas = {
         let progress = Progress::start(name);
-        let place = Place { folder, fingerprint: &fingerprint(setup), stop, progress: &progress };
-        run::run(setup, place).map_err(|source| CommandError::Run { folder: folder.to_owned(), source })?
+        let place = Place {
+            folder,
+            fingerprint: &fingerprint(setup),
+            stop,
+            progress: &progress,
+        };
+        run::run(setup, place).map_err(|source| CommandError::Run {
+            folder: folder.to_owned(),
+            source,
+        })?
     };
     let tables = Tables::new(setup, &replicas);
     tables.write(folder)?;
-    let manifest = describe(file, setup, &replicas, &tables, began.elapsed().as_secs_f64());
+    let manifest = describe(
+        file,
+        setup,
+        &replicas,
+        &tables,
+        began.elapsed().as_secs_f64(),
+    );
     write_json(&folder.join(manifest::MANIFEST_FILE), &manifest)?;
     report::write_report(folder)?;
     let path = folder.join(CHECKPOINTS);
@@ -345,10 +410,19 @@ fn run_point(
     Ok(())
 }
 
-fn describe(file: &CaseFile, setup: &Setup, replicas: &[Replica], tables: &Tables, seconds: f64) -> Manifest {
+fn describe(
+    file: &CaseFile,
+    setup: &Setup,
+    replicas: &[Replica],
+    tables: &Tables,
+    seconds: f64,
+) -> Manifest {
     let case = &setup.case;
     let engines = case.engines.iter().enumerate().map(|(index, engine)| {
-        let runs: Vec<_> = replicas.iter().map(|replica| &replica.engines[index]).collect();
+        let runs: Vec<_> = replicas
+            .iter()
+            .map(|replica| &replica.engines[index])
+            .collect();
         let mut work: BTreeMap<String, f64> = BTreeMap::new();
         for run in &runs {
             for (name, number) in &run.work.numbers {
@@ -363,33 +437,43 @@ fn describe(file: &CaseFile, setup: &Setup, replicas: &[Replica], tables: &Table
         }
     });
     let snapshots = case.engines.iter().flat_map(|engine| {
-        case.measure.snapshot_times.iter().enumerate().map(move |(index, &time)| manifest::Snapshot {
-            engine: engine.name().to_owned(),
-            time_over_t0: time,
-            file: format!("{SNAPSHOTS}/{}-{index}.xyz", engine.name()),
-        })
-    });
-    let start = replicas.iter().enumerate().map(|(replica, known)| manifest::Start {
-        replica: replica as u64,
-        placement: known.start.placement.clone(),
-        collisions_per_particle: known.start.collisions_per_particle,
-        equilibrated: known.start.equilibrated,
-        tests: known
-            .start
-            .tests
+        case.measure
+            .snapshot_times
             .iter()
-            .map(|test| manifest::StartTest {
-                name: test.name.clone(),
-                statistic: test.statistic,
-                p_value: test.p_value,
-                passed: test.passed,
-                detail: test.detail.clone(),
+            .enumerate()
+            .map(move |(index, &time)| manifest::Snapshot {
+                engine: engine.name().to_owned(),
+                time_over_t0: time,
+                file: format!("{SNAPSHOTS}/{}-{index}.xyz", engine.name()),
             })
-            .collect(),
     });
+    let start = replicas
+        .iter()
+        .enumerate()
+        .map(|(replica, known)| manifest::Start {
+            replica: replica as u64,
+            placement: known.start.placement.clone(),
+            collisions_per_particle: known.start.collisions_per_particle,
+            equilibrated: known.start.equilibrated,
+            tests: known
+                .start
+                .tests
+                .iter()
+                .map(|test| manifest::StartTest {
+                    name: test.name.clone(),
+                    statistic: test.statistic,
+                    p_value: test.p_value,
+                    passed: test.passed,
+                    detail: test.detail.clone(),
+                })
+                .collect(),
+        });
     Manifest {
         format: manifest::FORMAT,
-        program: manifest::Program { name: "stosszahl".into(), version: env!("CARGO_PKG_VERSION").into() },
+        program: manifest::Program {
+            name: "stosszahl".into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        },
         title: case.title.clone(),
         case_text: file.source_text.clone(),
         case: serde_json::to_value(case).unwrap_or_default(),

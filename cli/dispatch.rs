@@ -1,7 +1,8 @@
 //! The only place where run-time choices become types.
 
 use stosszahl_model::{
-    Constant, Free, Monodisperse, Physics, Plane, Polydisperse, Restitution, Scene, Sizes, Smooth, Viscoelastic,
+    Constant, Free, Monodisperse, Physics, Plane, Polydisperse, Restitution, Scene, Sizes, Smooth,
+    Viscoelastic,
 };
 
 use crate::case;
@@ -36,7 +37,14 @@ pub fn with_scene<V: Visit>(setup: &Setup, job: V) -> V::Output {
 
 fn with_restitution<V: Visit>(setup: &Setup, restitution: impl Restitution, job: V) -> V::Output {
     match &setup.sizes {
-        None => with_sizes(restitution, Monodisperse { radius: 0.5, mass: 1.0 }, job),
+        None => with_sizes(
+            restitution,
+            Monodisperse {
+                radius: 0.5,
+                mass: 1.0,
+            },
+            job,
+        ),
         Some(sizes) => {
             let sizes = Polydisperse::new(sizes.clone()).expect("the file was validated");
             with_sizes(restitution, sizes, job)
@@ -45,5 +53,11 @@ fn with_restitution<V: Visit>(setup: &Setup, restitution: impl Restitution, job:
 }
 
 fn with_sizes<V: Visit>(restitution: impl Restitution, sizes: impl Sizes, job: V) -> V::Output {
-    job.visit(Scene { space: Plane, surface: Smooth, restitution, sizes, field: Free })
+    job.visit(Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution,
+        sizes,
+        field: Free,
+    })
 }

@@ -11,8 +11,8 @@ use stosszahl_model::snapshot::{SnapshotError, write_whole};
 use crate::run::{Finished, Replica};
 use crate::setup::Setup;
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow, PairCorrelationRow, ReplicaRow,
-    Row, StructureFactorRow,
+    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
+    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
 };
 
 /// All tables of a case.
@@ -46,7 +46,10 @@ impl Tables {
             .iter()
             .enumerate()
             .map(|(index, engine)| {
-                let all = replicas.iter().map(|replica| &replica.engines[index]).collect();
+                let all = replicas
+                    .iter()
+                    .map(|replica| &replica.engines[index])
+                    .collect();
                 (engine.name().to_owned(), all)
             })
             .collect();
@@ -59,14 +62,16 @@ impl Tables {
                 tables.dissipation.extend(dissipation(setup, engine, runs));
             }
             for (replica, run) in runs.iter().enumerate() {
-                tables.replicas.extend(run.record.energies.iter().map(|(time, sample)| ReplicaRow {
-                    replica: replica as u64,
-                    engine: engine.clone(),
-                    time_over_t0: *time,
-                    energy_ratio: sample.temperature / run.record.energies[0].1.temperature,
-                    fourth_cumulant: sample.fourth_cumulant,
-                    collisions_per_particle: sample.collisions_per_particle,
-                }));
+                tables
+                    .replicas
+                    .extend(run.record.energies.iter().map(|(time, sample)| ReplicaRow {
+                        replica: replica as u64,
+                        engine: engine.clone(),
+                        time_over_t0: *time,
+                        energy_ratio: sample.temperature / run.record.energies[0].1.temperature,
+                        fourth_cumulant: sample.fourth_cumulant,
+                        collisions_per_particle: sample.collisions_per_particle,
+                    }));
             }
         }
         for (index, a) in runs.iter().enumerate() {
@@ -81,14 +86,22 @@ impl Tables {
         let spans = &setup.case.measure.impact_windows;
         let first = self.impact_summary.len();
         for (window, &[start, end]) in spans.iter().enumerate() {
-            let all: Vec<_> = runs.iter().map(|run| &run.record.windows.windows[window]).collect();
+            let all: Vec<_> = runs
+                .iter()
+                .map(|run| &run.record.windows.windows[window])
+                .collect();
             let bins = setup.case.measure.impact_bins;
-            let counts: Vec<u64> = (0..bins).map(|bin| all.iter().map(|w| w.bins[bin]).sum()).collect();
+            let counts: Vec<u64> = (0..bins)
+                .map(|bin| all.iter().map(|w| w.bins[bin]).sum())
+                .collect();
             let total: u64 = counts.iter().sum();
             let density = |count: u64, total: u64| count as f64 * bins as f64 / total as f64;
             for (bin, &count) in counts.iter().enumerate() {
-                let each: Vec<f64> =
-                    all.iter().filter(|w| w.collisions > 0).map(|w| density(w.bins[bin], w.collisions)).collect();
+                let each: Vec<f64> = all
+                    .iter()
+                    .filter(|w| w.collisions > 0)
+                    .map(|w| density(w.bins[bin], w.collisions))
+                    .collect();
                 self.impact.push(ImpactParameterRow {
                     engine: engine.to_owned(),
                     window_start: start,
@@ -96,7 +109,11 @@ impl Tables {
                     bin_low: bin as f64 / bins as f64,
                     bin_high: (bin + 1) as f64 / bins as f64,
                     count,
-                    density: if total > 0 { density(count, total) } else { 0.0 },
+                    density: if total > 0 {
+                        density(count, total)
+                    } else {
+                        0.0
+                    },
                     density_se: Estimate::over_replicas(&each).and_then(|e| e.standard_error),
                 });
             }
@@ -111,7 +128,9 @@ impl Tables {
                 collisions: total,
                 slope: slope.as_ref().map(|s| s.value),
                 // One replica: from the spread of its collisions.
-                slope_se: slope.and_then(|s| s.standard_error).or_else(|| all.first().and_then(|w| w.slope_error())),
+                slope_se: slope
+                    .and_then(|s| s.standard_error)
+                    .or_else(|| all.first().and_then(|w| w.slope_error())),
                 mean_b_over_d: Estimate::over_replicas(&means).map(|m| m.value),
                 chi_squared: test.map(|t| t.statistic),
                 degrees_of_freedom: test.map_or(0, |t| t.degrees_of_freedom as u64),
@@ -121,8 +140,14 @@ impl Tables {
         }
         // All windows of one engine together.
         let rows = &mut self.impact_summary[first..];
-        let p_values: Vec<f64> = rows.iter().map(|row| row.p_value.unwrap_or(f64::NAN)).collect();
-        for (row, rejected) in rows.iter_mut().zip(holm(&p_values, setup.case.verdict.false_alarm)) {
+        let p_values: Vec<f64> = rows
+            .iter()
+            .map(|row| row.p_value.unwrap_or(f64::NAN))
+            .collect();
+        for (row, rejected) in rows
+            .iter_mut()
+            .zip(holm(&p_values, setup.case.verdict.false_alarm))
+        {
             let slope = row.slope.unwrap_or(0.0);
             // A slope of 2 % moves the outer of 20 bins by 1 %.
             let seen = row.slope_se.is_some_and(|error| error < 0.02);
@@ -155,21 +180,39 @@ impl Tables {
 
 fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), SnapshotError> {
     let path = folder.join(R::FILE);
-    let failed = |error: std::io::Error| SnapshotError::File { path: path.clone(), source: error };
-    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    writer.write_record(R::COLUMNS).map_err(|error| failed(error.into()))?;
+    let failed = |error: std::io::Error| SnapshotError::File {
+        path: path.clone(),
+        source: error,
+    };
+    let mut writer = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    writer
+        .write_record(R::COLUMNS)
+        .map_err(|error| failed(error.into()))?;
     for row in rows {
-        writer.serialize(row).map_err(|error| failed(error.into()))?;
+        writer
+            .serialize(row)
+            .map_err(|error| failed(error.into()))?;
     }
-    let bytes = writer.into_inner().map_err(|error| failed(error.into_error()))?;
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| failed(error.into_error()))?;
     write_whole(&path, &bytes)
 }
 
 /// Mean and standard error over replicas of a quantity; empty replicas are left out.
 fn over<T>(runs: &[T], quantity: impl Fn(&T) -> Option<f64>) -> (Option<f64>, Option<f64>) {
-    let values: Vec<f64> = runs.iter().filter_map(quantity).filter(|value| value.is_finite()).collect();
+    let values: Vec<f64> = runs
+        .iter()
+        .filter_map(quantity)
+        .filter(|value| value.is_finite())
+        .collect();
     let estimate = Estimate::over_replicas(&values);
-    (estimate.as_ref().map(|e| e.value), estimate.and_then(|e| e.standard_error))
+    (
+        estimate.as_ref().map(|e| e.value),
+        estimate.and_then(|e| e.standard_error),
+    )
 }
 
 fn energy(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<EnergyRow> {
@@ -177,7 +220,9 @@ fn energy(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<EnergyRow> {
     let mut rows = Vec::with_capacity(times.len());
     for (index, &time) in times.iter().enumerate() {
         let sample = |run: &&Finished| run.record.energies[index].1;
-        let ratio = over(runs, |run| Some(sample(run).temperature / run.record.energies[0].1.temperature));
+        let ratio = over(runs, |run| {
+            Some(sample(run).temperature / run.record.energies[0].1.temperature)
+        });
         let cumulant = over(runs, |run| Some(sample(run).fourth_cumulant));
         let collisions = over(runs, |run| Some(sample(run).collisions_per_particle));
         rows.push(EnergyRow {
@@ -202,7 +247,12 @@ fn energy_quotients(setup: &Setup, a: &[&Finished], b: &[&Finished]) -> Vec<Quot
         run.record.energies[index].1.temperature / run.record.energies[0].1.temperature
     };
     let pairs: Vec<Vec<(f64, f64)>> = (0..setup.case.sample_times().len())
-        .map(|index| a.iter().zip(b).map(|(a, b)| (ratio(a, index), ratio(b, index))).collect())
+        .map(|index| {
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| (ratio(a, index), ratio(b, index)))
+                .collect()
+        })
         .collect();
     quotients(&pairs, setup.case.verdict.false_alarm)
 }
@@ -234,7 +284,9 @@ fn structure(engine: &str, runs: &[&Finished]) -> Vec<StructureFactorRow> {
     let mut rows = Vec::new();
     for (index, (time, first)) in runs[0].record.structure.iter().enumerate() {
         for (shell, known) in first.shells.iter().enumerate() {
-            let (value, error) = over(runs, |run| Some(run.record.structure[index].1.shells[shell].value));
+            let (value, error) = over(runs, |run| {
+                Some(run.record.structure[index].1.shells[shell].value)
+            });
             rows.push(StructureFactorRow {
                 engine: engine.to_owned(),
                 time_over_t0: *time,
@@ -284,7 +336,10 @@ fn dissipation(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<Dissipati
                 engine: engine.to_owned(),
                 window_start: start,
                 window_end: end,
-                collisions: runs.iter().map(|run| run.record.windows.windows[window].collisions).sum(),
+                collisions: runs
+                    .iter()
+                    .map(|run| run.record.windows.windows[window].collisions)
+                    .sum(),
                 rate_ratio: rate.0,
                 rate_ratio_se: rate.1,
                 speed_ratio: speed.0,
@@ -315,5 +370,7 @@ pub fn theory_quotients(setup: &Setup, runs: &[&Finished]) -> Vec<Quotient> {
             Some(runs.iter().map(|run| (ratio(run), law)).collect())
         })
         .collect();
-    pairs.map_or_else(Vec::new, |pairs| quotients(&pairs, setup.case.verdict.false_alarm))
+    pairs.map_or_else(Vec::new, |pairs| {
+        quotients(&pairs, setup.case.verdict.false_alarm)
+    })
 }

@@ -32,7 +32,10 @@ pub struct JobProgress {
 impl JobProgress {
     /// Tells the share done, from 0 to 1, and how many collisions have happened since last told.
     pub fn tell(&self, share: f64, collisions: u64) {
-        self.share.store((share.clamp(0.0, 1.0) * STEPS as f64) as u64, Ordering::Relaxed);
+        self.share.store(
+            (share.clamp(0.0, 1.0) * STEPS as f64) as u64,
+            Ordering::Relaxed,
+        );
         self.all.collisions.fetch_add(collisions, Ordering::Relaxed);
     }
 }
@@ -48,18 +51,28 @@ impl Progress {
     pub fn start(name: &str) -> Self {
         let all = Arc::new(Shared::default());
         let (shared, name) = (Arc::clone(&all), name.to_owned());
-        let reporter = thread::Builder::new().name("progress".into()).spawn(move || show(&shared, &name)).ok();
+        let reporter = thread::Builder::new()
+            .name("progress".into())
+            .spawn(move || show(&shared, &name))
+            .ok();
         Self { all, reporter }
     }
 
     /// Announces jobs.
     pub fn jobs(&self, count: usize) -> Vec<JobProgress> {
-        let mut shares = self.all.shares.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut shares = self
+            .all
+            .shares
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
         (0..count)
             .map(|_| {
                 let share = Arc::new(AtomicU64::new(0));
                 shares.push(Arc::clone(&share));
-                JobProgress { share, all: Arc::clone(&self.all) }
+                JobProgress {
+                    share,
+                    all: Arc::clone(&self.all),
+                }
             })
             .collect()
     }
@@ -78,8 +91,14 @@ impl Drop for Progress {
 
 impl Shared {
     fn done(&self) -> u64 {
-        let shares = self.shares.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let total: u64 = shares.iter().map(|share| share.load(Ordering::Relaxed)).sum();
+        let shares = self
+            .shares
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let total: u64 = shares
+            .iter()
+            .map(|share| share.load(Ordering::Relaxed))
+            .sum();
         total / (shares.len() as u64).max(1)
     }
 }
@@ -87,7 +106,11 @@ impl Shared {
 fn show(all: &Shared, name: &str) {
     let began = Instant::now();
     let terminal = std::io::stderr().is_terminal();
-    let bar = if terminal { ProgressBar::new(STEPS) } else { ProgressBar::hidden() };
+    let bar = if terminal {
+        ProgressBar::new(STEPS)
+    } else {
+        ProgressBar::hidden()
+    };
     if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3}%  {msg}") {
         bar.set_style(style);
     }
@@ -99,14 +122,22 @@ fn show(all: &Shared, name: &str) {
         let seconds = began.elapsed().as_secs_f64();
         let share = done as f64 / STEPS as f64;
         let rate = all.collisions.load(Ordering::Relaxed) as f64 / seconds;
-        let left = if share > 0.0 { seconds * (1.0 - share) / share } else { f64::NAN };
+        let left = if share > 0.0 {
+            seconds * (1.0 - share) / share
+        } else {
+            f64::NAN
+        };
         let message = format!("{} collisions/s, {} left", short(rate), duration(left));
         bar.set_position(done);
         bar.set_message(message.clone());
         if !terminal && seconds >= next_line as f64 {
             next_line = seconds as u64 + LINE_SECONDS;
             // Losing a line of progress harms nothing.
-            let _ = writeln!(std::io::stderr(), "{name}: {:.1} % done, {message}", 100.0 * share);
+            let _ = writeln!(
+                std::io::stderr(),
+                "{name}: {:.1} % done, {message}",
+                100.0 * share
+            );
         }
     }
     bar.finish_and_clear();

@@ -137,12 +137,22 @@ impl Setup {
             };
             let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
             let width = (area / case.domain.aspect_ratio).sqrt();
-            Self::assemble(&case, scale, disks, [width, area / width], packing_fraction, None, None)?
+            Self::assemble(
+                &case,
+                scale,
+                disks,
+                [width, area / width],
+                packing_fraction,
+                None,
+                None,
+            )?
         };
         if let Some(arrangement) = setup.arrangement() {
             // Whether a lattice fits is known before anything is written.
             let streams = Streams::new(case.seed, 0);
-            if arrangement != Arrangement::Disordered || setup.packing_fraction > initial::SEQUENTIAL_LIMIT {
+            if arrangement != Arrangement::Disordered
+                || setup.packing_fraction > initial::SEQUENTIAL_LIMIT
+            {
                 initial::place(arrangement, setup.disks, 1.0, &setup.domain, &streams)?;
             }
         }
@@ -157,24 +167,41 @@ impl Setup {
             expected: expected.into(),
         };
         let count = start.positions.len();
-        let radii = start.radii.unwrap_or_else(|| vec![0.5 * case.gas.diameter; count]);
+        let radii = start
+            .radii
+            .unwrap_or_else(|| vec![0.5 * case.gas.diameter; count]);
         let masses = start.masses.unwrap_or_else(|| vec![case.gas.mass; count]);
-        let domain = Domain::<Plane>::periodic(start.lengths.into()).expect("positive sides were read");
+        let domain =
+            Domain::<Plane>::periodic(start.lengths.into()).expect("positive sides were read");
         let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
         let length = 2.0 * mean(&radii);
-        if let Some(Overlap { pair, depth }) =
-            initial::first_overlap(&start.positions, |i| radii[i], &domain, OVERLAP_TOLERANCE * length)
-        {
-            return Err(SetupError::Overlap { file: file.written.clone(), pair, depth });
+        if let Some(Overlap { pair, depth }) = initial::first_overlap(
+            &start.positions,
+            |i| radii[i],
+            &domain,
+            OVERLAP_TOLERANCE * length,
+        ) {
+            return Err(SetupError::Overlap {
+                file: file.written.clone(),
+                pair,
+                depth,
+            });
         }
         let mass = mean(&masses);
         let energy = match (case.start.velocities, &start.velocities) {
             (Velocities::Maxwellian { temperature }, _) => temperature,
             (Velocities::File, None) => {
-                return Err(content("no velocities", "columns vx and vy (velo), or velocities = \"maxwellian\""));
+                return Err(content(
+                    "no velocities",
+                    "columns vx and vy (velo), or velocities = \"maxwellian\"",
+                ));
             }
             (Velocities::File, Some(velocities)) => {
-                let twice: f64 = velocities.iter().zip(&masses).map(|(v, m)| m * v.norm_squared()).sum();
+                let twice: f64 = velocities
+                    .iter()
+                    .zip(&masses)
+                    .map(|(v, m)| m * v.norm_squared())
+                    .sum();
                 let temperature = 0.5 * twice / count as f64;
                 if !(temperature.is_normal() && temperature < 1e200) {
                     return Err(content(
@@ -185,19 +212,38 @@ impl Setup {
                 temperature
             }
         };
-        let scale = Scale { length, mass, energy };
+        let scale = Scale {
+            length,
+            mass,
+            energy,
+        };
         let covered: f64 = radii.iter().map(|r| std::f64::consts::PI * r * r).sum();
         let packing = covered / domain.volume();
         let alike = |values: &[f64]| values.iter().all(|&value| value == values[0]);
-        let sizes = (!(alike(&radii) && alike(&masses)))
-            .then(|| radii.iter().zip(&masses).map(|(r, m)| (r / length, m / mass)).collect());
+        let sizes = (!(alike(&radii) && alike(&masses))).then(|| {
+            radii
+                .iter()
+                .zip(&masses)
+                .map(|(r, m)| (r / length, m / mass))
+                .collect()
+        });
         let lengths = start.lengths.map(|side| side / length);
         let positions = start.positions.iter().map(|x| x / length).collect();
         let velocities = match case.start.velocities {
             Velocities::Maxwellian { .. } => None,
-            Velocities::File => start.velocities.map(|all| all.iter().map(|v| v / scale.speed()).collect()),
+            Velocities::File => start
+                .velocities
+                .map(|all| all.iter().map(|v| v / scale.speed()).collect()),
         };
-        Self::assemble(case, scale, count, lengths, packing, sizes, Some((positions, velocities)))
+        Self::assemble(
+            case,
+            scale,
+            count,
+            lengths,
+            packing,
+            sizes,
+            Some((positions, velocities)),
+        )
     }
 
     fn assemble(
@@ -209,7 +255,11 @@ impl Setup {
         sizes: Option<Vec<(f64, f64)>>,
         file: Option<(Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>)>,
     ) -> Result<Self, SetupError> {
-        let widest = sizes.iter().flatten().map(|size| 2.0 * size.0).fold(1.0, f64::max);
+        let widest = sizes
+            .iter()
+            .flatten()
+            .map(|size| 2.0 * size.0)
+            .fold(1.0, f64::max);
         let domain = Domain::periodic(vector![lengths[0], lengths[1]])
             .filter(|_| lengths.iter().all(|&side| side > widest * (1.0 + 1e-9)))
             .ok_or(SetupError::BoxTooSmall { lengths })?;
@@ -220,11 +270,18 @@ impl Setup {
                 .map_or(1.0, |law| law.normal(std::f64::consts::PI.sqrt())),
         };
         // A start beyond close packing is possible only for unlike disks.
-        let contact_value = kinetic::contact_value(packing_fraction.min(0.9 * kinetic::CLOSE_PACKING));
+        let contact_value =
+            kinetic::contact_value(packing_fraction.min(0.9 * kinetic::CLOSE_PACKING));
         let (time, time_unit) = if restitution < 1.0 {
-            (kinetic::haff_time(packing_fraction, restitution, contact_value), TimeUnit::Haff)
+            (
+                kinetic::haff_time(packing_fraction, restitution, contact_value),
+                TimeUnit::Haff,
+            )
         } else {
-            (1.0 / kinetic::collision_rate(packing_fraction, contact_value, 0.0), TimeUnit::MeanFreeTime)
+            (
+                1.0 / kinetic::collision_rate(packing_fraction, contact_value, 0.0),
+                TimeUnit::MeanFreeTime,
+            )
         };
         Ok(Self {
             case: case.clone(),
@@ -263,7 +320,11 @@ impl Setup {
 
     /// Enskog's collision rate per particle, in units of sqrt(T/m)/d.
     pub fn collision_rate(&self) -> f64 {
-        kinetic::collision_rate(self.packing_fraction, self.contact_value, self.fourth_cumulant())
+        kinetic::collision_rate(
+            self.packing_fraction,
+            self.contact_value,
+            self.fourth_cumulant(),
+        )
     }
 
     /// Energy over that of the start at the time `time_over_t0`, by Haff's law; `None` where it does not apply.
@@ -288,7 +349,10 @@ impl Setup {
         let (scheme, largest) = match dsmc.contact_value {
             ContactValue::Boltzmann => (stosszahl_dsmc::Scheme::Boltzmann, 1.0),
             ContactValue::FreeVolume { largest } => (stosszahl_dsmc::Scheme::FreeVolume, largest),
-            ContactValue::Enskog { neighbourhood, largest } => {
+            ContactValue::Enskog {
+                neighbourhood,
+                largest,
+            } => {
                 let area = match neighbourhood {
                     Neighbourhood::Mean => stosszahl_dsmc::Neighbourhood::Mean,
                     Neighbourhood::Cells(n) => stosszahl_dsmc::Neighbourhood::Cells(n),
@@ -319,11 +383,23 @@ impl Setup {
             ("restitution".to_owned(), self.restitution),
             ("contact_value".to_owned(), self.contact_value),
             ("mean_free_path_over_d".to_owned(), path),
-            ("collision_rate_per_particle".to_owned(), self.collision_rate() / self.scale.time()),
+            (
+                "collision_rate_per_particle".to_owned(),
+                self.collision_rate() / self.scale.time(),
+            ),
             ("t0".to_owned(), self.time * self.scale.time()),
-            ("one_over_t0".to_owned(), 1.0 / (self.time * self.scale.time())),
-            ("structure_factor_at_zero_elastic".to_owned(), kinetic::structure_factor_at_zero(self.packing_fraction)),
-            ("expected_collisions_per_particle".to_owned(), self.expected_collisions(until)),
+            (
+                "one_over_t0".to_owned(),
+                1.0 / (self.time * self.scale.time()),
+            ),
+            (
+                "structure_factor_at_zero_elastic".to_owned(),
+                kinetic::structure_factor_at_zero(self.packing_fraction),
+            ),
+            (
+                "expected_collisions_per_particle".to_owned(),
+                self.expected_collisions(until),
+            ),
             (
                 "expected_pair_collisions_per_replica".to_owned(),
                 0.5 * self.disks as f64 * self.expected_collisions(until),
@@ -336,10 +412,16 @@ impl Setup {
             if let Engine::Dsmc(dsmc) = engine {
                 let side = self.cell_size(dsmc);
                 let name = engine.name().replace('-', "_");
-                let per_cell =
-                    4.0 / std::f64::consts::PI * self.packing_fraction * side[0] * side[1] * f64::from(dsmc.simulators_per_disk);
+                let per_cell = 4.0 / std::f64::consts::PI
+                    * self.packing_fraction
+                    * side[0]
+                    * side[1]
+                    * f64::from(dsmc.simulators_per_disk);
                 list.push((format!("{name}_cell_width_over_d"), side[0]));
-                list.push((format!("{name}_cell_width_over_mean_free_path"), side[0] / path));
+                list.push((
+                    format!("{name}_cell_width_over_mean_free_path"),
+                    side[0] / path,
+                ));
                 list.push((format!("{name}_simulators_per_cell"), per_cell));
             }
         }

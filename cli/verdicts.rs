@@ -12,7 +12,9 @@ use crate::tables::{ComparisonRow, DissipationRow, ImpactSummaryRow};
 fn title(engine: &str) -> String {
     match engine {
         "ed" => "ED".to_owned(),
-        other => other.strip_prefix("dsmc-").map_or_else(|| other.to_owned(), |scheme| format!("DSMC ({scheme})")),
+        other => other
+            .strip_prefix("dsmc-")
+            .map_or_else(|| other.to_owned(), |scheme| format!("DSMC ({scheme})")),
     }
 }
 
@@ -34,20 +36,29 @@ pub fn verdicts(setup: &Setup, replicas: &[Replica], tables: &Tables) -> Vec<Ver
         }
     }
     for (a, b) in pairs {
-        let rows: Vec<&ComparisonRow> =
-            tables.comparison.iter().filter(|row| row.engine_a == a && row.engine_b == b).collect();
+        let rows: Vec<&ComparisonRow> = tables
+            .comparison
+            .iter()
+            .filter(|row| row.engine_a == a && row.engine_b == b)
+            .collect();
         list.push(pair(setup, &title(a), &title(b), &rows));
         if a == "ed" {
             list.extend(split(tables, a, b));
         }
     }
     for (index, engine) in setup.case.engines.iter().enumerate() {
-        let runs: Vec<&Finished> = replicas.iter().map(|replica| &replica.engines[index]).collect();
+        let runs: Vec<&Finished> = replicas
+            .iter()
+            .map(|replica| &replica.engines[index])
+            .collect();
         list.extend(theory(setup, &title(engine.name()), &runs));
     }
     for engine in &setup.case.engines {
-        let rows: Vec<&ImpactSummaryRow> =
-            tables.impact_summary.iter().filter(|row| row.engine == engine.name()).collect();
+        let rows: Vec<&ImpactSummaryRow> = tables
+            .impact_summary
+            .iter()
+            .filter(|row| row.engine == engine.name())
+            .collect();
         list.push(impact(setup, &title(engine.name()), &rows));
     }
     list
@@ -67,13 +78,20 @@ fn start(replicas: &[Replica]) -> Option<Verdict> {
                 .filter(|test| test.passed == Some(false))
                 .map(|test| test.name.as_str())
                 .collect();
-            let why = if failed.is_empty() { "no elastic collisions asked for or possible".into() } else { failed.join(", ") };
+            let why = if failed.is_empty() {
+                "no elastic collisions asked for or possible".into()
+            } else {
+                failed.join(", ")
+            };
             format!("replica {index} ({why})")
         })
         .collect();
     (!bad.is_empty()).then(|| Verdict {
         topic: "start".into(),
-        sentence: format!("The start is not equilibrated in {}; early differences may be its memory.", bad.join("; ")),
+        sentence: format!(
+            "The start is not equilibrated in {}; early differences may be its memory.",
+            bad.join("; ")
+        ),
         kind: VerdictKind::Warning,
     })
 }
@@ -91,7 +109,10 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
     let last = rows[rows.len() - 1];
     let quotient = with_error(last.quotient, last.quotient_se);
     let chance = setup.case.verdict.false_alarm;
-    let early = tests.iter().filter(|test| matches!(test, Test::Higher | Test::Lower)).count();
+    let early = tests
+        .iter()
+        .filter(|test| matches!(test, Test::Higher | Test::Lower))
+        .count();
     let (sentence, kind) = match parted(&times, &tests) {
         Some((time, side)) => {
             let side = if side == Test::Higher { "more" } else { "less" };
@@ -115,7 +136,10 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
             VerdictKind::Differ,
         ),
         None if tests.iter().all(|test| *test == Test::Agree) => (
-            format!("{a} and {b} agree in energy at all {} times; at the end the quotient is {quotient}.", rows.len()),
+            format!(
+                "{a} and {b} agree in energy at all {} times; at the end the quotient is {quotient}.",
+                rows.len()
+            ),
             VerdictKind::Agree,
         ),
         None => (
@@ -128,7 +152,9 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
     };
     Verdict {
         topic: format!("energy, {a} against {b}"),
-        sentence: format!("{sentence} (Paired t tests over replicas, chance of any false alarm {chance}.)"),
+        sentence: format!(
+            "{sentence} (Paired t tests over replicas, chance of any false alarm {chance}.)"
+        ),
         kind,
     }
 }
@@ -152,7 +178,11 @@ fn split(tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
     let impact = factor(|row| (row.impact_ratio, row.impact_ratio_se))?;
     let correlation = factor(|row| (row.correlation_ratio, row.correlation_ratio_se))?;
     Some(Verdict {
-        topic: format!("what the difference of {} and {} is made of", title(a), title(b)),
+        topic: format!(
+            "what the difference of {} and {} is made of",
+            title(a),
+            title(b)
+        ),
         sentence: format!(
             "At t/t0 from {} to {}, at the same temperature, {} loses energy {total} times as fast as {}: collision rate \
              {rate}, squared relative speed of colliding pairs {speed}, impact parameters {impact}, correlation of the \
@@ -174,41 +204,76 @@ fn theory(setup: &Setup, engine: &str, runs: &[&Finished]) -> Option<Verdict> {
     let end = times[times.len() - 1];
     let value = with_error(last.quotient.value, last.quotient.standard_error);
     // Of the times after the start.
-    let agree = tests.iter().skip(1).take_while(|test| **test == Test::Agree).count();
-    let held = if agree == 0 { "at no sample after the start".into() } else { format!("up to t/t0 = {:.3}", times[agree]) };
+    let agree = tests
+        .iter()
+        .skip(1)
+        .take_while(|test| **test == Test::Agree)
+        .count();
+    let held = if agree == 0 {
+        "at no sample after the start".into()
+    } else {
+        format!("up to t/t0 = {:.3}", times[agree])
+    };
     let (sentence, kind) = match parted(&times, &tests) {
         Some((time, side)) => (
             format!(
                 "{engine} follows Haff's law {held} and lies {} it from t/t0 = {time:.3} to the end, where K/K_Haff = {value}.",
-                if side == Test::Higher { "above" } else { "below" }
+                if side == Test::Higher {
+                    "above"
+                } else {
+                    "below"
+                }
             ),
             VerdictKind::Differ,
         ),
-        None if tests.iter().all(|test| *test == Test::Agree) => {
-            (format!("{engine} follows Haff's law to the end, t/t0 = {end}, where K/K_Haff = {value}."), VerdictKind::Agree)
-        }
+        None if tests.iter().all(|test| *test == Test::Agree) => (
+            format!(
+                "{engine} follows Haff's law to the end, t/t0 = {end}, where K/K_Haff = {value}."
+            ),
+            VerdictKind::Agree,
+        ),
         None => (
-            format!("{engine} follows Haff's law {held}; at the end, t/t0 = {end}, K/K_Haff = {value}."),
+            format!(
+                "{engine} follows Haff's law {held}; at the end, t/t0 = {end}, K/K_Haff = {value}."
+            ),
             VerdictKind::Undecided,
         ),
     };
-    Some(Verdict { topic: format!("{engine} against theory"), sentence, kind })
+    Some(Verdict {
+        topic: format!("{engine} against theory"),
+        sentence,
+        kind,
+    })
 }
 
 fn impact(setup: &Setup, engine: &str, rows: &[&ImpactSummaryRow]) -> Verdict {
     let span = |row: &ImpactSummaryRow| {
-        let slope = row.slope.map_or(String::new(), |slope| format!(", slope {}", with_error(slope, row.slope_se)));
-        format!("{} to {} ({}{slope})", row.window_start, row.window_end, row.verdict)
+        let slope = row.slope.map_or(String::new(), |slope| {
+            format!(", slope {}", with_error(slope, row.slope_se))
+        });
+        format!(
+            "{} to {} ({}{slope})",
+            row.window_start, row.window_end, row.verdict
+        )
     };
     let all: Vec<String> = rows.iter().map(|row| span(row)).collect();
     let broken = rows.iter().any(|row| row.verdict.ends_with("excess"));
     let uniform = rows.iter().all(|row| row.verdict == "uniform");
     let (opening, kind) = if broken {
-        (format!("The impact parameters of {engine} are not uniform"), VerdictKind::Differ)
+        (
+            format!("The impact parameters of {engine} are not uniform"),
+            VerdictKind::Differ,
+        )
     } else if uniform {
-        (format!("The impact parameters of {engine} are uniform in all windows"), VerdictKind::Agree)
+        (
+            format!("The impact parameters of {engine} are uniform in all windows"),
+            VerdictKind::Agree,
+        )
     } else {
-        (format!("The impact parameters of {engine} show no departure from uniform"), VerdictKind::Undecided)
+        (
+            format!("The impact parameters of {engine} show no departure from uniform"),
+            VerdictKind::Undecided,
+        )
     };
     Verdict {
         topic: format!("impact parameters, {engine}"),

@@ -150,18 +150,32 @@ mod tests {
 /// The overrides that leave out the times and windows of a case file beyond a new, earlier end, so that a run can
 /// be shortened by one argument. A file that cannot be read needs none: reading it reports why.
 pub fn shortened(path: &std::path::Path, until: f64) -> Vec<String> {
-    let table = std::fs::read_to_string(path).ok().and_then(|text| text.parse::<Table>().ok());
-    let measure = table.as_ref().and_then(|table| table.get("measure")).and_then(Value::as_table);
-    let Some(measure) = measure else { return Vec::new() };
-    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
+    let table = std::fs::read_to_string(path)
+        .ok()
+        .and_then(|text| text.parse::<Table>().ok());
+    let measure = table
+        .as_ref()
+        .and_then(|table| table.get("measure"))
+        .and_then(Value::as_table);
+    let Some(measure) = measure else {
+        return Vec::new();
+    };
+    let number = |value: &Value| {
+        value
+            .as_float()
+            .or_else(|| value.as_integer().map(|n| n as f64))
+    };
     let list = |key: &str| measure.get(key).and_then(Value::as_array);
     let mut overrides = Vec::new();
     for key in ["structure_times", "snapshot_times"] {
         let Some(times) = list(key) else { continue };
         let late = |time: &&Value| number(time).is_some_and(|time| time > until);
         if times.iter().any(|time| late(&time)) {
-            let mut kept: Vec<String> =
-                times.iter().filter(|time| !late(time)).map(ToString::to_string).collect();
+            let mut kept: Vec<String> = times
+                .iter()
+                .filter(|time| !late(time))
+                .map(ToString::to_string)
+                .collect();
             // What was asked for at the end is wanted at the new end.
             kept.push(format!("{until:?}"));
             overrides.push(format!("measure.{key}=[{}]", kept.join(", ")));
@@ -171,12 +185,15 @@ pub fn shortened(path: &std::path::Path, until: f64) -> Vec<String> {
         windows
             .iter()
             .map(|window| {
-                let [start, end] = window.as_array()?.as_slice() else { return None };
+                let [start, end] = window.as_array()?.as_slice() else {
+                    return None;
+                };
                 Some([number(start)?, number(end)?])
             })
             .collect()
     });
-    if let Some(windows) = windows.filter(|windows| windows.iter().any(|window| window[1] > until)) {
+    if let Some(windows) = windows.filter(|windows| windows.iter().any(|window| window[1] > until))
+    {
         let kept: Vec<String> = windows
             .iter()
             .filter(|window| window[0] < until)

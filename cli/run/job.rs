@@ -71,11 +71,17 @@ impl<P: Planar> Gas for Exact<P> {
     type Checkpoint = stosszahl_ed::Checkpoint<P>;
 
     fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
-        if self.limit.is_some_and(|limit| self.gas.tally.collisions >= limit) {
-            return Err(RunError::CollisionLimit { collisions: self.gas.tally.collisions });
+        if self
+            .limit
+            .is_some_and(|limit| self.gas.tally.collisions >= limit)
+        {
+            return Err(RunError::CollisionLimit {
+                collisions: self.gas.tally.collisions,
+            });
         }
         let leg = leg_collisions(self.gas.state.bodies.len());
-        let mut engine = stosszahl_ed::Engine::<P>::new(self.scene.clone(), self.dissipation, self.gas.clone())?;
+        let mut engine =
+            stosszahl_ed::Engine::<P>::new(self.scene.clone(), self.dissipation, self.gas.clone())?;
         let reached = engine.advance(until, leg, watch)?;
         self.gas = engine.checkpoint();
         Ok(reached)
@@ -107,7 +113,10 @@ impl<P: Planar> Gas for Exact<P> {
             ("cell_crossings_per_collision", each(tally.crossings)),
             ("stale_events_per_collision", each(tally.stale)),
             ("broken_contacts_per_collision", each(tally.broken)),
-            ("share_of_collisions_made_elastic", each(tally.elastic_contacts)),
+            (
+                "share_of_collisions_made_elastic",
+                each(tally.elastic_contacts),
+            ),
         ]
         .map(|(name, number)| (name.to_owned(), number))
         .into()
@@ -146,13 +155,34 @@ impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
         let simulators = self.simulators() as u64;
         [
             ("steps", tally.steps as f64),
-            ("trials_per_collision", over(tally.trials as f64, tally.collisions)),
-            ("majorant_violations_per_trial", over(tally.majorant_violations as f64, tally.trials)),
-            ("collisions_per_simulator_and_step", over(2.0 * tally.collisions as f64, tally.steps * simulators)),
-            ("share_of_cells_with_limited_contact_value", over(tally.limited_cells as f64, tally.active_cells)),
-            ("share_of_collisions_in_limited_cells", over(tally.limited_collisions as f64, tally.collisions)),
-            ("collision_separation_over_d", over(tally.separation, tally.collisions)),
-            ("most_collisions_per_simulator_in_a_cell_and_step", tally.busiest_cell),
+            (
+                "trials_per_collision",
+                over(tally.trials as f64, tally.collisions),
+            ),
+            (
+                "majorant_violations_per_trial",
+                over(tally.majorant_violations as f64, tally.trials),
+            ),
+            (
+                "collisions_per_simulator_and_step",
+                over(2.0 * tally.collisions as f64, tally.steps * simulators),
+            ),
+            (
+                "share_of_cells_with_limited_contact_value",
+                over(tally.limited_cells as f64, tally.active_cells),
+            ),
+            (
+                "share_of_collisions_in_limited_cells",
+                over(tally.limited_collisions as f64, tally.collisions),
+            ),
+            (
+                "collision_separation_over_d",
+                over(tally.separation, tally.collisions),
+            ),
+            (
+                "most_collisions_per_simulator_in_a_cell_and_step",
+                tally.busiest_cell,
+            ),
             ("cell_width_over_d", self.cell()[0]),
         ]
         .map(|(name, number)| (name.to_owned(), number))
@@ -182,7 +212,10 @@ pub(super) fn run_engine<P: Planar>(
     snapshots: Option<PathBuf>,
 ) -> Result<Finished, RunError> {
     match engine {
-        Engine::Ed(EventDriven { contact_time, collision_limit }) => {
+        Engine::Ed(EventDriven {
+            contact_time,
+            collision_limit,
+        }) => {
             let dissipation = if *contact_time > 0.0 {
                 Dissipation::ContactTime(contact_time * setup.time)
             } else {
@@ -190,7 +223,12 @@ pub(super) fn run_engine<P: Planar>(
             };
             let begin = |checkpoint: Option<stosszahl_ed::Checkpoint<P>>| {
                 let gas = checkpoint.unwrap_or_else(|| start.clone().into());
-                Ok(Exact { scene: scene.clone(), dissipation, limit: *collision_limit, gas })
+                Ok(Exact {
+                    scene: scene.clone(),
+                    dissipation,
+                    limit: *collision_limit,
+                    gas,
+                })
             };
             follow(setup, engine, begin, &control.with(), snapshots)
         }
@@ -199,7 +237,13 @@ pub(super) fn run_engine<P: Planar>(
             let streams = streams.branch(scheme_number(dsmc));
             let begin = |checkpoint: Option<stosszahl_dsmc::Checkpoint<P>>| {
                 Ok(match checkpoint {
-                    Some(gas) => stosszahl_dsmc::Engine::resume(scene, parameters, start.domain, gas, streams)?,
+                    Some(gas) => stosszahl_dsmc::Engine::resume(
+                        scene,
+                        parameters,
+                        start.domain,
+                        gas,
+                        streams,
+                    )?,
                     None => stosszahl_dsmc::Engine::new(scene, parameters, start, streams)?,
                 })
             };
@@ -227,11 +271,26 @@ fn follow<G: Gas>(
     let schedule = schedule(setup);
     let loaded = control.load()?;
     let (mut next, mut record, mut seconds, mut gas) = match loaded {
-        Some(Progress { work: Some(work), record, seconds, .. }) => {
+        Some(Progress {
+            work: Some(work),
+            record,
+            seconds,
+            ..
+        }) => {
             control.tell(1.0, 0);
-            return Ok(Finished { record, work, seconds });
+            return Ok(Finished {
+                record,
+                work,
+                seconds,
+            });
         }
-        Some(Progress { engine, next, record, seconds, .. }) => (next, Some(record), seconds, begin(engine)?),
+        Some(Progress {
+            engine,
+            next,
+            record,
+            seconds,
+            ..
+        }) => (next, Some(record), seconds, begin(engine)?),
         None => (0, None, 0.0, begin(None)?),
     };
     let mut structure = Structure::new(setup)?;
@@ -249,7 +308,15 @@ fn follow<G: Gas>(
         let before = gas.collisions();
         let reached = gas.leg(moment.time_over_t0 * setup.time, &mut record.windows)?;
         if reached {
-            sample(setup, engine, &gas, moment, &mut record, &mut structure, snapshots.as_ref())?;
+            sample(
+                setup,
+                engine,
+                &gas,
+                moment,
+                &mut record,
+                &mut structure,
+                snapshots.as_ref(),
+            )?;
             next += 1;
         }
         control.tell(share(setup, gas.time()), gas.collisions() - before);
@@ -265,10 +332,23 @@ fn follow<G: Gas>(
         }
     }
     seconds += lap();
-    let work = Work { collisions: gas.collisions(), numbers: gas.work() };
-    control.save(&Progress { engine: None, next, record: record.clone(), seconds, work: Some(work.clone()) })?;
+    let work = Work {
+        collisions: gas.collisions(),
+        numbers: gas.work(),
+    };
+    control.save(&Progress {
+        engine: None,
+        next,
+        record: record.clone(),
+        seconds,
+        work: Some(work.clone()),
+    })?;
     control.tell(1.0, 0);
-    Ok(Finished { record, work, seconds })
+    Ok(Finished {
+        record,
+        work,
+        seconds,
+    })
 }
 
 /// The share of a run that is done, by the collisions that theory expects.
@@ -298,15 +378,30 @@ fn sample<G: Gas>(
         record.pairs.push((time, pairs));
     }
     if let (true, Some(folder)) = (moment.snapshot, snapshots) {
-        let index = setup.case.measure.snapshot_times.iter().position(|&known| known == time).unwrap_or(0);
+        let index = setup
+            .case
+            .measure
+            .snapshot_times
+            .iter()
+            .position(|&known| known == time)
+            .unwrap_or(0);
         let text = extended_xyz(setup, gas.scene(), &state, engine.name(), time);
-        snapshot::write_whole(&folder.join(format!("{}-{index}.xyz", engine.name())), text.as_bytes())?;
+        snapshot::write_whole(
+            &folder.join(format!("{}-{index}.xyz", engine.name())),
+            text.as_bytes(),
+        )?;
     }
     Ok(())
 }
 
 /// The extended XYZ format that OVITO and ASE read, in the units of the case.
-fn extended_xyz<P: Planar>(setup: &Setup, scene: &P, state: &State<P>, engine: &str, time: f64) -> String {
+fn extended_xyz<P: Planar>(
+    setup: &Setup,
+    scene: &P,
+    state: &State<P>,
+    engine: &str,
+    time: f64,
+) -> String {
     let (length, speed) = (setup.scale.length, setup.scale.speed());
     let box_sides = state.domain.lengths() * length;
     let mut text = String::with_capacity(100 * state.bodies.len());
@@ -323,8 +418,15 @@ fn extended_xyz<P: Planar>(setup: &Setup, scene: &P, state: &State<P>, engine: &
     for (index, body) in state.bodies.iter().enumerate() {
         let (at, v) = (body.position * length, body.velocity * speed);
         let tag = sizes.tag(index);
-        let (radius, mass) = (sizes.radius(tag) * length, sizes.mass(tag) * setup.scale.mass);
-        let _ = writeln!(text, "{index} {} {} 0 {} {} 0 {radius} {mass}", at[0], at[1], v[0], v[1]);
+        let (radius, mass) = (
+            sizes.radius(tag) * length,
+            sizes.mass(tag) * setup.scale.mass,
+        );
+        let _ = writeln!(
+            text,
+            "{index} {} {} 0 {} {} 0 {radius} {mass}",
+            at[0], at[1], v[0], v[1]
+        );
     }
     text
 }

@@ -148,7 +148,9 @@ impl<T: Serialize + DeserializeOwned> Control<'_, T> {
     fn load(&self) -> Result<Option<T>, RunError> {
         match snapshot::read(&self.path, self.fingerprint) {
             Ok(content) => Ok(Some(content)),
-            Err(SnapshotError::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(SnapshotError::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                Ok(None)
+            }
             Err(error) => Err(error.into()),
         }
     }
@@ -161,7 +163,10 @@ impl<T: Serialize + DeserializeOwned> Control<'_, T> {
     fn pause(&self, content: &T) -> Result<(), RunError> {
         let stop = self.stop.load(Ordering::Relaxed);
         let due = {
-            let mut last = self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut last = self
+                .last
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             let due = last.elapsed() >= self.interval;
             if due {
                 *last = Instant::now();
@@ -171,13 +176,24 @@ impl<T: Serialize + DeserializeOwned> Control<'_, T> {
         if stop || due {
             self.save(content)?;
         }
-        if stop { Err(RunError::Interrupted) } else { Ok(()) }
+        if stop {
+            Err(RunError::Interrupted)
+        } else {
+            Ok(())
+        }
     }
 
     /// As [`Self::pause`], for content that is costly to gather.
     fn pause_with(&self, gather: impl FnOnce() -> T) -> Result<(), RunError> {
-        let due = self.last.lock().map_or(true, |last| last.elapsed() >= self.interval);
-        if due || self.stop.load(Ordering::Relaxed) { self.pause(&gather()) } else { Ok(()) }
+        let due = self
+            .last
+            .lock()
+            .map_or(true, |last| last.elapsed() >= self.interval);
+        if due || self.stop.load(Ordering::Relaxed) {
+            self.pause(&gather())
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -237,7 +253,11 @@ impl Visit for AllReplicas<'_> {
 impl AllReplicas<'_> {
     fn control<T>(&self, replica: usize, part: &str, progress: &JobProgress) -> Control<'_, T> {
         Control {
-            path: self.place.folder.join(CHECKPOINTS).join(format!("replica-{replica}-{part}.snapshot")),
+            path: self
+                .place
+                .folder
+                .join(CHECKPOINTS)
+                .join(format!("replica-{replica}-{part}.snapshot")),
             fingerprint: self.place.fingerprint,
             interval: Duration::from_secs_f64(self.setup.case.run.checkpoint_seconds.min(1e9)),
             last: Mutex::new(Instant::now()),
@@ -247,14 +267,24 @@ impl AllReplicas<'_> {
         }
     }
 
-    fn replica<P: Planar>(&self, scene: &P, replica: usize, jobs: &[JobProgress]) -> Result<Replica, RunError> {
+    fn replica<P: Planar>(
+        &self,
+        scene: &P,
+        replica: usize,
+        jobs: &[JobProgress],
+    ) -> Result<Replica, RunError> {
         let streams = Streams::new(self.setup.case.seed, replica as u64);
         let failed = |part: &str| {
             let part = part.to_owned();
-            move |source| RunError::Replica { replica, part, source: Box::new(source) }
+            move |source| RunError::Replica {
+                replica,
+                part,
+                source: Box::new(source),
+            }
         };
         let control = self.control::<Preparation<P>>(replica, "start", &jobs[0]);
-        let start = prepare::prepare(self.setup, scene, &streams, &control).map_err(failed("start"))?;
+        let start =
+            prepare::prepare(self.setup, scene, &streams, &control).map_err(failed("start"))?;
         let engines = self
             .setup
             .case
@@ -264,8 +294,16 @@ impl AllReplicas<'_> {
             .map(|(engine, progress)| {
                 let control = self.control(replica, engine.name(), progress);
                 let snapshots = (replica == 0).then(|| self.place.folder.join(SNAPSHOTS));
-                job::run_engine(self.setup, scene, engine, start.state(), streams, &control, snapshots)
-                    .map_err(failed(engine.name()))
+                job::run_engine(
+                    self.setup,
+                    scene,
+                    engine,
+                    start.state(),
+                    streams,
+                    &control,
+                    snapshots,
+                )
+                .map_err(failed(engine.name()))
             })
             .collect::<Result<Vec<_>, _>>()?;
         let start = start.report.expect("a prepared start has a report");

@@ -60,33 +60,67 @@ impl<P: Planar> Observe<P> for Histogram<'_> {
 }
 
 /// Places the disks and draws their velocities.
-fn begin<P: Planar>(setup: &Setup, scene: &P, streams: &Streams) -> Result<Preparation<P>, RunError> {
+fn begin<P: Planar>(
+    setup: &Setup,
+    scene: &P,
+    streams: &Streams,
+) -> Result<Preparation<P>, RunError> {
     let (placement, name) = match (&setup.file, setup.arrangement()) {
-        (Some((positions, _)), _) => {
-            (Placement { positions: positions.clone(), reciprocal: Vec::new() }, "file".to_owned())
-        }
+        (Some((positions, _)), _) => (
+            Placement {
+                positions: positions.clone(),
+                reciprocal: Vec::new(),
+            },
+            "file".to_owned(),
+        ),
         (None, arrangement) => {
             let arrangement = arrangement.expect("without a file there is an arrangement");
             let placement = initial::place(arrangement, setup.disks, 1.0, &setup.domain, streams)
                 .map_err(|error| RunError::Setup(error.into()))?;
-            let molten = arrangement == initial::Arrangement::Disordered && !placement.reciprocal.is_empty();
-            let name = if molten { "molten hexagonal lattice".into() } else { format!("{arrangement:?}").to_lowercase() };
+            let molten =
+                arrangement == initial::Arrangement::Disordered && !placement.reciprocal.is_empty();
+            let name = if molten {
+                "molten hexagonal lattice".into()
+            } else {
+                format!("{arrangement:?}").to_lowercase()
+            };
             (placement, name)
         }
     };
     let sizes = scene.sizes();
     let radius = |index: usize| sizes.radius(sizes.tag(index));
-    if let Some(overlap) = initial::first_overlap(&placement.positions, radius, &setup.domain, 1e-9) {
-        return Err(RunError::Overlap { pair: overlap.pair, depth: overlap.depth });
+    if let Some(overlap) = initial::first_overlap(&placement.positions, radius, &setup.domain, 1e-9)
+    {
+        return Err(RunError::Overlap {
+            pair: overlap.pair,
+            depth: overlap.depth,
+        });
     }
-    let bodies = placement.positions.iter().map(|&at| Body::new(setup.domain.wrap(at), Vector2::zeros())).collect();
-    let mut state = State { time: 0.0, domain: setup.domain, bodies };
+    let bodies = placement
+        .positions
+        .iter()
+        .map(|&at| Body::new(setup.domain.wrap(at), Vector2::zeros()))
+        .collect();
+    let mut state = State {
+        time: 0.0,
+        domain: setup.domain,
+        bodies,
+    };
     match setup.case.start.velocities {
         Velocities::Maxwellian { .. } => {
-            initial::maxwellian(scene, &mut state, 1.0, &mut streams.at(Purpose::Velocities, [0, 0]));
+            initial::maxwellian(
+                scene,
+                &mut state,
+                1.0,
+                &mut streams.at(Purpose::Velocities, [0, 0]),
+            );
         }
         Velocities::File => {
-            let velocities = setup.file.iter().filter_map(|file| file.1.as_ref()).flatten();
+            let velocities = setup
+                .file
+                .iter()
+                .filter_map(|file| file.1.as_ref())
+                .flatten();
             for (body, &velocity) in state.bodies.iter_mut().zip(velocities) {
                 body.velocity = velocity;
             }
@@ -122,7 +156,11 @@ pub(super) fn prepare<P: Planar>(
         let in_block: u64 = start.bins.iter().sum();
         // Blocks end at a multiple of their length after the first half of what was asked.
         let first = asked.saturating_sub(block);
-        let target = if done < first { first } else { done + (block - in_block) };
+        let target = if done < first {
+            first
+        } else {
+            done + (block - in_block)
+        };
         let target = if asked == 0 { 0 } else { target.min(most) };
         if done < target {
             let leg = leg_collisions(setup.disks).min(target - done);
@@ -164,15 +202,28 @@ pub(super) fn prepare<P: Planar>(
 }
 
 fn test<P: Planar>(setup: &Setup, start: &Preparation<P>) -> Vec<Outcome> {
-    let positions: Vec<Vector2<f64>> = start.gas.state.bodies.iter().map(|body| body.position).collect();
+    let positions: Vec<Vector2<f64>> = start
+        .gas
+        .state
+        .bodies
+        .iter()
+        .map(|body| body.position)
+        .collect();
     let lengths = setup.domain.lengths().into();
     let packing = setup.packing_fraction;
     let mut tests = vec![equilibrium::impact_uniform(&start.bins)];
     if !start.reciprocal.is_empty() {
-        tests.push(equilibrium::lattice_forgotten(&positions, lengths, &start.reciprocal, packing));
+        tests.push(equilibrium::lattice_forgotten(
+            &positions,
+            lengths,
+            &start.reciprocal,
+            packing,
+        ));
     }
     if setup.sizes.is_none() {
-        tests.push(equilibrium::long_waves_fluctuate(&positions, lengths, 1.0, packing));
+        tests.push(equilibrium::long_waves_fluctuate(
+            &positions, lengths, 1.0, packing,
+        ));
     }
     tests
 }

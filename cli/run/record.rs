@@ -32,7 +32,12 @@ pub struct Moment {
 pub fn schedule(setup: &Setup) -> Vec<Moment> {
     let (energy, case) = (setup.case.sample_times(), &setup.case);
     let (structure, snapshot) = (&case.measure.structure.times, &case.measure.snapshot_times);
-    let mut times: Vec<f64> = energy.iter().chain(structure).chain(snapshot).copied().collect();
+    let mut times: Vec<f64> = energy
+        .iter()
+        .chain(structure)
+        .chain(snapshot)
+        .copied()
+        .collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
     times
@@ -62,10 +67,26 @@ pub struct Record {
 impl Record {
     /// An empty record of a gas at temperature `temperature`.
     pub fn new(setup: &Setup, temperature: f64) -> Self {
-        let spans: Vec<[f64; 2]> =
-            setup.case.measure.impact_windows.iter().map(|span| span.map(|edge| edge * setup.time)).collect();
-        let windows = Windows::new(&spans, setup.case.measure.impact_bins, setup.disks, 0.0, temperature);
-        Self { energies: Vec::new(), windows, structure: Vec::new(), pairs: Vec::new() }
+        let spans: Vec<[f64; 2]> = setup
+            .case
+            .measure
+            .impact_windows
+            .iter()
+            .map(|span| span.map(|edge| edge * setup.time))
+            .collect();
+        let windows = Windows::new(
+            &spans,
+            setup.case.measure.impact_bins,
+            setup.disks,
+            0.0,
+            temperature,
+        );
+        Self {
+            energies: Vec::new(),
+            windows,
+            structure: Vec::new(),
+            pairs: Vec::new(),
+        }
     }
 }
 
@@ -106,7 +127,12 @@ impl<'a> Structure<'a> {
     ) -> Result<(StructureFactor, PairCorrelation), stosszahl_analysis::Error> {
         let positions: Vec<Vector2<f64>> = state.bodies.iter().map(|body| body.position).collect();
         let lengths = state.domain.lengths();
-        let range = self.setup.case.measure.pair_correlation_range.min(0.499_999 * lengths.min());
+        let range = self
+            .setup
+            .case
+            .measure
+            .pair_correlation_range
+            .min(0.499_999 * lengths.min());
         let bins = ((range / PAIR_CORRELATION_BIN).round() as usize).max(1);
         let pairs = pair_correlation::measure(&positions, lengths.into(), 1.0, range, bins)?;
         Ok((self.plan.measure(&positions, weight)?, pairs))
