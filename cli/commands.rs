@@ -93,10 +93,7 @@ impl CommandError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Run { source, .. } if source.is_interruption() => 130,
-            Self::Run {
-                source: RunError::Snapshot(SnapshotError::Foreign { .. }),
-                ..
-            } => 2,
+            Self::Run { source, .. } if source.is_foreign() => 2,
             Self::Folder { .. } | Self::Pool(_) | Self::Run { .. } | Self::Export(_) => 1,
             _ => 2,
         }

@@ -129,6 +129,7 @@ pub struct StartTest {
     /// Name of the test.
     pub name: String,
     /// Value of the statistic [1].
+    #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
     /// Probability of so extreme a statistic in equilibrium [1].
     pub p_value: Option<f64>,
@@ -217,4 +218,9 @@ fn finite_or_null<'de, D: Deserializer<'de>>(source: D) -> Result<BTreeMap<Strin
         .into_iter()
         .map(|(name, value)| (name, value.unwrap_or(f64::NAN)))
         .collect())
+}
+
+/// Reads a number that is `null` where it was not finite.
+fn null_is_nan<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(source)?.unwrap_or(f64::NAN))
 }

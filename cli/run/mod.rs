@@ -88,13 +88,22 @@ pub enum RunError {
 }
 
 impl RunError {
+    /// What happened, whichever replica it happened in.
+    fn cause(&self) -> &Self {
+        match self {
+            Self::Replica { source, .. } => source.cause(),
+            other => other,
+        }
+    }
+
     /// Whether the run only stopped because it was asked to.
     pub fn is_interruption(&self) -> bool {
-        match self {
-            Self::Interrupted => true,
-            Self::Replica { source, .. } => source.is_interruption(),
-            _ => false,
-        }
+        matches!(self.cause(), Self::Interrupted)
+    }
+
+    /// Whether checkpoints of another run were found.
+    pub fn is_foreign(&self) -> bool {
+        matches!(self.cause(), Self::Snapshot(SnapshotError::Foreign { .. }))
     }
 }
 

@@ -1,0 +1,318 @@
+//! The program as a user runs it: results, refusals, threads, kills and continuations.
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use rand::{RngExt, SeedableRng};
+use stosszahl::model::random::Stream;
+use support::bad_cases::{BAD_CASES, Content};
+
+const CASE: &str = r#"
+format = 1
+title = "a small paired case"
+seed = 5
+replicas = 3
+
+[gas]
+disks = 900
+packing_fraction = 0.25
+restitution = 0.8
+
+[run]
+until = 20
+checkpoint_seconds = 0.01
+
+[engine.ed]
+[engine.dsmc-free-volume]
+[engine.dsmc-enskog]
+simulators_per_disk = 2
+
+[measure]
+structure_times = [0, 20]
+snapshot_times = [20]
+"#;
+
+fn stosszahl(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stosszahl"));
+    command.current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    stosszahl(folder).args(arguments).output().expect("the program starts")
+}
+
+fn text(output: &[u8]) -> String {
+    String::from_utf8_lossy(output).into_owned()
+}
+
+/// Names and bytes of all tables and snapshots of a results folder.
+fn tables(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for folder in [folder.to_owned(), folder.join("snapshots")] {
+        for entry in fs::read_dir(&folder).expect("a results folder") {
+            let path = entry.expect("an entry").path();
+            let ending = path.extension().and_then(|ending| ending.to_str());
+            if matches!(ending, Some("csv" | "xyz")) {
+                let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+                found.insert(name, fs::read(&path).expect("bytes"));
+            }
+        }
+    }
+    found
+}
+
+fn assert_same(a: &Path, b: &Path) {
+    let (first, second) = (tables(a), tables(b));
+    assert!(first.len() >= 9, "{:?}", first.keys());
+    assert_eq!(first.keys().collect::<Vec<_>>(), second.keys().collect::<Vec<_>>());
+    for (name, bytes) in &first {
+        assert!(bytes == &second[name], "{name} differs between {} and {}", a.display(), b.display());
+    }
+}
+
+#[test]
+fn paired_case_gives_tables_and_a_report() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("small.toml"), CASE).expect("a case");
+    let output = run(folder.path(), &["run", "small.toml"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("ED against DSMC (enskog)"), "{}", text(&output.stdout));
+    let results = folder.path().join("results/small");
+    let header = |name: &str| {
+        let table = fs::read_to_string(results.join(name)).expect("a table");
+        table.lines().next().unwrap_or_default().to_owned()
+    };
+    assert_eq!(
+        header("energy.csv"),
+        "engine,time,time_over_t0,collisions_per_particle,energy_ratio,energy_ratio_se,haff_ratio,fourth_cumulant,fourth_cumulant_se,replicas"
+    );
+    assert_eq!(
+        header("comparison.csv"),
+        "engine_a,engine_b,time_over_t0,energy_ratio_a,energy_ratio_b,quotient,quotient_se,z,verdict"
+    );
+    assert_eq!(header("structure_factor.csv"), "engine,time_over_t0,k,structure_factor,structure_factor_se,modes");
+    assert_eq!(header("pair_correlation.csv"), "engine,time_over_t0,r_over_d,g,g_se");
+    assert_eq!(
+        header("impact_parameter.csv"),
+        "engine,window_start,window_end,bin_low,bin_high,count,density,density_se"
+    );
+    assert_eq!(
+        header("impact_parameter_summary.csv"),
+        "engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,chi_squared,degrees_of_freedom,p_value,verdict"
+    );
+    assert!(results.join("manifest.json").exists() && !results.join("checkpoints").exists());
+    let report = fs::read(results.join("report.html")).expect("a report");
+    // All engines begin with the same energy and the same disks.
+    let energy = fs::read_to_string(results.join("energy.csv")).expect("a table");
+    assert_eq!(energy.lines().filter(|line| line.contains(",0.0,0.0,0.0,1.0,")).count(), 3, "{energy}");
+
+    let output = run(folder.path(), &["report", "results/small"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(report == fs::read(results.join("report.html")).expect("a report"));
+
+    // What is there is not overwritten, and what is not ours is not replaced.
+    let output = run(folder.path(), &["run", "small.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--force"), "{}", text(&output.stderr));
+    let output = run(folder.path(), &["run", "small.toml", "--force", "--until", "1"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    fs::create_dir(folder.path().join("diary")).expect("a folder");
+    fs::write(folder.path().join("diary/today"), "dear").expect("a file");
+    let output = run(folder.path(), &["run", "small.toml", "--force", "--out", "diary"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(folder.path().join("diary/today").exists());
+}
+
+#[test]
+fn one_and_two_threads_give_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("small.toml"), CASE).expect("a case");
+    for threads in ["1", "2"] {
+        let output = run(folder.path(), &["run", "small.toml", "--threads", threads, "--out", threads]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    assert_same(&folder.path().join("1"), &folder.path().join("2"));
+    let output = run(folder.path(), &["run", "small.toml", "--seed", "6", "--out", "other"]);
+    assert!(output.status.success());
+    assert_ne!(tables(&folder.path().join("1")), tables(&folder.path().join("other")));
+}
+
+/// Ten kills at random moments, each continued; one of ten is an interrupt that the program hears. Moments are
+/// drawn with a fixed seed; what the program was doing at them is the machine's choice.
+#[test]
+fn killed_and_resumed_runs_give_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
+    let larger = ["--set", "gas.disks=12000", "--replicas", "2"];
+    let output = stosszahl(folder.path()).args(["run", "case.toml", "--out", "whole"]).args(larger).output();
+    assert!(output.expect("the program starts").status.success());
+    let mut stream = Stream::seed_from_u64(10);
+    let mut kills = 0;
+    let mut mode: &[&str] = &[];
+    while kills < 10 {
+        let mut child = stosszahl(folder.path())
+            .args(["run", "case.toml", "--out", "pieces"])
+            .args(larger)
+            .args(mode)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        mode = &["--resume"];
+        sleep(Duration::from_millis(stream.random_range(60..200)));
+        if kills == 4 {
+            let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+            assert!(sent.expect("kill").success());
+            let code = child.wait().expect("an end").code();
+            assert!(matches!(code, Some(130 | 0)), "{code:?}");
+        } else {
+            child.kill().expect("a kill");
+            child.wait().expect("an end");
+        }
+        kills += 1;
+        if folder.path().join("pieces/manifest.json").exists() {
+            break;
+        }
+    }
+    assert!(kills >= 5, "the run was over after {kills} kills: make it longer");
+    let output = stosszahl(folder.path()).args(["run", "case.toml", "--out", "pieces", "--resume"]).args(larger).output();
+    let output = output.expect("the program starts");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_same(&folder.path().join("whole"), &folder.path().join("pieces"));
+}
+
+#[test]
+fn resume_refuses_another_case_and_an_empty_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
+    let output = run(folder.path(), &["run", "case.toml", "--resume"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("nothing to resume"), "{}", text(&output.stderr));
+    let mut child = stosszahl(folder.path())
+        .args(["run", "case.toml", "--set", "gas.disks=20000"])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    sleep(Duration::from_millis(700));
+    child.kill().expect("a kill");
+    child.wait().expect("an end");
+    let output = run(folder.path(), &["run", "case.toml", "--resume", "--seed", "77"]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("another run"), "{}", text(&output.stderr));
+}
+
+/// Through the binary: exit code 2, nothing on standard output, no results folder left.
+#[test]
+fn bad_cases_leave_nothing_behind() {
+    assert!(BAD_CASES.len() >= 25);
+    for bad in BAD_CASES {
+        let folder = tempfile::tempdir().expect("a folder");
+        let name = format!("{}.toml", bad.name.replace(' ', "-"));
+        let path = folder.path().join(&name);
+        if let Some(bytes) = bad.bytes() {
+            fs::write(&path, bytes).expect("a case");
+        } else if matches!(bad.content, Content::Directory) {
+            fs::create_dir(&path).expect("a folder");
+        }
+        let mut command = stosszahl(folder.path());
+        command.args(["run", &name]);
+        for one in bad.overrides {
+            command.args(["--set", one]);
+        }
+        let output = command.output().expect("the program starts");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{}: {said}", bad.name);
+        assert!(output.stdout.is_empty(), "{}", bad.name);
+        assert!(said.contains(&name) || said.contains("--set"), "{}: {said}", bad.name);
+        assert!(!folder.path().join("results").exists(), "{}", bad.name);
+    }
+}
+
+/// Start files that are damaged, or do not fit the case.
+#[test]
+fn bad_start_files_are_named() {
+    let case = CASE
+        .replace("disks = 900\npacking_fraction = 0.25\n", "")
+        .replace("[run]", "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]");
+    for (start, fragments) in [
+        ("# box: 10 10\nx,y\n1,1\n1.5,1\n", &["start.csv", "disks 0 and 1", "overlap by 0.5"][..]),
+        ("# box: 10 10\nx,y\n1,1\nNaN,1\n", &["start.csv:4", "NaN", "finite"]),
+        ("# box: 10 10\nx,y\n1,1\nwest,1\n", &["start.csv:4", "west", "finite"]),
+        ("# box: 10\nx,y\n1,1\n", &["start.csv:1", "# box: Lx Ly"]),
+        ("# box: 0.5 10\nx,y\n0.2,1\n", &["overlap"]),
+        ("# box: 10 10\nx,y,radius\n1,1,-1\n", &["start.csv:3", "radius", "above zero"]),
+        ("# box: 10 10\nx,y\n", &["start.csv", "at least one"]),
+        ("", &["start.csv:1", "# box: Lx Ly"]),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::write(folder.path().join("case.toml"), &case).expect("a case");
+        fs::write(folder.path().join("start.csv"), start).expect("a start");
+        let output = run(folder.path(), &["run", "case.toml"]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{start}: {said}");
+        for fragment in fragments {
+            assert!(said.contains(fragment), "{start}: {said} lacks {fragment}");
+        }
+        assert!(!folder.path().join("results").exists());
+    }
+    // A gas cannot be given a lattice that does not fit, nor a box narrower than a disk.
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
+    for (set, fragment) in [("gas.packing_fraction=0.9", "do not fit"), ("box.aspect_ratio=1e-9", "one disk is wide")] {
+        let output = run(folder.path(), &["run", "case.toml", "--set", set, "--set", "start.placement=hexagonal"]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains(fragment), "{}", text(&output.stderr));
+        assert!(!folder.path().join("results").exists());
+    }
+}
+
+/// A mixture from a file, with its own velocities, as CSV and as the program's own snapshot.
+#[test]
+fn mixture_from_a_file_runs_in_both_engines() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut start = "# box: 30 30\nx,y,radius,mass\n".to_owned();
+    for i in 0..225 {
+        let (radius, mass) = if i % 2 == 0 { (0.5, 1.0) } else { (0.25, 0.125) };
+        start += &format!("{},{},{radius},{mass}\n", 2 * (i % 15) + 1, 2 * (i / 15) + 1);
+    }
+    fs::write(folder.path().join("start.csv"), start).expect("a start");
+    let case = CASE
+        .replace("disks = 900\npacking_fraction = 0.25\n", "")
+        .replace("[run]", "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]");
+    fs::write(folder.path().join("case.toml"), &case).expect("a case");
+    let output = run(folder.path(), &["run", "case.toml", "--out", "first", "--until", "2"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    // The end of one run is a start for another.
+    let again = case.replace("start.csv", "first/snapshots/ed-0.xyz");
+    let again = again.replace("placement", "velocities = \"file\"\ncollisions_per_particle = 0\nplacement");
+    fs::write(folder.path().join("again.toml"), again).expect("a case");
+    let output = run(folder.path(), &["run", "again.toml", "--until", "2"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("not equilibrated"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn check_schema_and_help_teach() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
+    let checked = run(folder.path(), &["check", "case.toml"]);
+    assert!(checked.status.success());
+    for word in ["mean_free_path", "t0", "cell_width", "simulators_per_cell", "memory", "roughly", "collisions"] {
+        assert!(text(&checked.stdout).contains(word), "{word} in {}", text(&checked.stdout));
+    }
+    assert!(!folder.path().join("results").exists());
+    let schema = run(folder.path(), &["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&schema.stdout).expect("JSON");
+    assert!(schema["properties"]["gas"].is_object());
+    assert!(text(&run(folder.path(), &["--help"]).stdout).contains("cases/quick.toml"));
+    assert!(text(&run(folder.path(), &["run", "--help"]).stdout).contains("--resume"));
+    assert_eq!(run(folder.path(), &["run", "case.toml", "--threads", "0"]).status.code(), Some(2));
+    assert_eq!(run(folder.path(), &["report", "nowhere"]).status.code(), Some(2));
+}
