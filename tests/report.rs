@@ -3,6 +3,11 @@
 //! The numbers below are invented: smooth functions with pseudo-random scatter, made to look like a run. Nothing was
 //! simulated.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot read its own files may stop"
+)]
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
