@@ -475,7 +475,6 @@ fn a_damaged_number_names_file_line_and_column() {
         .lines()
         .map(str::to_owned)
         .collect();
-    lines[4] = lines[4].replacen("ed,0", "ed,x0", 1);
     lines[4] = "ed,1.0,one,0.0,1.0,,,0.0,,8".to_owned();
     fs::write(&file, lines.join("\n")).unwrap();
     let fault = rebuild(folder.path()).unwrap_err();
@@ -561,11 +560,7 @@ fn other_damage_is_a_typed_error_too() {
     assert!(
         matches!(rebuild(folder.path()), Err(ReportError::Json { key, line, .. }) if key == "seed" && line > 1)
     );
-    fs::write(
-        at("manifest.json"),
-        manifest.replace("\"format\": 1", "\"format\": 9"),
-    )
-    .unwrap();
+    fs::write(at("manifest.json"), "{\"format\": 9, \"other\": 1}").unwrap();
     assert!(matches!(
         rebuild(folder.path()),
         Err(ReportError::Format {

@@ -477,8 +477,8 @@ pub(crate) fn structure(rows: &[StructureFactorRow]) -> Option<Figure> {
     }
     share_ordinates(&mut panels);
     let mut caption = "Structure factor against the wave number k, the number of wavelengths λ in the side L. The \
-                       dashed line at one is an ideal gas; a rise at small k is the growth of clusters, the fall of \
-                       ED below one at larger k is excluded volume. "
+                       dashed line at one is an ideal gas; a rise at small k is the growth of clusters, values \
+                       below one are the order of disks that exclude each other. "
         .to_owned();
     if let Some(last) = all.last() {
         let parts: Vec<String> = names

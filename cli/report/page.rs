@@ -421,7 +421,7 @@ fn snapshots(frames: &Frames, results: &Results, counter: &mut Counter) -> Marku
                         output #viewer-label {}
                         span { "Direction of the velocity:" }
                         span.compass title="Colour of each direction" {}
-                        span { "Wheel: zoom. Drag: move. Double click: whole domain." }
+                        span { "Drag: move. Wheel, after a click: zoom. Double click: whole domain." }
                     }
                     div #viewer {}
                     noscript { p.absent { "The disks are drawn by a script inside this page, and scripts are switched off." } }

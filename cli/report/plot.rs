@@ -389,7 +389,9 @@ fn frame(axis: &Axis, data: (f64, f64)) -> ((f64, f64), Option<f64>) {
         }
         Scale::Linear if axis.range.is_some() => ((low, high), Some(step(high - low))),
         Scale::Linear => {
-            let span = (high - low).max(1e-3 * high.abs()).max(1e-9);
+            // A single value gets a frame of a fifth of its size.
+            let least = if high > low { 1e-6 } else { 0.2 };
+            let span = (high - low).max(least * high.abs()).max(1e-9);
             let floor = if low >= 0.0 { 0.0 } else { f64::NEG_INFINITY };
             let (low, high) = ((low - 0.06 * span).max(floor), high + 0.06 * span);
             let step = step(high - low);
