@@ -126,18 +126,20 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     let exponent = value.abs().log10().floor();
     let sign = if value < 0.0 { "−" } else { "" };
     let size = value.abs();
-    if (-3.0..6.0).contains(&exponent) {
-        let decimals = (digits as f64 - 1.0 - exponent).max(0.0) as usize;
-        let text = format!("{size:.decimals$}");
-        let text = if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.')
+    // Zeros at the end of a fraction are dropped.
+    let fraction = |size: f64, decimals: f64| {
+        let text = format!("{size:.*}", decimals.max(0.0) as usize);
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {
-            &text
-        };
-        format!("{sign}{text}")
+            text
+        }
+    };
+    let decimals = digits as f64 - 1.0;
+    if (-3.0..6.0).contains(&exponent) {
+        format!("{sign}{}", fraction(size, decimals - exponent))
     } else {
-        let decimals = digits.saturating_sub(1);
-        let mantissa = format!("{:.decimals$}", size / 10_f64.powf(exponent));
+        let mantissa = fraction(size / 10_f64.powf(exponent), decimals);
         format!("{sign}{mantissa}·{}", power(exponent))
     }
 }

@@ -421,7 +421,7 @@ fn snapshots(frames: &Frames, results: &Results, counter: &mut Counter) -> Marku
                         output #viewer-label {}
                         span { "Direction of the velocity:" }
                         span.compass title="Colour of each direction" {}
-                        span { "Drag: move. Wheel, after a click: zoom. Double click: whole domain." }
+                        span.hint { "Drag: move. Wheel, after a click: zoom. Double click: whole domain." }
                     }
                     div #viewer {}
                     noscript { p.absent { "The disks are drawn by a script inside this page, and scripts are switched off." } }
@@ -692,6 +692,15 @@ fn replicas(rows: Option<&Vec<ReplicaRow>>) -> Markup {
     }
 }
 
+/// A count, in full if it is whole.
+fn count(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e15 {
+        format!("{value:.0}")
+    } else {
+        number(value, 6)
+    }
+}
+
 /// Table of the work of each engine.
 fn work(manifest: &Manifest) -> Markup {
     if manifest.engines.is_empty() {
@@ -712,7 +721,7 @@ fn work(manifest: &Manifest) -> Markup {
             );
         }
         for (what, value) in &engine.work {
-            add(&what.replace('_', " "), number(*value, 8));
+            add(&what.replace('_', " "), count(*value));
         }
     }
     html! {
