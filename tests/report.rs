@@ -624,14 +624,23 @@ fn a_title_is_text() {
 }
 
 #[test]
-fn values_that_are_not_finite_do_not_reach_the_plots() {
+fn values_without_a_place_do_not_reach_the_plots() {
     let (folder, _page) = built();
     let file = folder.path().join("energy.csv");
     let mut table = fs::read_to_string(&file).unwrap();
     table.push_str("ed,1.0,50.0,0.0,NaN,inf,,NaN,,8\ned,1.0,inf,0.0,-1.0,,,inf,,8\n");
+    table.push_str(
+        "ed,1.0,1e300,0.0,1e300,1e300,,1e300,,8\ned,1.0,1e-300,0.0,1e-300,,,-1e300,1e308,8\n",
+    );
     fs::write(&file, table).unwrap();
+    fs::write(
+        folder.path().join("snapshots/ed-0.xyz"),
+        format!("{}\n", u64::MAX),
+    )
+    .unwrap();
     let page = rebuild(folder.path()).unwrap();
     assert!(!page.contains("NaN") && !page.contains("\"inf"));
+    assert!(page.contains("Shown are 1 of 2 times") || page.contains("would exceed"));
 }
 
 #[test]

@@ -74,8 +74,11 @@ impl Axis {
     }
 
     /// Whether a value has a place on the axis.
+    ///
+    /// The library draws everything below 1e-10 of a logarithmic axis at 1e-10, and no measured quantity reaches
+    /// 1e100, where the arithmetic of the ticks would overflow.
     fn shows(&self, value: f64) -> bool {
-        value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
+        value.abs() < 1e100 && (self.scale == Scale::Linear || value >= 1e-10)
     }
 }
 
