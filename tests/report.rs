@@ -29,10 +29,10 @@ use tempfile::TempDir;
 struct Size {
     particles: usize,
     times: usize,
-    windows: usize,
+    windows: u32,
     bins: usize,
     shells: usize,
-    snapshots: usize,
+    snapshots: u32,
     strength: f64,
 }
 
@@ -143,13 +143,13 @@ fn energies(folder: &Path, size: Size, scatter: &mut Scatter) {
                 });
             }
         }
-        for place in 1..ENGINES.len() {
+        for (place, engine) in ENGINES.iter().enumerate().skip(1) {
             let [a, b] = [0, place].map(|which| energy(which, time, size.strength));
             let error = 0.02 * a / b;
             let quotient = a / b + 0.5 * error * scatter.next();
             comparisons.push(ComparisonRow {
                 engine_a: "ed".to_owned(),
-                engine_b: ENGINES[place].to_owned(),
+                engine_b: (*engine).to_owned(),
                 time_over_t0: time,
                 energy_ratio_a: a,
                 energy_ratio_b: b,
@@ -177,11 +177,11 @@ fn impacts(folder: &Path, size: Size, scatter: &mut Scatter) {
             let start = if window == 0 {
                 0.0
             } else {
-                2.5 * 2_f64.powi(window as i32)
+                2.5 * 2_f64.powf(f64::from(window))
             };
-            let end = 2.5 * 2_f64.powi(window as i32 + 1);
+            let end = 2.5 * 2_f64.powf(f64::from(window) + 1.0);
             let slope = if place == 0 {
-                size.strength * window as f64 / size.windows as f64
+                size.strength * f64::from(window) / f64::from(size.windows)
             } else {
                 0.0
             };
@@ -253,7 +253,7 @@ fn structures(folder: &Path, size: Size, scatter: &mut Scatter) {
                 } else {
                     0.97
                 };
-                let modes = (6.28 * k) as u64;
+                let modes = (6.2 * k) as u64;
                 let error = 0.6 / (modes as f64).sqrt();
                 factors.push(StructureFactorRow {
                     engine: (*engine).to_owned(),
@@ -295,7 +295,7 @@ fn particles(folder: &Path, size: Size, scatter: &mut Scatter) -> Vec<Snapshot> 
             let time = if index == 0 {
                 0.0
             } else {
-                10_f64.powi(index as i32 - 1)
+                10_f64.powf(f64::from(index) - 1.0)
             };
             let mut text = format!(
                 "{}\nLattice=\"{length} 0 0 0 {length} 0 0 0 1\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1 \
@@ -307,9 +307,9 @@ fn particles(folder: &Path, size: Size, scatter: &mut Scatter) -> Vec<Snapshot> 
                 let cell = |place: usize| (place as f64 + 0.5) * 1.772;
                 let x = cell(id % side as usize) + 0.38 * scatter.next();
                 let y = cell(id / side as usize) + 0.38 * scatter.next();
-                let order = index as f64 / size.snapshots as f64;
+                let order = f64::from(index) / f64::from(size.snapshots);
                 let turn =
-                    order * (6.28 * x / length).sin() * 3.0 + (1.0 - order) * 3.14 * scatter.next();
+                    order * (6.2 * x / length).sin() * 3.0 + (1.0 - order) * 3.1 * scatter.next();
                 let _ = writeln!(text, "{id} {x} {y} 0 {} {} 0 0.5", turn.cos(), turn.sin());
             }
             let file = format!("snapshots/{engine}-{index}.xyz");

@@ -39,7 +39,7 @@ use crate::tables::{
 
 /// Name of the page inside the folder.
 pub const REPORT_FILE: &str = "report.html";
-/// Largest size of the page [bytes]; above it fewer snapshots are kept.
+/// Largest size of the page \[bytes\]; above it fewer snapshots are kept.
 pub const SIZE_LIMIT: usize = 12_000_000;
 
 /// Why a report could not be built.

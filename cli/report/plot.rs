@@ -16,7 +16,7 @@ use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
 use kuva::render::theme::Theme;
 
-/// Width, height and left margin of a plot that takes half the page [px].
+/// Width, height and left margin of a plot that takes half the page \[px\].
 const HALF: [f64; 3] = [520.0, 360.0, 74.0];
 /// The same of a plot that takes a third of the page; letters then keep their size.
 const THIRD: [f64; 3] = [360.0, 330.0, 62.0];

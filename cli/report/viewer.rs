@@ -154,6 +154,7 @@ fn pack(particles: &Particles) -> Value {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at what it cannot read")]
 mod tests {
     use super::*;
     use crate::report::read::Disk;
