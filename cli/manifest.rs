@@ -1,8 +1,8 @@
 //! The manifest of a results folder (`manifest.json`) and the index of a sweep (`sweep.json`).
 //!
 //! The manifest says what was run, from which start, on which machine, with which work, and what follows from it in
-//! words. Writer and reader share these structs. JSON has no NaN: a number that is not finite is written as `null`
-//! and read back as NaN, except in the fields that are `Option`.
+//! words. Writer and reader share these structs. JSON has no NaN: a number that is not finite is written as `null`,
+//! which is read back as NaN in the maps `derived` and `work` and refused in a plain number.
 
 use std::collections::BTreeMap;
 
