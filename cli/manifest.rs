@@ -1,8 +1,8 @@
 //! The manifest of a results folder (`manifest.json`) and the index of a sweep (`sweep.json`).
 //!
 //! The manifest says what was run, from which start, on which machine, with which work, and what follows from it in
-//! words. Writer and reader share these structs. JSON has no NaN: a number that is not finite is written as `null`
-//! and read back as NaN, except in the fields that are `Option`.
+//! words. Writer and reader share these structs. JSON has no NaN: a number that is not finite is written as `null`,
+//! which is read back as NaN in the maps `derived` and `work` and refused in a plain number.
 
 use std::collections::BTreeMap;
 
@@ -44,7 +44,7 @@ pub struct Manifest {
     pub seed: u64,
     /// Replicas that were run.
     pub replicas: u64,
-    /// Duration of the whole run [s].
+    /// Duration of the whole run \[s\].
     pub wall_seconds: f64,
     /// How each replica began.
     pub start: Vec<Start>,
@@ -80,7 +80,7 @@ pub enum Units {
 /// The time that all times are divided by.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceTime {
-    /// Its value [s in SI, otherwise units of the case].
+    /// Its value \[s in SI, otherwise units of the case\].
     pub seconds_or_units: f64,
     /// What it means.
     pub definition: TimeDefinition,
@@ -115,7 +115,7 @@ pub struct Start {
     pub replica: u64,
     /// How the particles were placed.
     pub placement: String,
-    /// Elastic collisions per particle before the start [1].
+    /// Elastic collisions per particle before the start \[1\].
     pub collisions_per_particle: f64,
     /// Whether the start passed as an equilibrium state.
     pub equilibrated: bool,
@@ -128,10 +128,10 @@ pub struct Start {
 pub struct StartTest {
     /// Name of the test.
     pub name: String,
-    /// Value of the statistic [1].
+    /// Value of the statistic \[1\].
     #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
-    /// Probability of so extreme a statistic in equilibrium [1].
+    /// Probability of so extreme a statistic in equilibrium \[1\].
     pub p_value: Option<f64>,
     /// Whether the test was passed; `None` where it only informs.
     pub passed: Option<bool>,
@@ -144,7 +144,7 @@ pub struct StartTest {
 pub struct EngineWork {
     /// Engine.
     pub engine: String,
-    /// Duration, summed over the replicas [s].
+    /// Duration, summed over the replicas \[s\].
     pub wall_seconds: f64,
     /// Collisions, summed over the replicas.
     pub collisions: u64,
@@ -183,7 +183,7 @@ pub enum VerdictKind {
 pub struct Snapshot {
     /// Engine.
     pub engine: String,
-    /// Time `t/t0` [1].
+    /// Time `t/t0` \[1\].
     pub time_over_t0: f64,
     /// Path of the file, relative to the results folder.
     pub file: String,

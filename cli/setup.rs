@@ -376,7 +376,7 @@ impl Setup {
         let until = self.case.run.until;
         let path = kinetic::mean_free_path(self.packing_fraction, self.contact_value);
         let mut list = vec![
-            ("disks".to_owned(), self.disks as f64),
+            ("particles".to_owned(), self.disks as f64),
             ("packing_fraction".to_owned(), self.packing_fraction),
             ("box_width_over_d".to_owned(), lengths[0]),
             ("box_height_over_d".to_owned(), lengths[1]),

@@ -44,21 +44,21 @@ row! {
     EnergyRow in "energy.csv" {
         /// Engine.
         engine: String,
-        /// Time since the start of the dissipative run [units of the case].
+        /// Time since the start of the dissipative run \[units of the case\].
         time: f64,
-        /// Time `t/t0` [1].
+        /// Time `t/t0` \[1\].
         time_over_t0: f64,
-        /// Collisions that a particle took part in since the start, on average [1].
+        /// Collisions that a particle took part in since the start, on average \[1\].
         collisions_per_particle: f64,
-        /// Kinetic energy over its initial value, `K(t)/K(0)` [1].
+        /// Kinetic energy over its initial value, `K(t)/K(0)` \[1\].
         energy_ratio: f64,
-        /// Standard error of `energy_ratio` [1].
+        /// Standard error of `energy_ratio` \[1\].
         energy_ratio_se: Option<f64>,
-        /// Haff's law `(1 + t/t0)^-2` [1]; empty where the law does not apply.
+        /// Haff's law `(1 + t/t0)^-2` \[1\]; empty where the law does not apply.
         haff_ratio: Option<f64>,
-        /// Fourth cumulant `a2` of the velocity distribution, zero for a Gaussian [1].
+        /// Fourth cumulant `a2` of the velocity distribution, zero for a Gaussian \[1\].
         fourth_cumulant: f64,
-        /// Standard error of `fourth_cumulant` [1].
+        /// Standard error of `fourth_cumulant` \[1\].
         fourth_cumulant_se: Option<f64>,
         /// Replicas that the averages run over.
         replicas: u64,
@@ -72,17 +72,17 @@ row! {
         engine_a: String,
         /// Second engine, the denominator of the quotient.
         engine_b: String,
-        /// Time `t/t0` [1].
+        /// Time `t/t0` \[1\].
         time_over_t0: f64,
-        /// `K(t)/K(0)` of the first engine [1].
+        /// `K(t)/K(0)` of the first engine \[1\].
         energy_ratio_a: f64,
-        /// `K(t)/K(0)` of the second engine [1].
+        /// `K(t)/K(0)` of the second engine \[1\].
         energy_ratio_b: f64,
-        /// `energy_ratio_a / energy_ratio_b` [1].
+        /// `energy_ratio_a / energy_ratio_b` \[1\].
         quotient: f64,
-        /// Standard error of `quotient` [1].
+        /// Standard error of `quotient` \[1\].
         quotient_se: Option<f64>,
-        /// Difference from equality in standard errors [1].
+        /// Difference from equality in standard errors \[1\].
         z: Option<f64>,
         /// Outcome in words: `agree`, `a higher`, `a lower`, `undecided`.
         verdict: String,
@@ -94,19 +94,19 @@ row! {
     ImpactParameterRow in "impact_parameter.csv" {
         /// Engine.
         engine: String,
-        /// Start of the window, `t/t0` [1].
+        /// Start of the window, `t/t0` \[1\].
         window_start: f64,
-        /// End of the window, `t/t0` [1].
+        /// End of the window, `t/t0` \[1\].
         window_end: f64,
-        /// Lower edge of the bin, `b/d` [1].
+        /// Lower edge of the bin, `b/d` \[1\].
         bin_low: f64,
-        /// Upper edge of the bin, `b/d` [1].
+        /// Upper edge of the bin, `b/d` \[1\].
         bin_high: f64,
         /// Collisions in the bin, over all replicas.
         count: u64,
-        /// Probability density `P(b/d)`, which integrates to one over `0 < b/d < 1` [1].
+        /// Probability density `P(b/d)`, which integrates to one over `0 < b/d < 1` \[1\].
         density: f64,
-        /// Standard error of `density` [1].
+        /// Standard error of `density` \[1\].
         density_se: Option<f64>,
     }
 }
@@ -116,23 +116,23 @@ row! {
     ImpactSummaryRow in "impact_parameter_summary.csv" {
         /// Engine.
         engine: String,
-        /// Start of the window, `t/t0` [1].
+        /// Start of the window, `t/t0` \[1\].
         window_start: f64,
-        /// End of the window, `t/t0` [1].
+        /// End of the window, `t/t0` \[1\].
         window_end: f64,
         /// Collisions in the window, over all replicas.
         collisions: u64,
-        /// Slope of `P(b/d)` against `b/d`, zero under molecular chaos, positive where grazing collisions prevail [1].
+        /// Slope of `P(b/d)` against `b/d`, zero under molecular chaos, positive where grazing collisions prevail \[1\].
         slope: Option<f64>,
-        /// Standard error of `slope` [1].
+        /// Standard error of `slope` \[1\].
         slope_se: Option<f64>,
-        /// Mean of `b/d`, one half under molecular chaos [1].
+        /// Mean of `b/d`, one half under molecular chaos \[1\].
         mean_b_over_d: Option<f64>,
-        /// Chi-squared statistic against the uniform distribution [1].
+        /// Chi-squared statistic against the uniform distribution \[1\].
         chi_squared: Option<f64>,
         /// Degrees of freedom of `chi_squared`.
         degrees_of_freedom: u64,
-        /// Probability of so large a `chi_squared` under the uniform distribution [1].
+        /// Probability of so large a `chi_squared` under the uniform distribution \[1\].
         p_value: Option<f64>,
         /// Outcome in words.
         verdict: String,
@@ -144,13 +144,13 @@ row! {
     StructureFactorRow in "structure_factor.csv" {
         /// Engine.
         engine: String,
-        /// Time `t/t0` [1].
+        /// Time `t/t0` \[1\].
         time_over_t0: f64,
-        /// Wave number `k = L/wavelength`, the number of wavelengths in the side `L` of the domain [1].
+        /// Wave number `k = L/wavelength`, the number of wavelengths in the side `L` of the domain \[1\].
         k: f64,
-        /// Structure factor `S(k)`, one for an ideal gas [1].
+        /// Structure factor `S(k)`, one for an ideal gas \[1\].
         structure_factor: f64,
-        /// Standard error of `structure_factor` [1].
+        /// Standard error of `structure_factor` \[1\].
         structure_factor_se: Option<f64>,
         /// Wave vectors in the shell.
         modes: u64,
@@ -162,13 +162,13 @@ row! {
     PairCorrelationRow in "pair_correlation.csv" {
         /// Engine.
         engine: String,
-        /// Time `t/t0` [1].
+        /// Time `t/t0` \[1\].
         time_over_t0: f64,
-        /// Distance of the centres over the diameter, `r/d` [1].
+        /// Distance of the centres over the diameter, `r/d` \[1\].
         r_over_d: f64,
-        /// Pair correlation function `g(r)`, one for an ideal gas [1].
+        /// Pair correlation function `g(r)`, one for an ideal gas \[1\].
         g: f64,
-        /// Standard error of `g` [1].
+        /// Standard error of `g` \[1\].
         g_se: Option<f64>,
     }
 }
@@ -179,31 +179,31 @@ row! {
     DissipationRow in "dissipation.csv" {
         /// Engine.
         engine: String,
-        /// Start of the window, `t/t0` [1].
+        /// Start of the window, `t/t0` \[1\].
         window_start: f64,
-        /// End of the window, `t/t0` [1].
+        /// End of the window, `t/t0` \[1\].
         window_end: f64,
         /// Collisions in the window, over all replicas.
         collisions: u64,
-        /// Collision rate over its Enskog value [1].
+        /// Collision rate over its Enskog value \[1\].
         rate_ratio: Option<f64>,
-        /// Standard error of `rate_ratio` [1].
+        /// Standard error of `rate_ratio` \[1\].
         rate_ratio_se: Option<f64>,
-        /// Mean squared relative speed `<g^2>` of colliding pairs over its Enskog value [1].
+        /// Mean squared relative speed `<g^2>` of colliding pairs over its Enskog value \[1\].
         speed_ratio: Option<f64>,
-        /// Standard error of `speed_ratio` [1].
+        /// Standard error of `speed_ratio` \[1\].
         speed_ratio_se: Option<f64>,
-        /// Mean of `1 - b^2/d^2` over two thirds, its value for a uniform impact parameter [1].
+        /// Mean of `1 - b^2/d^2` over two thirds, its value for a uniform impact parameter \[1\].
         impact_ratio: Option<f64>,
-        /// Standard error of `impact_ratio` [1].
+        /// Standard error of `impact_ratio` \[1\].
         impact_ratio_se: Option<f64>,
-        /// What is left: the correlation of relative speed and impact parameter in a collision [1].
+        /// What is left: the correlation of relative speed and impact parameter in a collision \[1\].
         correlation_ratio: Option<f64>,
-        /// Standard error of `correlation_ratio` [1].
+        /// Standard error of `correlation_ratio` \[1\].
         correlation_ratio_se: Option<f64>,
-        /// Cooling rate over its Enskog value, the product of the four [1].
+        /// Cooling rate over its Enskog value, the product of the four \[1\].
         dissipation_ratio: Option<f64>,
-        /// Standard error of `dissipation_ratio` [1].
+        /// Standard error of `dissipation_ratio` \[1\].
         dissipation_ratio_se: Option<f64>,
         /// Replicas that the ratios are averaged over.
         replicas: u64,
@@ -217,13 +217,13 @@ row! {
         replica: u64,
         /// Engine.
         engine: String,
-        /// Time `t/t0` [1].
+        /// Time `t/t0` \[1\].
         time_over_t0: f64,
-        /// Kinetic energy over its initial value, `K(t)/K(0)` [1].
+        /// Kinetic energy over its initial value, `K(t)/K(0)` \[1\].
         energy_ratio: f64,
-        /// Fourth cumulant `a2` of the velocity distribution [1].
+        /// Fourth cumulant `a2` of the velocity distribution \[1\].
         fourth_cumulant: f64,
-        /// Collisions that a particle took part in since the start, on average [1].
+        /// Collisions that a particle took part in since the start, on average \[1\].
         collisions_per_particle: f64,
     }
 }

@@ -45,7 +45,10 @@ fn stosszahl(folder: &Path) -> Command {
 }
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
-    stosszahl(folder).args(arguments).output().expect("the program starts")
+    stosszahl(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts")
 }
 
 fn text(output: &[u8]) -> String {
@@ -60,7 +63,11 @@ fn tables(folder: &Path) -> BTreeMap<String, Vec<u8>> {
             let path = entry.expect("an entry").path();
             let ending = path.extension().and_then(|ending| ending.to_str());
             if matches!(ending, Some("csv" | "xyz")) {
-                let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+                let name = path
+                    .file_name()
+                    .expect("a name")
+                    .to_string_lossy()
+                    .into_owned();
                 found.insert(name, fs::read(&path).expect("bytes"));
             }
         }
@@ -71,9 +78,17 @@ fn tables(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn assert_same(a: &Path, b: &Path) {
     let (first, second) = (tables(a), tables(b));
     assert!(first.len() >= 9, "{:?}", first.keys());
-    assert_eq!(first.keys().collect::<Vec<_>>(), second.keys().collect::<Vec<_>>());
+    assert_eq!(
+        first.keys().collect::<Vec<_>>(),
+        second.keys().collect::<Vec<_>>()
+    );
     for (name, bytes) in &first {
-        assert!(bytes == &second[name], "{name} differs between {} and {}", a.display(), b.display());
+        assert!(
+            bytes == &second[name],
+            "{name} differs between {} and {}",
+            a.display(),
+            b.display()
+        );
     }
 }
 
@@ -83,7 +98,11 @@ fn paired_case_gives_tables_and_a_report() {
     fs::write(folder.path().join("small.toml"), CASE).expect("a case");
     let output = run(folder.path(), &["run", "small.toml"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).contains("ED against DSMC (enskog)"), "{}", text(&output.stdout));
+    assert!(
+        text(&output.stdout).contains("ED against DSMC (enskog)"),
+        "{}",
+        text(&output.stdout)
+    );
     let results = folder.path().join("results/small");
     let header = |name: &str| {
         let table = fs::read_to_string(results.join(name)).expect("a table");
@@ -97,8 +116,14 @@ fn paired_case_gives_tables_and_a_report() {
         header("comparison.csv"),
         "engine_a,engine_b,time_over_t0,energy_ratio_a,energy_ratio_b,quotient,quotient_se,z,verdict"
     );
-    assert_eq!(header("structure_factor.csv"), "engine,time_over_t0,k,structure_factor,structure_factor_se,modes");
-    assert_eq!(header("pair_correlation.csv"), "engine,time_over_t0,r_over_d,g,g_se");
+    assert_eq!(
+        header("structure_factor.csv"),
+        "engine,time_over_t0,k,structure_factor,structure_factor_se,modes"
+    );
+    assert_eq!(
+        header("pair_correlation.csv"),
+        "engine,time_over_t0,r_over_d,g,g_se"
+    );
     assert_eq!(
         header("impact_parameter.csv"),
         "engine,window_start,window_end,bin_low,bin_high,count,density,density_se"
@@ -111,7 +136,14 @@ fn paired_case_gives_tables_and_a_report() {
     let report = fs::read(results.join("report.html")).expect("a report");
     // All engines begin with the same energy and the same disks.
     let energy = fs::read_to_string(results.join("energy.csv")).expect("a table");
-    assert_eq!(energy.lines().filter(|line| line.contains(",0.0,0.0,0.0,1.0,")).count(), 3, "{energy}");
+    assert_eq!(
+        energy
+            .lines()
+            .filter(|line| line.contains(",0.0,0.0,0.0,1.0,"))
+            .count(),
+        3,
+        "{energy}"
+    );
 
     let output = run(folder.path(), &["report", "results/small"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -120,12 +152,22 @@ fn paired_case_gives_tables_and_a_report() {
     // What is there is not overwritten, and what is not ours is not replaced.
     let output = run(folder.path(), &["run", "small.toml"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("--force"), "{}", text(&output.stderr));
-    let output = run(folder.path(), &["run", "small.toml", "--force", "--until", "1"]);
+    assert!(
+        text(&output.stderr).contains("--force"),
+        "{}",
+        text(&output.stderr)
+    );
+    let output = run(
+        folder.path(),
+        &["run", "small.toml", "--force", "--until", "1"],
+    );
     assert!(output.status.success(), "{}", text(&output.stderr));
     fs::create_dir(folder.path().join("diary")).expect("a folder");
     fs::write(folder.path().join("diary/today"), "dear").expect("a file");
-    let output = run(folder.path(), &["run", "small.toml", "--force", "--out", "diary"]);
+    let output = run(
+        folder.path(),
+        &["run", "small.toml", "--force", "--out", "diary"],
+    );
     assert_eq!(output.status.code(), Some(2));
     assert!(folder.path().join("diary/today").exists());
 }
@@ -135,13 +177,22 @@ fn one_and_two_threads_give_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("small.toml"), CASE).expect("a case");
     for threads in ["1", "2"] {
-        let output = run(folder.path(), &["run", "small.toml", "--threads", threads, "--out", threads]);
+        let output = run(
+            folder.path(),
+            &["run", "small.toml", "--threads", threads, "--out", threads],
+        );
         assert!(output.status.success(), "{}", text(&output.stderr));
     }
     assert_same(&folder.path().join("1"), &folder.path().join("2"));
-    let output = run(folder.path(), &["run", "small.toml", "--seed", "6", "--out", "other"]);
+    let output = run(
+        folder.path(),
+        &["run", "small.toml", "--seed", "6", "--out", "other"],
+    );
     assert!(output.status.success());
-    assert_ne!(tables(&folder.path().join("1")), tables(&folder.path().join("other")));
+    assert_ne!(
+        tables(&folder.path().join("1")),
+        tables(&folder.path().join("other"))
+    );
 }
 
 /// Ten kills at random moments, each continued; one of ten is an interrupt that the program hears. Moments are
@@ -151,7 +202,10 @@ fn killed_and_resumed_runs_give_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("case.toml"), CASE).expect("a case");
     let larger = ["--set", "gas.disks=12000", "--replicas", "2"];
-    let output = stosszahl(folder.path()).args(["run", "case.toml", "--out", "whole"]).args(larger).output();
+    let output = stosszahl(folder.path())
+        .args(["run", "case.toml", "--out", "whole"])
+        .args(larger)
+        .output();
     assert!(output.expect("the program starts").status.success());
     let mut stream = Stream::seed_from_u64(10);
     let mut kills = 0;
@@ -168,7 +222,9 @@ fn killed_and_resumed_runs_give_the_same_bytes() {
         mode = &["--resume"];
         sleep(Duration::from_millis(stream.random_range(60..200)));
         if kills == 4 {
-            let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+            let sent = Command::new("kill")
+                .args(["-INT", &child.id().to_string()])
+                .status();
             assert!(sent.expect("kill").success());
             let code = child.wait().expect("an end").code();
             assert!(matches!(code, Some(130 | 0)), "{code:?}");
@@ -181,8 +237,14 @@ fn killed_and_resumed_runs_give_the_same_bytes() {
             break;
         }
     }
-    assert!(kills >= 5, "the run was over after {kills} kills: make it longer");
-    let output = stosszahl(folder.path()).args(["run", "case.toml", "--out", "pieces", "--resume"]).args(larger).output();
+    assert!(
+        kills >= 5,
+        "the run was over after {kills} kills: make it longer"
+    );
+    let output = stosszahl(folder.path())
+        .args(["run", "case.toml", "--out", "pieces", "--resume"])
+        .args(larger)
+        .output();
     let output = output.expect("the program starts");
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_same(&folder.path().join("whole"), &folder.path().join("pieces"));
@@ -194,7 +256,11 @@ fn resume_refuses_another_case_and_an_empty_place() {
     fs::write(folder.path().join("case.toml"), CASE).expect("a case");
     let output = run(folder.path(), &["run", "case.toml", "--resume"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("nothing to resume"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("nothing to resume"),
+        "{}",
+        text(&output.stderr)
+    );
     let mut child = stosszahl(folder.path())
         .args(["run", "case.toml", "--set", "gas.disks=20000"])
         .stderr(Stdio::null())
@@ -203,9 +269,16 @@ fn resume_refuses_another_case_and_an_empty_place() {
     sleep(Duration::from_millis(700));
     child.kill().expect("a kill");
     child.wait().expect("an end");
-    let output = run(folder.path(), &["run", "case.toml", "--resume", "--seed", "77"]);
+    let output = run(
+        folder.path(),
+        &["run", "case.toml", "--resume", "--seed", "77"],
+    );
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
-    assert!(text(&output.stderr).contains("another run"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("another run"),
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 /// Through the binary: exit code 2, nothing on standard output, no results folder left.
@@ -230,7 +303,11 @@ fn bad_cases_leave_nothing_behind() {
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{}: {said}", bad.name);
         assert!(output.stdout.is_empty(), "{}", bad.name);
-        assert!(said.contains(&name) || said.contains("--set"), "{}: {said}", bad.name);
+        assert!(
+            said.contains(&name) || said.contains("--set"),
+            "{}: {said}",
+            bad.name
+        );
         assert!(!folder.path().join("results").exists(), "{}", bad.name);
     }
 }
@@ -240,14 +317,29 @@ fn bad_cases_leave_nothing_behind() {
 fn bad_start_files_are_named() {
     let case = CASE
         .replace("disks = 900\npacking_fraction = 0.25\n", "")
-        .replace("[run]", "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]");
+        .replace(
+            "[run]",
+            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]",
+        );
     for (start, fragments) in [
-        ("# box: 10 10\nx,y\n1,1\n1.5,1\n", &["start.csv", "disks 0 and 1", "overlap by 0.5"][..]),
-        ("# box: 10 10\nx,y\n1,1\nNaN,1\n", &["start.csv:4", "NaN", "finite"]),
-        ("# box: 10 10\nx,y\n1,1\nwest,1\n", &["start.csv:4", "west", "finite"]),
+        (
+            "# box: 10 10\nx,y\n1,1\n1.5,1\n",
+            &["start.csv", "disks 0 and 1", "overlap by 0.5"][..],
+        ),
+        (
+            "# box: 10 10\nx,y\n1,1\nNaN,1\n",
+            &["start.csv:4", "NaN", "finite"],
+        ),
+        (
+            "# box: 10 10\nx,y\n1,1\nwest,1\n",
+            &["start.csv:4", "west", "finite"],
+        ),
         ("# box: 10\nx,y\n1,1\n", &["start.csv:1", "# box: Lx Ly"]),
         ("# box: 0.5 10\nx,y\n0.2,1\n", &["overlap"]),
-        ("# box: 10 10\nx,y,radius\n1,1,-1\n", &["start.csv:3", "radius", "above zero"]),
+        (
+            "# box: 10 10\nx,y,radius\n1,1,-1\n",
+            &["start.csv:3", "radius", "above zero"],
+        ),
         ("# box: 10 10\nx,y\n", &["start.csv", "at least one"]),
         ("", &["start.csv:1", "# box: Lx Ly"]),
     ] {
@@ -265,10 +357,27 @@ fn bad_start_files_are_named() {
     // A gas cannot be given a lattice that does not fit, nor a box narrower than a disk.
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("case.toml"), CASE).expect("a case");
-    for (set, fragment) in [("gas.packing_fraction=0.9", "do not fit"), ("box.aspect_ratio=1e-9", "one disk is wide")] {
-        let output = run(folder.path(), &["run", "case.toml", "--set", set, "--set", "start.placement=hexagonal"]);
+    for (set, fragment) in [
+        ("gas.packing_fraction=0.9", "do not fit"),
+        ("box.aspect_ratio=1e-9", "one disk is wide"),
+    ] {
+        let output = run(
+            folder.path(),
+            &[
+                "run",
+                "case.toml",
+                "--set",
+                set,
+                "--set",
+                "start.placement=hexagonal",
+            ],
+        );
         assert_eq!(output.status.code(), Some(2));
-        assert!(text(&output.stderr).contains(fragment), "{}", text(&output.stderr));
+        assert!(
+            text(&output.stderr).contains(fragment),
+            "{}",
+            text(&output.stderr)
+        );
         assert!(!folder.path().join("results").exists());
     }
 }
@@ -279,23 +388,44 @@ fn mixture_from_a_file_runs_in_both_engines() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut start = "# box: 30 30\nx,y,radius,mass\n".to_owned();
     for i in 0..225 {
-        let (radius, mass) = if i % 2 == 0 { (0.5, 1.0) } else { (0.25, 0.125) };
-        start += &format!("{},{},{radius},{mass}\n", 2 * (i % 15) + 1, 2 * (i / 15) + 1);
+        let (radius, mass) = if i % 2 == 0 {
+            (0.5, 1.0)
+        } else {
+            (0.25, 0.125)
+        };
+        start += &format!(
+            "{},{},{radius},{mass}\n",
+            2 * (i % 15) + 1,
+            2 * (i / 15) + 1
+        );
     }
     fs::write(folder.path().join("start.csv"), start).expect("a start");
     let case = CASE
         .replace("disks = 900\npacking_fraction = 0.25\n", "")
-        .replace("[run]", "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]");
+        .replace(
+            "[run]",
+            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]",
+        );
     fs::write(folder.path().join("case.toml"), &case).expect("a case");
-    let output = run(folder.path(), &["run", "case.toml", "--out", "first", "--until", "2"]);
+    let output = run(
+        folder.path(),
+        &["run", "case.toml", "--out", "first", "--until", "2"],
+    );
     assert!(output.status.success(), "{}", text(&output.stderr));
     // The end of one run is a start for another.
     let again = case.replace("start.csv", "first/snapshots/ed-0.xyz");
-    let again = again.replace("placement", "velocities = \"file\"\ncollisions_per_particle = 0\nplacement");
+    let again = again.replace(
+        "placement",
+        "velocities = \"file\"\ncollisions_per_particle = 0\nplacement",
+    );
     fs::write(folder.path().join("again.toml"), again).expect("a case");
     let output = run(folder.path(), &["run", "again.toml", "--until", "2"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).contains("not equilibrated"), "{}", text(&output.stdout));
+    assert!(
+        text(&output.stdout).contains("not equilibrated"),
+        "{}",
+        text(&output.stdout)
+    );
 }
 
 #[test]
@@ -304,8 +434,20 @@ fn check_schema_and_help_teach() {
     fs::write(folder.path().join("case.toml"), CASE).expect("a case");
     let checked = run(folder.path(), &["check", "case.toml"]);
     assert!(checked.status.success());
-    for word in ["mean_free_path", "t0", "cell_width", "simulators_per_cell", "memory", "roughly", "collisions"] {
-        assert!(text(&checked.stdout).contains(word), "{word} in {}", text(&checked.stdout));
+    for word in [
+        "mean_free_path",
+        "t0",
+        "cell_width",
+        "simulators_per_cell",
+        "memory",
+        "roughly",
+        "collisions",
+    ] {
+        assert!(
+            text(&checked.stdout).contains(word),
+            "{word} in {}",
+            text(&checked.stdout)
+        );
     }
     assert!(!folder.path().join("results").exists());
     let schema = run(folder.path(), &["schema"]);
@@ -313,6 +455,14 @@ fn check_schema_and_help_teach() {
     assert!(schema["properties"]["gas"].is_object());
     assert!(text(&run(folder.path(), &["--help"]).stdout).contains("cases/quick.toml"));
     assert!(text(&run(folder.path(), &["run", "--help"]).stdout).contains("--resume"));
-    assert_eq!(run(folder.path(), &["run", "case.toml", "--threads", "0"]).status.code(), Some(2));
-    assert_eq!(run(folder.path(), &["report", "nowhere"]).status.code(), Some(2));
+    assert_eq!(
+        run(folder.path(), &["run", "case.toml", "--threads", "0"])
+            .status
+            .code(),
+        Some(2)
+    );
+    assert_eq!(
+        run(folder.path(), &["report", "nowhere"]).status.code(),
+        Some(2)
+    );
 }

@@ -3,7 +3,9 @@
 //! Every engine has one colour and one mark in all plots. Where a panel belongs to one engine, its curves are times,
 //! and these run through a second, ordered scale from dark to bright.
 
-use super::plot::{Axis, Chart, Curve, Mark, Point, Stroke};
+use std::fmt::Write as _;
+
+use super::plot::{Axis, Chart, Curve, Mark, Point, Stroke, power};
 use crate::tables::{
     ComparisonRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow, PairCorrelationRow,
     StructureFactorRow,
@@ -124,20 +126,21 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     let exponent = value.abs().log10().floor();
     let sign = if value < 0.0 { "−" } else { "" };
     let size = value.abs();
-    if (-3.0..6.0).contains(&exponent) {
-        let decimals = (digits as f64 - 1.0 - exponent).max(0.0) as usize;
-        let text = format!("{size:.decimals$}");
-        let text = if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.')
+    // Zeros at the end of a fraction are dropped.
+    let fraction = |size: f64, decimals: f64| {
+        let text = format!("{size:.*}", decimals.max(0.0) as usize);
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {
-            &text
-        };
-        format!("{sign}{text}")
+            text
+        }
+    };
+    let decimals = digits as f64 - 1.0;
+    if (-3.0..6.0).contains(&exponent) {
+        format!("{sign}{}", fraction(size, decimals - exponent))
     } else {
-        let decimals = digits.saturating_sub(1);
-        let mantissa = format!("{:.decimals$}", size / 10_f64.powf(exponent));
-        let raised = format!("{exponent:.0}").replace('-', "−");
-        format!("{sign}{mantissa}·10^{raised}")
+        let mantissa = fraction(size / 10_f64.powf(exponent), decimals);
+        format!("{sign}{mantissa}·{}", power(exponent))
     }
 }
 
@@ -241,7 +244,8 @@ pub(crate) fn energy(rows: &[EnergyRow]) -> Option<Figure> {
         if let Some(law) = at_end.iter().find_map(|row| row.haff_ratio) {
             parts.push(format!("Haff’s law {}", number(law, 3)));
         }
-        caption += &format!(
+        let _ = write!(
+            caption,
             "At the last time, t/t₀ = {}, the ratio is: {}. ",
             number(last, 3),
             parts.join(", ")
@@ -399,7 +403,8 @@ pub(crate) fn impact(rows: &[ImpactParameterRow], summary: &[ImpactSummaryRow]) 
                 .map(|slope| (slope, row))
         });
     if let Some((slope, row)) = steepest.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) {
-        caption += &format!(
+        let _ = write!(
+            caption,
             "The steepest window of ED is {} with a slope of {}. ",
             window_name((row.window_start, row.window_end)),
             with_error(Some(slope), row.slope_se)
@@ -474,8 +479,8 @@ pub(crate) fn structure(rows: &[StructureFactorRow]) -> Option<Figure> {
     }
     share_ordinates(&mut panels);
     let mut caption = "Structure factor against the wave number k, the number of wavelengths λ in the side L. The \
-                       dashed line at one is an ideal gas; a rise at small k is the growth of clusters, the fall of \
-                       ED below one at larger k is excluded volume. "
+                       dashed line at one is an ideal gas; a rise at small k is the growth of clusters, values \
+                       below one are the order of disks that exclude each other. "
         .to_owned();
     if let Some(last) = all.last() {
         let parts: Vec<String> = names
@@ -496,7 +501,8 @@ pub(crate) fn structure(rows: &[StructureFactorRow]) -> Option<Figure> {
                 )
             })
             .collect();
-        caption += &format!(
+        let _ = write!(
+            caption,
             "Largest value at t/t₀ = {}: {}. ",
             number(*last, 3),
             parts.join(", ")
@@ -590,11 +596,16 @@ pub(crate) fn pair(rows: &[PairCorrelationRow]) -> Option<Figure> {
         }
         curves.push(of_engine);
     }
+    let farthest = rows
+        .iter()
+        .map(|row| row.r_over_d)
+        .filter(|r| r.is_finite())
+        .fold(1.0, f64::max);
     Figure {
         title: "Pair correlation".to_owned(),
         panels: vec![(
             String::new(),
-            Chart { x: Axis::linear("r / d"), y: Axis::linear("g(r)"), curves, level: Some(1.0) },
+            Chart { x: Axis::linear("r / d").over(0.0, farthest), y: Axis::linear("g(r)"), curves, level: Some(1.0) },
         )],
         caption: format!(
             "Pair correlation function at the last time, t/t₀ = {}. The dashed line at one is an ideal gas. Highest \
@@ -649,7 +660,8 @@ pub(crate) fn cumulant(rows: &[EnergyRow], expected: Option<f64>) -> Option<Figu
         values.join(", ")
     );
     if let Some(expected) = expected {
-        caption += &format!(
+        let _ = write!(
+            caption,
             "The dashed line is the homogeneous cooling state of kinetic theory, a₂ = {}.",
             number(expected, 3)
         );
@@ -681,7 +693,7 @@ mod tests {
         assert_eq!(with_error(None, Some(1.0)), "–");
         assert_eq!(with_error(Some(1234.0), Some(56.0)), "1234 ± 56");
         assert_eq!(number(f64::NAN, 3), "–");
-        assert_eq!(number(1.5e-5, 2), "1.5·10^−5");
+        assert_eq!(number(1.5e-5, 2), "1.5·10⁻⁵");
         assert_eq!(number(100.0, 3), "100");
         assert_eq!(number(0.30, 3), "0.3");
     }

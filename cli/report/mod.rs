@@ -39,7 +39,7 @@ use crate::tables::{
 
 /// Name of the page inside the folder.
 pub const REPORT_FILE: &str = "report.html";
-/// Largest size of the page [bytes]; above it fewer snapshots are kept.
+/// Largest size of the page \[bytes\]; above it fewer snapshots are kept.
 pub const SIZE_LIMIT: usize = 12_000_000;
 
 /// Why a report could not be built.
@@ -173,6 +173,13 @@ pub(crate) struct Results {
     pub replicas: Option<Vec<ReplicaRow>>,
 }
 
+/// The one field that manifests of every format have.
+#[derive(serde::Deserialize)]
+struct Stamp {
+    /// Version of the format.
+    format: u32,
+}
+
 impl Results {
     /// Reads a results folder.
     fn read(folder: &Path) -> Result<Self, ReportError> {
@@ -182,14 +189,16 @@ impl Results {
                 folder: folder.to_owned(),
             });
         }
-        let manifest: Manifest = read::json(&file)?;
-        if manifest.format != FORMAT {
+        // A manifest of another format may lack the fields of this one, so its format is read first.
+        let Stamp { format } = read::json(&file)?;
+        if format != FORMAT {
             return Err(ReportError::Format {
                 file,
-                found: manifest.format,
+                found: format,
                 expected: FORMAT,
             });
         }
+        let manifest = read::json(&file)?;
         Ok(Self {
             manifest,
             energy: read::table(folder)?,

@@ -1,5 +1,6 @@
 //! The page of one results folder.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -20,7 +21,7 @@ use crate::tables::{
 /// Style sheet of all pages.
 const STYLE: &str = include_str!("style.css");
 /// Tables with more rows than this are folded.
-const LONG: usize = 14;
+const LONG: usize = 24;
 /// The study that the figures retell.
 const STUDY: &str = "S. Luding, M. Müller and S. McNamara, The validity of “molecular chaos” in granular flows (1997)";
 
@@ -122,7 +123,7 @@ fn statement(results: &Results) -> String {
         properties.push(format!("restitution coefficient {}", number(value, 4)));
     }
     if !properties.is_empty() {
-        text += &format!(" with {}", properties.join(" and "));
+        let _ = write!(text, " with {}", properties.join(" and "));
     }
     let last = results
         .energy
@@ -140,9 +141,10 @@ fn statement(results: &Results) -> String {
     };
     text += " was followed";
     if let Some(last) = last {
-        text += &format!(" up to t/t₀ = {}", number(last, 4));
+        let _ = write!(text, " up to t/t₀ = {}", number(last, 4));
     }
-    text += &format!(
+    let _ = write!(
+        text,
         ", where t₀ = {}{unit} is {reference}. ",
         number(manifest.t0.seconds_or_units, 4)
     );
@@ -151,15 +153,22 @@ fn statement(results: &Results) -> String {
         .map(|name| engine_name(name))
         .collect();
     let replicas = manifest.replicas;
-    text += &match replicas {
-        1 => "A single replica was run, so no standard errors can be given".to_owned(),
-        count => format!("The standard errors come from {count} independent replicas"),
-    };
+    if replicas == 1 {
+        text += "A single replica was run, so no standard errors can be given";
+    } else {
+        let _ = write!(
+            text,
+            "The standard errors come from {replicas} independent replicas"
+        );
+    }
     match names.as_slice() {
         [] => text.push('.'),
-        [one] => text += &format!("; the engine is {one}."),
+        [one] => {
+            let _ = write!(text, "; the engine is {one}.");
+        }
         several => {
-            text += &format!(
+            let _ = write!(
+                text,
                 "; in each of them the engines {} start from one and the same initial state.",
                 list(several)
             );
@@ -308,10 +317,10 @@ fn plots(results: &Results, counter: &mut Counter) -> Markup {
 pub(crate) fn figure(figure: Option<Figure>, counter: &mut Counter) -> Option<Markup> {
     let figure = figure?;
     counter.figures += 1;
-    let arrangement = match figure.panels.len() {
-        1 => "one",
-        3 => "three",
-        _ => "many",
+    let (arrangement, columns) = match figure.panels.len() {
+        1 => ("one", 1),
+        3 => ("three", 3),
+        _ => ("many", 2),
     };
     let legend = legend(&figure);
     Some(html! {
@@ -324,7 +333,7 @@ pub(crate) fn figure(figure: Option<Figure>, counter: &mut Counter) -> Option<Ma
                     div {
                         @if !title.is_empty() { h4 { (title) } }
                         @let description = format!("{} {title}: {} against {}", figure.title, chart.y.label, chart.x.label);
-                        (PreEscaped(chart.svg(next(&mut counter.panels), &description)))
+                        (PreEscaped(chart.svg(next(&mut counter.panels), columns, &description)))
                     }
                 }
             }
@@ -412,7 +421,7 @@ fn snapshots(frames: &Frames, results: &Results, counter: &mut Counter) -> Marku
                         output #viewer-label {}
                         span { "Direction of the velocity:" }
                         span.compass title="Colour of each direction" {}
-                        span { "Wheel: zoom. Drag: move. Double click: whole domain." }
+                        span.hint { "Drag: move. Wheel, after a click: zoom. Double click: whole domain." }
                     }
                     div #viewer {}
                     noscript { p.absent { "The disks are drawn by a script inside this page, and scripts are switched off." } }
@@ -683,6 +692,15 @@ fn replicas(rows: Option<&Vec<ReplicaRow>>) -> Markup {
     }
 }
 
+/// A count, in full if it is whole.
+fn count(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e15 {
+        format!("{value:.0}")
+    } else {
+        number(value, 6)
+    }
+}
+
 /// Table of the work of each engine.
 fn work(manifest: &Manifest) -> Markup {
     if manifest.engines.is_empty() {
@@ -703,7 +721,7 @@ fn work(manifest: &Manifest) -> Markup {
             );
         }
         for (what, value) in &engine.work {
-            add(&what.replace('_', " "), number(*value, 8));
+            add(&what.replace('_', " "), count(*value));
         }
     }
     html! {
@@ -775,7 +793,7 @@ fn provenance(manifest: &Manifest) -> Markup {
                 "The comparison follows the study " (STUDY) "."
             }
             h3 { "Versions, seed and machine" }
-            (table("Provenance", &[("", true), ("", true)], &[
+            (table("Provenance", &[("what", true), ("value", true)], &[
                 vec!["program".to_owned(), format!("{} {}", program.name, program.version)],
                 vec!["manifest format".to_owned(), manifest.format.to_string()],
                 vec!["seed".to_owned(), manifest.seed.to_string()],

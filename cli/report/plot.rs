@@ -5,6 +5,8 @@
 //! lower end of one would be negative on a logarithmic axis. Legends are HTML above the plot, so they cannot cover
 //! data. Colours are custom properties of the page's style sheet, so a plot follows the light or dark scheme.
 
+use std::fmt::Write as _;
+
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::annotations::ReferenceLine;
 use kuva::plot::line::{LinePlot, LineStyle};
@@ -14,10 +16,10 @@ use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
 use kuva::render::theme::Theme;
 
-/// Width of a plot [px], before the page scales it.
-const WIDTH: f64 = 520.0;
-/// Height of a plot [px], before the page scales it.
-const HEIGHT: f64 = 360.0;
+/// Width, height and left margin of a plot that takes half the page \[px\].
+const HALF: [f64; 3] = [520.0, 360.0, 74.0];
+/// The same of a plot that takes a third of the page; letters then keep their size.
+const THIRD: [f64; 3] = [360.0, 330.0, 62.0];
 
 /// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,8 +74,11 @@ impl Axis {
     }
 
     /// Whether a value has a place on the axis.
+    ///
+    /// The library draws everything below 1e-10 of a logarithmic axis at 1e-10, and no measured quantity reaches
+    /// 1e100, where the arithmetic of the ticks would overflow.
     fn shows(&self, value: f64) -> bool {
-        value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
+        value.abs() < 1e100 && (self.scale == Scale::Linear || value >= 1e-10)
     }
 }
 
@@ -201,8 +206,9 @@ impl Chart {
         extent(ends.chain([low, high]).filter(|value| self.y.shows(*value)))
     }
 
-    /// Draws the plot; `number` makes the identifiers inside the SVG unique on the page.
-    pub fn svg(&self, number: usize, description: &str) -> String {
+    /// Draws the plot for one of `columns` columns; `number` makes the identifiers in the SVG unique on the page.
+    pub fn svg(&self, number: usize, columns: usize, description: &str) -> String {
+        let size = if columns > 2 { THIRD } else { HALF };
         let points = self
             .curves
             .iter()
@@ -222,8 +228,8 @@ impl Chart {
             draw(curve, &shown, y_range, &mut plots);
         }
         let mut layout = Layout::new(x_range, y_range)
-            .with_width(WIDTH)
-            .with_height(HEIGHT)
+            .with_width(size[0])
+            .with_height(size[1])
             .with_theme(theme())
             .with_x_label(self.x.label.clone())
             .with_y_label(self.y.label.clone())
@@ -236,9 +242,9 @@ impl Chart {
             .with_x_axis_max(x_range.1)
             .with_y_axis_min(y_range.0)
             .with_y_axis_max(y_range.1)
-            .with_x_tick_format(labels(&self.x, x_step))
-            .with_y_tick_format(labels(&self.y, y_step))
-            .with_force_margins(74.0, 22.0);
+            .with_x_tick_format(labels(&self.x, x_range, x_step))
+            .with_y_tick_format(labels(&self.y, y_range, y_step))
+            .with_force_margins(size[2], 22.0);
         if let Some(step) = x_step {
             layout = layout.with_x_tick_step(step);
         } else {
@@ -257,8 +263,10 @@ impl Chart {
                 .with_dasharray("6 4");
             layout = layout.with_reference_line(line);
         }
+        let scene = render_multiple(plots, layout);
         embed(
-            &SvgBackend::new().render_scene(&render_multiple(plots, layout)),
+            &SvgBackend::new().render_scene(&scene),
+            size,
             number,
             description,
         )
@@ -312,7 +320,7 @@ fn draw(curve: &Curve, points: &[Point], y_range: (f64, f64), plots: &mut Vec<Pl
 }
 
 /// Turns the library's SVG into one that scales with the page and stands inside HTML.
-fn embed(svg: &str, number: usize, description: &str) -> String {
+fn embed(svg: &str, [width, height, _]: [f64; 3], number: usize, description: &str) -> String {
     let body = svg.split_once('>').map_or(svg, |(_, body)| body);
     // The library numbers its clip paths by a counter that never restarts.
     let mut text = String::with_capacity(svg.len());
@@ -320,13 +328,13 @@ fn embed(svg: &str, number: usize, description: &str) -> String {
         if place == 0 {
             text.push_str(part);
         } else {
-            text.push_str(&format!("frame-{number}"));
+            let _ = write!(text, "frame-{number}");
             text.push_str(part.trim_start_matches(|c: char| c.is_ascii_digit()));
         }
     }
     let label = maud::html! { (description) }.into_string();
     format!(
-        "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{label}\" fill=\"var(--ink)\">{text}"
+        "<svg class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{label}\" fill=\"var(--ink)\">{text}"
     )
 }
 
@@ -366,6 +374,17 @@ fn frame(axis: &Axis, data: (f64, f64)) -> ((f64, f64), Option<f64>) {
             if axis.range.is_none() {
                 (low, high) = (low / 1.25, high * 1.25);
             }
+            // A power of ten close by is worth a little room: it gets a label.
+            let (below, above) = (
+                10_f64.powf(low.log10().floor()),
+                10_f64.powf(high.log10().ceil()),
+            );
+            if axis.range.is_none() && low / below < 1.6 {
+                low = below;
+            }
+            if axis.range.is_none() && above / high < 1.6 {
+                high = above;
+            }
             while high / low < 6.0 {
                 (low, high) = (low / 1.3, high * 1.3);
             }
@@ -373,8 +392,11 @@ fn frame(axis: &Axis, data: (f64, f64)) -> ((f64, f64), Option<f64>) {
         }
         Scale::Linear if axis.range.is_some() => ((low, high), Some(step(high - low))),
         Scale::Linear => {
-            let span = (high - low).max(1e-3 * high.abs()).max(1e-9);
-            let (low, high) = (low - 0.06 * span, high + 0.06 * span);
+            // A single value gets a frame of a fifth of its size.
+            let least = if high > low { 1e-6 } else { 0.2 };
+            let span = (high - low).max(least * high.abs()).max(1e-9);
+            let floor = if low >= 0.0 { 0.0 } else { f64::NEG_INFINITY };
+            let (low, high) = ((low - 0.06 * span).max(floor), high + 0.06 * span);
             let step = step(high - low);
             // Whole half steps keep the frame near the data and the ticks inside it.
             let half = 0.5 * step;
@@ -396,7 +418,7 @@ fn step(span: f64) -> f64 {
 }
 
 /// How tick labels are written.
-fn labels(axis: &Axis, step: Option<f64>) -> TickFormat {
+fn labels(axis: &Axis, (low, high): (f64, f64), step: Option<f64>) -> TickFormat {
     use std::sync::Arc;
     if !axis.names.is_empty() {
         let names = axis.names.clone();
@@ -408,40 +430,42 @@ fn labels(axis: &Axis, step: Option<f64>) -> TickFormat {
                 .unwrap_or_default()
         }));
     }
-    match step {
-        Some(step) => {
-            let digits = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
-            TickFormat::Custom(Arc::new(move |value: f64| {
-                minus(&format!("{value:.digits$}"))
-            }))
-        }
-        None => TickFormat::Custom(Arc::new(power_of_ten)),
-    }
+    let Some(step) = step else {
+        let plain = low > 0.009 && high < 2e4;
+        return TickFormat::Custom(Arc::new(move |value: f64| decade(value, plain)));
+    };
+    let digits = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
+    TickFormat::Custom(Arc::new(move |value: f64| {
+        minus(&format!("{value:.digits$}"))
+    }))
 }
 
-/// Writes a tick of a logarithmic axis: a plain number near one, a power of ten elsewhere.
-fn power_of_ten(value: f64) -> String {
+/// Writes a tick of a logarithmic axis: as a plain number, or as a power of ten with its factor.
+fn decade(value: f64, plain: bool) -> String {
     let exponent = (value.log10() + 1e-9).floor();
-    if (-2.0..=3.0).contains(&exponent) {
+    if plain || (0.0..=1.0).contains(&exponent) {
         let digits = (-exponent).max(0.0) as usize;
         return format!("{value:.digits$}");
     }
-    let raised: String = minus(&format!("{exponent:.0}"))
-        .chars()
-        .map(|c| match c {
-            '\u{2212}' => '\u{207b}',
-            '1' => '\u{b9}',
-            '2' => '\u{b2}',
-            '3' => '\u{b3}',
-            digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
-        })
-        .collect();
-    let mantissa = (value / 10_f64.powf(exponent)).round();
-    if mantissa == 1.0 {
-        format!("10{raised}")
+    let factor = (value / 10_f64.powf(exponent)).round();
+    if factor == 1.0 {
+        power(exponent)
     } else {
-        format!("{mantissa}\u{b7}10{raised}")
+        format!("{factor}\u{b7}{}", power(exponent))
     }
+}
+
+/// Ten to the power of a whole number.
+pub(crate) fn power(exponent: f64) -> String {
+    let raised = format!("{exponent:.0}");
+    let raised = raised.chars().map(|c| match c {
+        '-' => '\u{207b}',
+        '1' => '\u{b9}',
+        '2' => '\u{b2}',
+        '3' => '\u{b3}',
+        digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    });
+    "10".chars().chain(raised).collect()
 }
 
 /// Sets the sign of a negative number as a minus and drops it from zero.
@@ -459,12 +483,12 @@ mod tests {
 
     #[test]
     fn ticks_are_written_as_one_would_by_hand() {
-        assert_eq!(power_of_ten(1e-5), "10⁻⁵");
-        assert_eq!(power_of_ten(0.01), "0.01");
-        assert_eq!(power_of_ten(0.2), "0.2");
-        assert_eq!(power_of_ten(1.0), "1");
-        assert_eq!(power_of_ten(1000.0), "1000");
-        assert_eq!(power_of_ten(20_000.0), "2·10⁴");
+        assert_eq!(decade(1e-5, false), "10⁻⁵");
+        assert_eq!(decade(0.01, true), "0.01");
+        assert_eq!(decade(0.2, true), "0.2");
+        assert_eq!(decade(1.0, false), "1");
+        assert_eq!(decade(1000.0, false), "10³");
+        assert_eq!(decade(20_000.0, false), "2·10⁴");
         assert_eq!(minus("-0.00"), "0.00");
         assert_eq!(step(1.0), 0.2);
     }
@@ -490,11 +514,11 @@ mod tests {
             level: None,
         };
         assert!(!chart.is_empty());
-        let svg = chart.svg(1, "x");
+        let svg = chart.svg(1, 1, "x");
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
         assert_eq!(
             svg,
-            chart.svg(1, "x"),
+            chart.svg(1, 1, "x"),
             "clip paths must not depend on what was drawn before"
         );
     }

@@ -1,6 +1,7 @@
 //! The page of a sweep: the points overlaid, and the trend with the swept key.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
 use maud::{Markup, html};
@@ -181,7 +182,7 @@ fn link(folder: &str) -> String {
         if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
             address.push(char::from(byte));
         } else {
-            address.push_str(&format!("%{byte:02X}"));
+            let _ = write!(address, "%{byte:02X}");
         }
     }
     format!("{}/{REPORT_FILE}", address.trim_end_matches('/'))
@@ -247,7 +248,12 @@ fn overlay(block: &Block, points: &[Finished<'_>]) -> Option<Figure> {
         engine_name(&engine)
     );
     if shown.len() < members.len() {
-        caption += &format!(" Drawn are {} of {} points.", shown.len(), members.len());
+        let _ = write!(
+            caption,
+            " Drawn are {} of {} points.",
+            shown.len(),
+            members.len()
+        );
     }
     let chart = Chart {
         x: Axis::linear("b / d").over(0.0, 1.0),

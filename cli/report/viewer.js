@@ -33,6 +33,7 @@
     title.textContent = name;
     const canvas = document.createElement("canvas");
     canvas.setAttribute("role", "img");
+    canvas.tabIndex = 0;
     figure.append(title, canvas);
     root.append(figure);
     return { canvas, column, name };
@@ -123,6 +124,7 @@
     let held = null;
     canvas.addEventListener("pointerdown", (event) => {
       held = [event.clientX, event.clientY];
+      canvas.focus({ preventScroll: true });
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
@@ -137,6 +139,7 @@
     canvas.addEventListener("pointerup", release);
     canvas.addEventListener("pointercancel", release);
     canvas.addEventListener("wheel", (event) => {
+      if (document.activeElement !== canvas) return; // let the page scroll past
       event.preventDefault();
       const box = canvas.getBoundingClientRect();
       const away = [(event.clientX - box.left) / box.width - 0.5, 0.5 - (event.clientY - box.top) / box.height];

@@ -56,11 +56,20 @@ pub(crate) fn frames(
         let at_time = present
             .iter()
             .filter(|(snapshot, _)| same(snapshot.time_over_t0, time));
-        at_time.map(|(_, count)| count * 8 + 200).sum()
+        at_time.fold(0, |sum, (_, count)| {
+            count
+                .saturating_mul(8)
+                .saturating_add(200)
+                .saturating_add(sum)
+        })
     };
     for most in (1..=times.len()).rev() {
         let some = spread(&times, most);
-        if some.iter().map(|time| size_at(*time)).sum::<usize>() <= budget {
+        if some
+            .iter()
+            .fold(0, |sum: usize, time| sum.saturating_add(size_at(*time)))
+            <= budget
+        {
             shown = some;
             break;
         }
@@ -145,6 +154,7 @@ fn pack(particles: &Particles) -> Value {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at what it cannot read")]
 mod tests {
     use super::*;
     use crate::report::read::Disk;
