@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, io, thread};
 
+use stosszahl_model::Sizes;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
 use crate::arguments::{Arguments, CaseArguments, CheckArguments, Command, RunArguments};
@@ -153,7 +154,7 @@ fn read(arguments: &CaseArguments) -> Result<(CaseFile, Vec<Setup>), CommandErro
     let setups = file
         .points
         .iter()
-        .map(|point| Setup::new(point.case.clone()))
+        .map(|point| Setup::new(&point.case))
         .collect::<Result<Vec<_>, _>>()
         .map_err(|source| CommandError::Setup {
             path: file.path.clone(),
@@ -344,15 +345,22 @@ fn fingerprint(setup: &Setup) -> run::Fingerprint {
     let mut hash = blake3::Hasher::new();
     hash.update(env!("CARGO_PKG_VERSION").as_bytes());
     hash.update(&serde_json::to_vec(&setup.case).unwrap_or_default());
-    if let Some((positions, velocities)) = &setup.file {
-        for vector in positions.iter().chain(velocities.iter().flatten()) {
+    if let Some(file) = &setup.file {
+        for vector in file
+            .positions
+            .iter()
+            .chain(file.velocities.iter().flatten())
+        {
             hash.update(&vector[0].to_le_bytes())
                 .update(&vector[1].to_le_bytes());
         }
     }
-    for (radius, mass) in setup.sizes.iter().flatten() {
-        hash.update(&radius.to_le_bytes())
-            .update(&mass.to_le_bytes());
+    if let Some(sizes) = &setup.sizes {
+        for index in 0..setup.disks {
+            let tag = sizes.tag(index);
+            hash.update(&sizes.radius(tag).to_le_bytes())
+                .update(&sizes.mass(tag).to_le_bytes());
+        }
     }
     hash.finalize().into()
 }

@@ -1,12 +1,8 @@
 //! The only place where run-time choices become types.
 
-use stosszahl_model::{
-    Constant, Free, Monodisperse, Physics, Plane, Polydisperse, Restitution, Scene, Sizes, Smooth,
-    Viscoelastic,
-};
+use stosszahl_model::{Free, Monodisperse, Physics, Plane, Restitution, Scene, Sizes, Smooth};
 
-use crate::case;
-use crate::setup::Setup;
+use crate::setup::{Law, Setup};
 
 /// The physics that both engines of this program accept.
 pub trait Planar: Physics<Space = Plane, Surface = Smooth, Field = Free> {}
@@ -23,15 +19,9 @@ pub trait Visit {
 
 /// Does a job in the scene of a case, in reduced units.
 pub fn with_scene<V: Visit>(setup: &Setup, job: V) -> V::Output {
-    match setup.case.gas.restitution {
-        case::Restitution::Constant(coefficient) => {
-            let law = Constant::new(coefficient).expect("the case was validated");
-            with_restitution(setup, law, job)
-        }
-        case::Restitution::Viscoelastic { dissipation } => {
-            let law = Viscoelastic::new(dissipation).expect("the case was validated");
-            with_restitution(setup, law, job)
-        }
+    match setup.law {
+        Law::Constant(law) => with_restitution(setup, law, job),
+        Law::Viscoelastic(law) => with_restitution(setup, law, job),
     }
 }
 
@@ -45,10 +35,7 @@ fn with_restitution<V: Visit>(setup: &Setup, restitution: impl Restitution, job:
             },
             job,
         ),
-        Some(sizes) => {
-            let sizes = Polydisperse::new(sizes.clone()).expect("the file was validated");
-            with_sizes(restitution, sizes, job)
-        }
+        Some(sizes) => with_sizes(restitution, sizes.clone(), job),
     }
 }
 

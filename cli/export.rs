@@ -151,14 +151,14 @@ impl Tables {
             let slope = row.slope.unwrap_or(0.0);
             // A slope of 2 % moves the outer of 20 bins by 1 %.
             let seen = row.slope_se.is_some_and(|error| error < 0.02);
-            row.verdict = match (row.p_value, rejected) {
+            let verdict = match (row.p_value, rejected) {
                 (None, _) => "too few collisions",
                 (_, true) if slope > 0.0 => "grazing excess",
                 (_, true) => "central excess",
                 (_, false) if seen => "uniform",
                 (_, false) => "undecided",
-            }
-            .to_owned();
+            };
+            verdict.clone_into(&mut row.verdict);
         }
     }
 

@@ -3,7 +3,9 @@
 use nalgebra::{Vector2, vector};
 use stosszahl_model::initial::{self, Arrangement, FileError, Overlap, PlacementError};
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Domain, Plane, Restitution as _, Viscoelastic, kinetic};
+use stosszahl_model::{
+    Constant, Domain, Plane, Polydisperse, Restitution as _, Sizes, Viscoelastic, kinetic,
+};
 
 use crate::case::{Bodies, Case, Dsmc, Engine, Restitution, Velocities};
 
@@ -92,6 +94,43 @@ pub enum SetupError {
     },
 }
 
+/// Positions and velocities of a start file, in reduced units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileStart {
+    /// Centres.
+    pub positions: Vec<Vector2<f64>>,
+    /// Velocities, where the case asks for those of the file.
+    pub velocities: Option<Vec<Vector2<f64>>>,
+}
+
+/// The normal contact law, in reduced units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    /// One coefficient.
+    Constant(Constant),
+    /// Falling with the approach speed.
+    Viscoelastic(Viscoelastic),
+}
+
+impl Law {
+    fn new(restitution: Restitution) -> Option<Self> {
+        match restitution {
+            Restitution::Constant(coefficient) => Constant::new(coefficient).map(Self::Constant),
+            Restitution::Viscoelastic { dissipation } => {
+                Viscoelastic::new(dissipation).map(Self::Viscoelastic)
+            }
+        }
+    }
+
+    /// The coefficient at the mean normal approach speed of colliding pairs, sqrt(pi T/m), of the start.
+    fn coefficient(self) -> f64 {
+        match self {
+            Self::Constant(law) => law.coefficient(),
+            Self::Viscoelastic(law) => law.normal(std::f64::consts::PI.sqrt()),
+        }
+    }
+}
+
 /// A case in reduced units, in which the mean diameter, the mean mass and the initial temperature are one.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -106,9 +145,11 @@ pub struct Setup {
     /// The box.
     pub domain: Domain<Plane>,
     /// Radius and mass of each disk, where they are unlike.
-    pub sizes: Option<Vec<(f64, f64)>>,
-    /// Positions, and velocities if it has them, of a start file.
-    pub file: Option<(Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>)>,
+    pub sizes: Option<Polydisperse>,
+    /// What a start file says.
+    pub file: Option<FileStart>,
+    /// The normal contact law.
+    pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the start.
     pub restitution: f64,
     /// Enskog's contact value at the mean density.
@@ -124,37 +165,49 @@ impl Setup {
     ///
     /// # Errors
     /// [`SetupError`] if the start file or the box cannot be used.
-    pub fn new(case: Case) -> Result<Self, SetupError> {
-        let setup = if let Bodies::File(file) = &case.start.bodies {
-            Self::from_file(&case, file)?
-        } else {
-            let disks = case.disks().expect("only a file leaves it out");
-            let packing_fraction = case.packing_fraction().expect("only a file leaves it out");
-            let scale = Scale {
-                length: case.gas.diameter,
-                mass: case.gas.mass,
-                energy: case.temperature().expect("only a file leaves it out"),
-            };
-            let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
-            let width = (area / case.domain.aspect_ratio).sqrt();
-            Self::assemble(
-                &case,
-                scale,
+    pub fn new(case: &Case) -> Result<Self, SetupError> {
+        let (disks, packing_fraction, arrangement) = match case.start.bodies {
+            Bodies::File(ref file) => return Self::from_file(case, file),
+            Bodies::Disordered {
                 disks,
-                [width, area / width],
                 packing_fraction,
-                None,
-                None,
-            )?
+            } => (disks, packing_fraction, Arrangement::Disordered),
+            Bodies::Square {
+                disks,
+                packing_fraction,
+            } => (disks, packing_fraction, Arrangement::Square),
+            Bodies::Hexagonal {
+                disks,
+                packing_fraction,
+            } => (disks, packing_fraction, Arrangement::Hexagonal),
         };
-        if let Some(arrangement) = setup.arrangement() {
-            // Whether a lattice fits is known before anything is written.
-            let streams = Streams::new(case.seed, 0);
-            if arrangement != Arrangement::Disordered
-                || setup.packing_fraction > initial::SEQUENTIAL_LIMIT
-            {
-                initial::place(arrangement, setup.disks, 1.0, &setup.domain, &streams)?;
-            }
+        // Velocities come from a file only with the bodies.
+        let energy = case.temperature().unwrap_or(1.0);
+        let scale = Scale {
+            length: case.gas.diameter,
+            mass: case.gas.mass,
+            energy,
+        };
+        let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
+        let width = (area / case.domain.aspect_ratio).sqrt();
+        let setup = Self::assemble(
+            case,
+            scale,
+            disks,
+            [width, area / width],
+            packing_fraction,
+            None,
+            None,
+        )?;
+        // Whether a lattice fits is known before anything is written.
+        if arrangement != Arrangement::Disordered || packing_fraction > initial::SEQUENTIAL_LIMIT {
+            initial::place(
+                arrangement,
+                disks,
+                1.0,
+                &setup.domain,
+                &Streams::new(case.seed, 0),
+            )?;
         }
         Ok(setup)
     }
@@ -220,13 +273,18 @@ impl Setup {
         let covered: f64 = radii.iter().map(|r| std::f64::consts::PI * r * r).sum();
         let packing = covered / domain.volume();
         let alike = |values: &[f64]| values.iter().all(|&value| value == values[0]);
-        let sizes = (!(alike(&radii) && alike(&masses))).then(|| {
+        let pairs = || {
             radii
                 .iter()
                 .zip(&masses)
                 .map(|(r, m)| (r / length, m / mass))
                 .collect()
-        });
+        };
+        let sizes = if alike(&radii) && alike(&masses) {
+            None
+        } else {
+            Polydisperse::new(pairs())
+        };
         let lengths = start.lengths.map(|side| side / length);
         let positions = start.positions.iter().map(|x| x / length).collect();
         let velocities = match case.start.velocities {
@@ -242,7 +300,10 @@ impl Setup {
             lengths,
             packing,
             sizes,
-            Some((positions, velocities)),
+            Some(FileStart {
+                positions,
+                velocities,
+            }),
         )
     }
 
@@ -252,26 +313,24 @@ impl Setup {
         disks: usize,
         lengths: [f64; 2],
         packing_fraction: f64,
-        sizes: Option<Vec<(f64, f64)>>,
-        file: Option<(Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>)>,
+        sizes: Option<Polydisperse>,
+        file: Option<FileStart>,
     ) -> Result<Self, SetupError> {
         let widest = sizes
-            .iter()
-            .flatten()
-            .map(|size| 2.0 * size.0)
-            .fold(1.0, f64::max);
+            .as_ref()
+            .map_or(1.0, |sizes| 2.0 * sizes.largest_radius());
         let domain = Domain::periodic(vector![lengths[0], lengths[1]])
             .filter(|_| lengths.iter().all(|&side| side > widest * (1.0 + 1e-9)))
             .ok_or(SetupError::BoxTooSmall { lengths })?;
-        let restitution = match case.gas.restitution {
-            Restitution::Constant(coefficient) => coefficient,
-            // Mean normal approach speed of colliding pairs, sqrt(pi T/m).
-            Restitution::Viscoelastic { dissipation } => Viscoelastic::new(dissipation)
-                .map_or(1.0, |law| law.normal(std::f64::consts::PI.sqrt())),
-        };
+        let law = Law::new(case.gas.restitution).ok_or_else(|| SetupError::Content {
+            file: "gas.restitution".into(),
+            found: format!("{:?}", case.gas.restitution),
+            expected: "a coefficient from 0 to 1 or a positive strength".into(),
+        })?;
+        let restitution = law.coefficient();
         // A start beyond close packing is possible only for unlike disks.
         let contact_value =
-            kinetic::contact_value(packing_fraction.min(0.9 * kinetic::CLOSE_PACKING));
+            kinetic::contact_value(packing_fraction.min(0.999 * kinetic::CLOSE_PACKING));
         let (time, time_unit) = if restitution < 1.0 {
             (
                 kinetic::haff_time(packing_fraction, restitution, contact_value),
@@ -291,6 +350,7 @@ impl Setup {
             domain,
             sizes,
             file,
+            law,
             restitution,
             contact_value,
             time,

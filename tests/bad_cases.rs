@@ -1,5 +1,6 @@
 //! Wrong case files are refused with a message that names file, line, key, value and what is allowed.
 
+#[allow(dead_code, reason = "only the table of bad cases is used here")]
 mod support;
 
 use std::collections::BTreeSet;

@@ -3,6 +3,7 @@
 //!
 //! `cargo test --release --test validation -- --ignored --nocapture`
 
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use stosszahl_dsmc::{Engine, Neighbourhood, Parameters, Scheme};
@@ -96,9 +97,13 @@ fn errors_of_the_monte_carlo_schemes() {
     let mut failed = 0;
     for row in &rows {
         let found = measure(row);
-        // Four standard errors, and what the known value is rounded to and was itself uncertain by (one seed).
+        // Four standard errors, and what the known value is rounded to and was itself uncertain by (one seed). With
+        // one simulator per disk in cells of 2 d the displaced rate also depends on the step, which of the known value
+        // is not known: 0.88, 0.74 and 0.70 with 1, 4 and 8 steps a crossing.
+        let crowded = row.displacement && row.cell == 2.0 && row.simulators == 1;
+        let allowance = if crowded { 0.02 } else { 0.006 };
         let good = row.known.iter().zip(found).all(|(known, (value, error))| {
-            known.is_none_or(|known| (value - known).abs() < 4.0 * error + 0.006)
+            known.is_none_or(|known| (value - known).abs() < 4.0 * error + allowance)
         });
         failed += usize::from(!good);
         let chi = match row.scheme {

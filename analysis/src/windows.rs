@@ -39,7 +39,7 @@ pub struct Window {
     pub square: f64,
     /// Sum of m (g.k)^2/T.
     pub normal_square: f64,
-    /// Integral of sqrt(T/m) over the part of the window that has passed [length].
+    /// Integral of sqrt(T/m) over the part of the window that has passed \[length\].
     pub root_temperature: f64,
 }
 

@@ -94,59 +94,6 @@ pub(super) fn set(table: &mut Table, keys: &[String], value: Value) {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn value(argument: &str) -> Option<Value> {
-        Override::read(argument).ok().map(|read| read.value)
-    }
-
-    #[test]
-    fn values_are_toml_or_words() {
-        assert_eq!(value("run.until=20"), Some(Value::Integer(20)));
-        assert_eq!(
-            value("engine.ed.contact_time = 1e-4"),
-            Some(Value::Float(1e-4))
-        );
-        assert_eq!(
-            value("start.file=a.csv"),
-            Some(Value::String("a.csv".to_owned()))
-        );
-        assert_eq!(
-            value("title=two words"),
-            Some(Value::String("two words".to_owned()))
-        );
-        assert_eq!(
-            value("title=\"a = b\""),
-            Some(Value::String("a = b".to_owned()))
-        );
-        assert!(
-            value("gas.restitution={ viscoelastic = 0.2 }").is_some_and(|value| value.is_table())
-        );
-    }
-
-    #[test]
-    fn anything_else_is_refused() {
-        for bad in [
-            "",
-            "until",
-            "=3",
-            "run..until=3",
-            "run.until=",
-            "title=\"open",
-            "a b=1",
-            "format=2",
-            "sweep=[]",
-            "title=a\nb=2",
-            "a.a.a.a.a.a.a.a.a=1",
-            "\"run\".until=3",
-        ] {
-            assert!(value(bad).is_none(), "{bad:?} was taken");
-        }
-    }
-}
-
 /// The overrides that leave out the times and windows of a case file beyond a new, earlier end, so that a run can
 /// be shortened by one argument. A file that cannot be read needs none: reading it reports why.
 pub fn shortened(path: &std::path::Path, until: f64) -> Vec<String> {
@@ -202,4 +149,57 @@ pub fn shortened(path: &std::path::Path, until: f64) -> Vec<String> {
         overrides.push(format!("measure.impact_windows=[{}]", kept.join(", ")));
     }
     overrides
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(argument: &str) -> Option<Value> {
+        Override::read(argument).ok().map(|read| read.value)
+    }
+
+    #[test]
+    fn values_are_toml_or_words() {
+        assert_eq!(value("run.until=20"), Some(Value::Integer(20)));
+        assert_eq!(
+            value("engine.ed.contact_time = 1e-4"),
+            Some(Value::Float(1e-4))
+        );
+        assert_eq!(
+            value("start.file=a.csv"),
+            Some(Value::String("a.csv".to_owned()))
+        );
+        assert_eq!(
+            value("title=two words"),
+            Some(Value::String("two words".to_owned()))
+        );
+        assert_eq!(
+            value("title=\"a = b\""),
+            Some(Value::String("a = b".to_owned()))
+        );
+        assert!(
+            value("gas.restitution={ viscoelastic = 0.2 }").is_some_and(|value| value.is_table())
+        );
+    }
+
+    #[test]
+    fn anything_else_is_refused() {
+        for bad in [
+            "",
+            "until",
+            "=3",
+            "run..until=3",
+            "run.until=",
+            "title=\"open",
+            "a b=1",
+            "format=2",
+            "sweep=[]",
+            "title=a\nb=2",
+            "a.a.a.a.a.a.a.a.a=1",
+            "\"run\".until=3",
+        ] {
+            assert!(value(bad).is_none(), "{bad:?} was taken");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Instant;
 
 use serde::de::DeserializeOwned;
@@ -197,7 +197,7 @@ pub struct Finished {
     pub record: Record,
     /// What was done.
     pub work: Work,
-    /// Computing time [s].
+    /// Computing time \[s\].
     pub seconds: f64,
 }
 
@@ -209,7 +209,7 @@ pub(super) fn run_engine<P: Planar>(
     start: &State<P>,
     streams: Streams,
     control: &Control<'_, ()>,
-    snapshots: Option<PathBuf>,
+    snapshots: Option<&Path>,
 ) -> Result<Finished, RunError> {
     match engine {
         Engine::Ed(EventDriven {
@@ -266,7 +266,7 @@ fn follow<G: Gas>(
     engine: &Engine,
     begin: impl FnOnce(Option<G::Checkpoint>) -> Result<G, RunError>,
     control: &Control<'_, Progress<G::Checkpoint>>,
-    snapshots: Option<PathBuf>,
+    snapshots: Option<&Path>,
 ) -> Result<Finished, RunError> {
     let schedule = schedule(setup);
     let loaded = control.load()?;
@@ -315,7 +315,7 @@ fn follow<G: Gas>(
                 moment,
                 &mut record,
                 &mut structure,
-                snapshots.as_ref(),
+                snapshots,
             )?;
             next += 1;
         }
@@ -363,7 +363,7 @@ fn sample<G: Gas>(
     moment: &Moment,
     record: &mut Record,
     structure: &mut Structure<'_>,
-    snapshots: Option<&PathBuf>,
+    snapshots: Option<&Path>,
 ) -> Result<(), RunError> {
     let state = gas.state();
     let energy = EnergySample::new(gas.scene(), &state, gas.collisions());

@@ -293,7 +293,7 @@ impl AllReplicas<'_> {
         };
         let control = self.control::<Preparation<P>>(replica, "start", &jobs[0]);
         let start =
-            prepare::prepare(self.setup, scene, &streams, &control).map_err(failed("start"))?;
+            prepare::prepare(self.setup, scene, streams, &control).map_err(failed("start"))?;
         let engines = self
             .setup
             .case
@@ -310,7 +310,7 @@ impl AllReplicas<'_> {
                     start.state(),
                     streams,
                     &control,
-                    snapshots,
+                    snapshots.as_deref(),
                 )
                 .map_err(failed(engine.name()))
             })

@@ -63,19 +63,11 @@ impl<P: Planar> Observe<P> for Histogram<'_> {
 fn begin<P: Planar>(
     setup: &Setup,
     scene: &P,
-    streams: &Streams,
+    streams: Streams,
 ) -> Result<Preparation<P>, RunError> {
     let (placement, name) = match (&setup.file, setup.arrangement()) {
-        (Some((positions, _)), _) => (
-            Placement {
-                positions: positions.clone(),
-                reciprocal: Vec::new(),
-            },
-            "file".to_owned(),
-        ),
-        (None, arrangement) => {
-            let arrangement = arrangement.expect("without a file there is an arrangement");
-            let placement = initial::place(arrangement, setup.disks, 1.0, &setup.domain, streams)
+        (None, Some(arrangement)) => {
+            let placement = initial::place(arrangement, setup.disks, 1.0, &setup.domain, &streams)
                 .map_err(|error| RunError::Setup(error.into()))?;
             let molten =
                 arrangement == initial::Arrangement::Disordered && !placement.reciprocal.is_empty();
@@ -85,6 +77,18 @@ fn begin<P: Planar>(
                 format!("{arrangement:?}").to_lowercase()
             };
             (placement, name)
+        }
+        (file, _) => {
+            let positions = file
+                .as_ref()
+                .map_or_else(Vec::new, |file| file.positions.clone());
+            (
+                Placement {
+                    positions,
+                    reciprocal: Vec::new(),
+                },
+                "file".to_owned(),
+            )
         }
     };
     let sizes = scene.sizes();
@@ -119,7 +123,7 @@ fn begin<P: Planar>(
             let velocities = setup
                 .file
                 .iter()
-                .filter_map(|file| file.1.as_ref())
+                .filter_map(|file| file.velocities.as_ref())
                 .flatten();
             for (body, &velocity) in state.bodies.iter_mut().zip(velocities) {
                 body.velocity = velocity;
@@ -139,7 +143,7 @@ fn begin<P: Planar>(
 pub(super) fn prepare<P: Planar>(
     setup: &Setup,
     scene: &P,
-    streams: &Streams,
+    streams: Streams,
     control: &Control<'_, Preparation<P>>,
 ) -> Result<Preparation<P>, RunError> {
     let mut start = match control.load()? {

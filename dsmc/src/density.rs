@@ -20,7 +20,7 @@ pub enum Scheme {
     /// chi = 1: the dilute gas. Converges to the Boltzmann equation.
     Boltzmann,
     /// chi = V/(V - `V_0`), `V_0` the area that the disks of the cell need at random close packing, 0.82:
-    /// the scheme of Luding, Müller & `McNamara` (1998). 9 % below Enskog at packing 0.25; without a
+    /// the scheme of Luding, Müller & McNamara (1998). 9 % below Enskog at packing 0.25; without a
     /// limit it is infinite or negative in a crowded cell.
     FreeVolume,
     /// chi of the packing around the cell: with many simulators the local Enskog collision rate.
@@ -47,6 +47,9 @@ impl Scheme {
     }
 }
 
+/// Most entries of the table of chi: beyond, in huge cells, it is computed.
+const LARGEST_TABLE: u32 = 1 << 14;
+
 /// chi in each cell, from how much area its neighbourhood's disks cover.
 #[derive(Debug)]
 pub(crate) struct Density {
@@ -60,6 +63,7 @@ pub(crate) struct Density {
     /// Half width of the neighbourhood in cells.
     reach: usize,
     mean: Option<f64>,
+    mean_packing: f64,
     counts: [usize; 2],
     /// Area around each cell, in units.
     around: Vec<f64>,
@@ -92,9 +96,10 @@ impl Density {
         };
         let area = cell * ((2 * reach + 1) * (2 * reach + 1)) as f64;
         let unit = weight * FRAC_PI_4 * unit_diameter * unit_diameter / area;
-        let table = (0..)
+        let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
+        let table = (0..table)
             .map(|count| scheme.contact_value(f64::from(count) * unit))
-            .take_while(|&chi| mean.is_none() && chi < limit)
+            .take_while(|&chi| chi < limit)
             .collect();
         Self {
             scheme,
@@ -103,6 +108,11 @@ impl Density {
             unit,
             reach,
             mean,
+            mean_packing: if scheme == Scheme::Boltzmann {
+                0.0
+            } else {
+                packing_fraction
+            },
             counts,
             around: Vec::new(),
             rows: Vec::new(),
@@ -147,21 +157,23 @@ impl Density {
             return (chi.min(self.limit), chi > self.limit);
         }
         let area = self.around[cell];
-        let chi = if area.fract() == 0.0 {
-            self.table
-                .get(area as usize)
-                .copied()
-                .unwrap_or(f64::INFINITY)
+        let known = if area.fract() == 0.0 {
+            self.table.get(area as usize)
         } else {
-            self.scheme.contact_value(area * self.unit)
+            None
         };
+        let chi = known
+            .copied()
+            .unwrap_or_else(|| self.scheme.contact_value(area * self.unit));
         (chi.min(self.limit), chi >= self.limit)
     }
 
-    /// Packing fraction around a cell; that of the mean where the scheme does not look at it.
+    /// Packing fraction that chi of a cell belongs to; none for the dilute gas.
     #[inline]
     pub(crate) fn packing(&self, cell: usize) -> f64 {
-        self.around.get(cell).map_or(0.0, |area| area * self.unit)
+        self.around
+            .get(cell)
+            .map_or(self.mean_packing, |area| area * self.unit)
     }
 }
 

@@ -20,7 +20,7 @@ pub struct Parameters {
     pub scheme: Scheme,
     /// Whether partners are displaced by one contact distance along the transferred momentum.
     pub displacement: bool,
-    /// Smallest side of a cell [length]; `None`: half a mean free path, but at least two diameters.
+    /// Smallest side of a cell \[length\]; `None`: half a mean free path, but at least two diameters.
     pub cell_size: Option<f64>,
     /// Simulators for each disk.
     pub simulators_per_disk: u32,
@@ -31,7 +31,46 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Mean free path at a packing fraction, by the scheme's own collision rate [length].
+    fn check(&self) -> Result<(), EngineError> {
+        let check = |name, value: f64, good: bool, allowed| {
+            if good {
+                Ok(())
+            } else {
+                Err(EngineError::BadParameter {
+                    name,
+                    value,
+                    allowed,
+                })
+            }
+        };
+        let copies = f64::from(self.simulators_per_disk);
+        check("simulators_per_disk", copies, copies >= 1.0, "at least 1")?;
+        let steps = self.steps_per_crossing;
+        check(
+            "steps_per_crossing",
+            steps,
+            (1.0..1e6).contains(&steps),
+            "from 1 to 1e6",
+        )?;
+        let limit = self.largest_contact_value;
+        check(
+            "largest_contact_value",
+            limit,
+            (1.0..1e9).contains(&limit),
+            "from 1 to 1e9",
+        )?;
+        if let Some(size) = self.cell_size {
+            check(
+                "cell_size",
+                size,
+                size > 0.0 && size.is_finite(),
+                "above zero",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Mean free path at a packing fraction, by the scheme's own collision rate \[length\].
     pub fn mean_free_path(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let chi = self
             .scheme
@@ -72,7 +111,7 @@ pub struct Tally {
     pub limited_cells: u64,
     /// Collisions in cells in which chi was limited.
     pub limited_collisions: u64,
-    /// Sum over collisions of the distance of the partners [length].
+    /// Sum over collisions of the distance of the partners \[length\].
     pub separation: f64,
     /// Largest number of collisions per simulator in one cell and step.
     pub busiest_cell: f64,
@@ -126,6 +165,26 @@ pub struct Checkpoint<P: Physics<Space = Plane>> {
     tally: Tally,
 }
 
+fn check_numbers<T>(simulators: &[Simulator<T>]) -> Result<(), EngineError> {
+    for (index, simulator) in simulators.iter().enumerate() {
+        let Simulator {
+            position, velocity, ..
+        } = simulator;
+        if !position
+            .iter()
+            .chain(velocity.iter())
+            .all(|x| x.abs() <= 1e150)
+        {
+            return Err(EngineError::BadNumber {
+                simulator: index,
+                position: (*position).into(),
+                velocity: (*velocity).into(),
+            });
+        }
+    }
+    Ok(())
+}
+
 type TagOf<P> = <<P as Physics>::Sizes as Sizes>::Tag;
 
 /// Direct Simulation Monte Carlo of smooth disks in a periodic box.
@@ -140,7 +199,7 @@ pub struct Engine<P: Physics<Space = Plane>> {
     width: Vector2<f64>,
     /// Disks per simulator.
     weight: f64,
-    /// Mean free path of the mean density [length], for the step.
+    /// Mean free path of the mean density \[length\], for the step.
     mean_free_path: f64,
     moment_ratio: f64,
     density: Density,
@@ -250,57 +309,10 @@ where
             temperature,
             tally,
         } = checkpoint;
-        let check = |name, value: f64, good: bool, allowed| {
-            if good {
-                Ok(())
-            } else {
-                Err(EngineError::BadParameter {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
-        };
+        parameters.check()?;
+        check_numbers(&simulators)?;
         let copies = f64::from(parameters.simulators_per_disk);
-        check("simulators_per_disk", copies, copies >= 1.0, "at least 1")?;
-        let steps = parameters.steps_per_crossing;
-        check(
-            "steps_per_crossing",
-            steps,
-            (1.0..1e6).contains(&steps),
-            "from 1 to 1e6",
-        )?;
         let limit = parameters.largest_contact_value;
-        check(
-            "largest_contact_value",
-            limit,
-            (1.0..1e9).contains(&limit),
-            "from 1 to 1e9",
-        )?;
-        if let Some(size) = parameters.cell_size {
-            check(
-                "cell_size",
-                size,
-                size > 0.0 && size.is_finite(),
-                "above zero",
-            )?;
-        }
-        for (index, simulator) in simulators.iter().enumerate() {
-            let Simulator {
-                position, velocity, ..
-            } = simulator;
-            if !position
-                .iter()
-                .chain(velocity.iter())
-                .all(|x| x.abs() <= 1e150)
-            {
-                return Err(EngineError::BadNumber {
-                    simulator: index,
-                    position: (*position).into(),
-                    velocity: (*velocity).into(),
-                });
-            }
-        }
         let weight = 1.0 / copies;
         let sizes = scene.sizes();
         let [mut first, mut second] = [0.0; 2];
@@ -431,12 +443,12 @@ where
         self.weight
     }
 
-    /// Sides of a cell [length].
+    /// Sides of a cell \[length\].
     pub fn cell(&self) -> [f64; 2] {
         self.width.into()
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes\].
     pub fn bytes(&self) -> usize {
         (self.simulators.capacity() + self.sorted.capacity()) * size_of::<Simulator<TagOf<P>>>()
             + (self.places.capacity() + self.starts.capacity()) * 4
@@ -541,18 +553,7 @@ where
         let (chi, limited) = self.density.contact_value(cell);
         self.tally.active_cells += 1;
         self.tally.limited_cells += u64::from(limited);
-        let mean = members
-            .iter()
-            .fold(Vector2::zeros(), |sum, m| sum + m.velocity)
-            / count as f64;
-        let [mut first, mut second] = [0.0_f64; 2];
-        for member in members.iter() {
-            let square = (member.velocity - mean).norm_squared();
-            second = second.max(square.min(first));
-            first = first.max(square);
-        }
-        // Room for the rounding of the mean.
-        let mut majorant = (first.sqrt() + second.sqrt()) * (1.0 + 1e-12);
+        let mut majorant = largest_relative_speed(members);
         if majorant == 0.0 {
             return;
         }
@@ -603,15 +604,12 @@ where
             }
             collisions += 1;
             let distance = radii[0] + radii[1];
-            let direction = relative / square.sqrt();
-            let impact = 2.0 * stream.random::<f64>() - 1.0;
-            let along = -(1.0 - impact * impact).sqrt();
-            let line =
-                (direction * along + vector![-direction[1], direction[0]] * impact) * distance;
+            let speed = square.sqrt();
+            let (normal, along) = draw_normal(relative / speed, &mut stream);
+            let line = normal * distance;
             let masses = [i, j].map(|who| sizes.mass(members[who].tag));
             let velocities = [members[i].velocity, members[j].velocity];
-            let approach = -along * square.sqrt();
-            let restitution = self.scene.restitution().normal(approach);
+            let restitution = self.scene.restitution().normal(-along * speed);
             let pair = Encounter {
                 velocities,
                 masses,
@@ -646,6 +644,35 @@ where
             .busiest_cell
             .max(2.0 * collisions as f64 / count as f64);
     }
+}
+
+/// The sum of the two largest speeds relative to the mean velocity: no pair is faster.
+#[inline]
+fn largest_relative_speed<T>(members: &[Simulator<T>]) -> f64 {
+    let sum = members
+        .iter()
+        .fold(Vector2::zeros(), |sum, member| sum + member.velocity);
+    let mean = sum / members.len() as f64;
+    let [mut first, mut second] = [0.0_f64; 2];
+    for member in members {
+        let square = (member.velocity - mean).norm_squared();
+        second = second.max(square.min(first));
+        first = first.max(square);
+    }
+    // Room for the rounding of the mean.
+    (first.sqrt() + second.sqrt()) * (1.0 + 1e-12)
+}
+
+/// A unit vector along the line of centres for an approach in the direction `direction`, with b/d uniform
+/// on [-1, 1], from the second partner to the first; and its component along the approach, never positive.
+#[inline]
+fn draw_normal(direction: Vector2<f64>, stream: &mut impl Rng) -> (Vector2<f64>, f64) {
+    let impact = 2.0 * stream.random::<f64>() - 1.0;
+    let along = -(1.0 - impact * impact).sqrt();
+    (
+        direction * along + vector![-direction[1], direction[0]] * impact,
+        along,
+    )
 }
 
 /// Two different numbers below `count`, each pair equally likely.

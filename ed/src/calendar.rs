@@ -295,7 +295,7 @@ mod tests {
                 } else if stream.random_bool(0.02) {
                     wait *= 1e5;
                 }
-                for copy in 0..u32::from(stream.random_bool(0.02)) + 1 {
+                for copy in 0..=u32::from(stream.random_bool(0.02)) {
                     let next = Entry {
                         time: entry.time + wait,
                         disk: entry.disk,

@@ -145,7 +145,7 @@ impl Cells {
         self.next[before as usize] = after;
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.heads.capacity() + self.next.capacity())
     }

@@ -335,7 +335,7 @@ where
             } else if self.disks[disk.partner as usize].count == disk.partner_count {
                 let partner = disk.partner;
                 self.collide(entry.disk, partner, watch);
-                if self.tally.collisions & 0xfff == 0 {
+                if self.tally.collisions.is_multiple_of(4096) {
                     self.check_progress([entry.disk, partner])?;
                 }
             } else {
@@ -385,7 +385,7 @@ where
         self.time
     }
 
-    /// The deepest overlap of any pair at the present time [length]; 0 if none overlap. An audit: cost
+    /// The deepest overlap of any pair at the present time \[length\]; 0 if none overlap. An audit: cost
     /// of one prediction for all disks.
     pub fn worst_overlap(&self) -> f64 {
         let mut worst = 0.0_f64;
@@ -399,7 +399,7 @@ where
         worst
     }
 
-    /// Memory held by disks and cells [bytes]; the calendar adds about 60 bytes a disk.
+    /// Memory held by disks and cells \[bytes\]; the calendar adds about 60 bytes a disk.
     pub fn bytes(&self) -> usize {
         self.disks.capacity() * size_of::<Disk>()
             + self.cells.bytes()

@@ -6,7 +6,7 @@ use crate::space::Vector;
 /// Two particles about to collide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encounter<V> {
-    /// Velocities of the first and the second partner [length/time].
+    /// Velocities of the first and the second partner \[length/time\].
     pub velocities: [V; 2],
     /// Their masses.
     pub masses: [f64; 2],
@@ -20,7 +20,7 @@ pub struct Encounter<V> {
 pub struct Collision<V> {
     /// When it happened \[time\].
     pub time: f64,
-    /// Relative velocity before, first minus second [length/time].
+    /// Relative velocity before, first minus second \[length/time\].
     pub relative: V,
     /// The line of centres, from the second to the first partner, with the length of their distance
     /// at contact.

@@ -22,12 +22,12 @@ impl<S: Space> Domain<S> {
             .then_some(Self { lengths })
     }
 
-    /// Side lengths [length].
+    /// Side lengths \[length\].
     pub fn lengths(&self) -> S::Vector {
         self.lengths
     }
 
-    /// Area or volume [length^D].
+    /// Area or volume \[length^D\].
     pub fn volume(&self) -> f64 {
         (0..S::DIMENSION).map(|axis| self.lengths[axis]).product()
     }

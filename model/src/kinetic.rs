@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 /// Close packing of equal disks, pi/(2 sqrt 3).
 pub const CLOSE_PACKING: f64 = 0.906_899_682_117_089_3;
 
-/// Random close packing of equal disks as used by Luding, Müller & `McNamara` (1998).
+/// Random close packing of equal disks as used by Luding, Müller & McNamara (1998).
 pub const RANDOM_CLOSE_PACKING: f64 = 0.82;
 
 /// Packing fraction at which the disordered fluid of equal hard disks begins to order, about 0.70
@@ -46,12 +46,12 @@ pub fn contact_value(packing_fraction: f64) -> f64 {
 }
 
 /// Henderson's contact value of equal disks, (1 - 7 phi/16)/(1 - phi)^2 (Mol. Phys. 30, 971 (1975),
-/// doi:10.1080/00268977500102511): the one that Luding, Müller & `McNamara` (1998) use for `t_0`.
+/// doi:10.1080/00268977500102511): the one that Luding, Müller & McNamara (1998) use for `t_0`.
 pub fn henderson(packing_fraction: f64) -> f64 {
     (1.0 - 7.0 / 16.0 * packing_fraction) / (1.0 - packing_fraction).powi(2)
 }
 
-/// Factor by which the free volume of Luding, Müller & `McNamara` (1998) raises the collision rate,
+/// Factor by which the free volume of Luding, Müller & McNamara (1998) raises the collision rate,
 /// 1/(1 - phi/0.82); infinite from random close packing on.
 pub fn free_volume_factor(packing_fraction: f64) -> f64 {
     if packing_fraction >= RANDOM_CLOSE_PACKING {
@@ -124,7 +124,7 @@ pub fn haff_time(packing_fraction: f64, restitution: f64, contact_value: f64) ->
     PI.sqrt() / (2.0 * (1.0 - restitution * restitution) * packing_fraction * contact_value)
 }
 
-/// Haff's law with its Sonine correction: T/T_0 at the time `time_over_haff`, in units of [`haff_time`].
+/// Haff's law with its Sonine correction: `T/T_0` at the time `time_over_haff`, in units of [`haff_time`].
 ///
 /// `T/T_0 = (1 + (1 + 3 a2/16) t/t_0)^-2`. A Maxwellian start relaxes to a2 within a few collisions per
 /// particle; until then the law with the final a2 is off by less than 1e-3.

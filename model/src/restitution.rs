@@ -5,7 +5,7 @@ use std::fmt::Debug;
 /// Normal restitution as a function of the normal approach speed.
 pub trait Restitution: Copy + Debug + Send + Sync + 'static {
     /// The coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
-    /// [length/time].
+    /// \[length/time\].
     fn normal(&self, approach: f64) -> f64;
 }
 

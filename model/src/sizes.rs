@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Radius [length] and mass of the particles.
+/// Radius \[length\] and mass of the particles.
 ///
 /// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
 /// equal particles, the index for unequal ones.
@@ -35,7 +35,7 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
 /// All particles alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monodisperse {
-    /// Radius of every particle [length].
+    /// Radius of every particle \[length\].
     pub radius: f64,
     /// Mass of every particle.
     pub mass: f64,

@@ -115,11 +115,17 @@ pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, Sn
             "a stosszahl snapshot",
         ));
     }
-    let format = u32::from_le_bytes(bytes[8..12].try_into().expect("four bytes"));
-    if format != FORMAT {
+    let word = |range: std::ops::Range<usize>| {
+        bytes[range]
+            .iter()
+            .rev()
+            .fold(0, |word, &byte| word << 8 | u64::from(byte))
+    };
+    let format = word(8..12);
+    if format != u64::from(FORMAT) {
         return Err(damaged(format!("format {format}"), "format 1"));
     }
-    let length = u64::from_le_bytes(bytes[12..20].try_into().expect("eight bytes"));
+    let length = word(12..20);
     let payload = &bytes[HEADER..];
     if payload.len() as u64 != length {
         return Err(damaged(

@@ -11,9 +11,9 @@ use crate::space::{Space, Vector};
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Body<P: Physics> {
-    /// Position [length], inside the domain.
+    /// Position \[length\], inside the domain.
     pub position: VectorOf<P>,
-    /// Velocity [length/time].
+    /// Velocity \[length/time\].
     pub velocity: VectorOf<P>,
     /// Angular velocity, or nothing.
     pub spin: SpinOf<P>,
@@ -31,6 +31,10 @@ impl<P: Physics> Body<P> {
 }
 
 // Derived copies would demand the same of `P`.
+#[expect(
+    clippy::expl_impl_clone_on_copy,
+    reason = "a derived Clone would demand `P: Clone`"
+)]
 impl<P: Physics> Clone for Body<P> {
     fn clone(&self) -> Self {
         *self
@@ -99,7 +103,7 @@ impl<P: Physics> State<P> {
         total
     }
 
-    /// Granular temperature, <m v^2>/D [energy].
+    /// Granular temperature, <m v^2>/D \[energy\].
     pub fn temperature(&self, scene: &P) -> f64 {
         let degrees = (P::Space::DIMENSION * self.bodies.len().max(1)) as f64;
         2.0 * self.kinetic_energy(scene) / degrees

@@ -1,5 +1,4 @@
 //! What several tests need.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod bad_cases;
 

@@ -9,7 +9,7 @@ use crate::space::Space;
 use crate::state::State;
 
 /// Draws velocities from the Maxwellian, then removes the drift and scales to the temperature
-/// `temperature` [energy] exactly (to rounding). One particle alone stays at rest: zero momentum allows
+/// `temperature` \[energy\] exactly (to rounding). One particle alone stays at rest: zero momentum allows
 /// nothing else.
 pub fn maxwellian<P: Physics>(
     scene: &P,
