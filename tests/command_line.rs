@@ -4,6 +4,7 @@
 mod support;
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -394,11 +395,8 @@ fn mixture_from_a_file_runs_in_both_engines() {
         } else {
             (0.25, 0.125)
         };
-        start += &format!(
-            "{},{},{radius},{mass}\n",
-            2 * (i % 15) + 1,
-            2 * (i / 15) + 1
-        );
+        let (x, y) = (2 * (i % 15) + 1, 2 * (i / 15) + 1);
+        writeln!(start, "{x},{y},{radius},{mass}").expect("a string");
     }
     fs::write(folder.path().join("start.csv"), start).expect("a start");
     let case = CASE
