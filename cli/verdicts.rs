@@ -5,7 +5,7 @@ use stosszahl_analysis::compare::{Verdict as Test, parted};
 use crate::export::{Tables, theory_quotients};
 use crate::manifest::{Verdict, VerdictKind};
 use crate::run::{Finished, Replica};
-use crate::setup::Setup;
+use crate::setup::{Setup, TimeUnit};
 use crate::tables::{ComparisonRow, DissipationRow, ImpactSummaryRow};
 
 /// An engine's name as a reader says it.
@@ -43,7 +43,7 @@ pub fn verdicts(setup: &Setup, replicas: &[Replica], tables: &Tables) -> Vec<Ver
             .collect();
         list.push(pair(setup, &title(a), &title(b), &rows));
         if a == "ed" {
-            list.extend(split(tables, a, b));
+            list.extend(split(setup, tables, a, b));
         }
     }
     for (index, engine) in setup.case.engines.iter().enumerate() {
@@ -160,7 +160,7 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
 }
 
 /// What a difference in cooling is made of, in the last window.
-fn split(tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
+fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
     let last = |engine: &str| tables.dissipation.iter().rfind(|row| row.engine == engine);
     let (first, second): (&DissipationRow, &DissipationRow) = (last(a)?, last(b)?);
     let quotient = |x: Option<f64>, y: Option<f64>| Some(x? / y?);
@@ -177,6 +177,20 @@ fn split(tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
     let speed = factor(|row| (row.speed_ratio, row.speed_ratio_se))?;
     let impact = factor(|row| (row.impact_ratio, row.impact_ratio_se))?;
     let correlation = factor(|row| (row.correlation_ratio, row.correlation_ratio_se))?;
+    if setup.time_unit == TimeUnit::MeanFreeTime {
+        return Some(Verdict {
+            topic: format!("collisions, {} against {}", title(a), title(b)),
+            sentence: format!(
+                "At t/t0 from {} to {}, disks of {} collide {rate} times as often as those of {}; the squared relative \
+                 speed of colliding pairs has the ratio {speed}.",
+                first.window_start,
+                first.window_end,
+                title(a),
+                title(b)
+            ),
+            kind: VerdictKind::Differ,
+        });
+    }
     Some(Verdict {
         topic: format!(
             "what the difference of {} and {} is made of",
@@ -214,6 +228,21 @@ fn theory(setup: &Setup, engine: &str, runs: &[&Finished]) -> Option<Verdict> {
     } else {
         format!("up to t/t0 = {:.3}", times[agree])
     };
+    if setup.time_unit == TimeUnit::MeanFreeTime {
+        let kept = tests.iter().all(|test| *test == Test::Agree);
+        return Some(Verdict {
+            topic: format!("{engine} against theory"),
+            sentence: format!(
+                "{engine} {} its energy; at the end, t/t0 = {end}, K/K(0) = {value}.",
+                if kept { "keeps" } else { "does not keep" }
+            ),
+            kind: if kept {
+                VerdictKind::Agree
+            } else {
+                VerdictKind::Differ
+            },
+        });
+    }
     let (sentence, kind) = match parted(&times, &tests) {
         Some((time, side)) => (
             format!(

@@ -1,6 +1,10 @@
 //! Wrong case files are refused with a message that names file, line, key, value and what is allowed.
 
-#[allow(dead_code, reason = "only the table of bad cases is used here")]
+#[allow(
+    dead_code,
+    unused_imports,
+    reason = "only the table of bad cases is used here"
+)]
 mod support;
 
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! The cases that come with the program, the schema, overrides, sweeps and defaults.
 
-#[allow(dead_code, reason = "only the good case is used here")]
+#[allow(dead_code, unused_imports, reason = "only the good case is used here")]
 mod support;
 
 use std::collections::BTreeSet;

@@ -1,7 +1,7 @@
 //! Elastic disks against what is known of them: conservation over millions of collisions, equation of state,
 //! collision rate, impact parameters. Values from the literature with their source.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
 use std::f64::consts::PI;

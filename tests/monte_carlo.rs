@@ -1,6 +1,6 @@
 //! The Monte Carlo engine against kinetic theory and against what must be conserved.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
 use nalgebra::Vector2;

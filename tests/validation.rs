@@ -3,7 +3,7 @@
 //!
 //! `cargo test --release --test validation -- --ignored --nocapture`
 
-#[allow(dead_code, reason = "each test file uses its own part")]
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
 use stosszahl_dsmc::{Engine, Neighbourhood, Parameters, Scheme};
