@@ -77,8 +77,7 @@ fn monte_carlo(count: usize, scheme: Scheme) -> Subject {
 #[allow(clippy::print_stdout, reason = "a benchmark prints")]
 fn main() {
     let rounds = std::env::args()
-        .filter_map(|argument| argument.parse().ok())
-        .next()
+        .find_map(|argument| argument.parse().ok())
         .unwrap_or(5);
     let mut subjects = Vec::new();
     for packing in [0.25, 0.70] {
