@@ -19,7 +19,8 @@ use crate::export::Tables;
 use crate::manifest::{self, Manifest, Sweep, SweepPoint};
 use crate::progress::{Progress, duration};
 use crate::report;
-use crate::run::{self, CHECKPOINTS, Place, Replica, RunError, SNAPSHOTS};
+use crate::results::{self, Existing, ResultsError};
+use crate::run::{self, Place, Replica, RunError, SNAPSHOTS};
 use crate::setup::{Setup, SetupError, TimeUnit};
 use crate::verdicts::verdicts;
 
@@ -38,24 +39,9 @@ pub enum CommandError {
         /// Why.
         source: SetupError,
     },
-    /// There are results already.
-    #[error("{} exists; use --resume to continue it, --force to replace it, or --out for another folder", path.display())]
-    FolderExists {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// Not a results folder, so it is not replaced.
-    #[error("{} is not a results folder (no manifest.json, sweep.json or checkpoints in it) and is not replaced", path.display())]
-    NotResults {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// There is nothing to continue.
-    #[error("{}: nothing to resume here; expected a folder with checkpoints of this case", path.display())]
-    NothingToResume {
-        /// The folder.
-        path: PathBuf,
-    },
+    /// The results folder cannot be used.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
     /// `--threads 0`.
     #[error("--threads {found}: allowed are 1 or more")]
     Threads {
@@ -95,7 +81,12 @@ impl CommandError {
         match self {
             Self::Run { source, .. } if source.is_interruption() => 130,
             Self::Run { source, .. } if source.is_foreign() => 2,
-            Self::Folder { .. } | Self::Pool(_) | Self::Run { .. } | Self::Export(_) => 1,
+            Self::Results(error) if !error.is_system() => 2,
+            Self::Results(_)
+            | Self::Folder { .. }
+            | Self::Pool(_)
+            | Self::Run { .. }
+            | Self::Export(_) => 1,
             _ => 2,
         }
     }
@@ -241,7 +232,27 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
     let folder = arguments.out.clone().unwrap_or_else(|| {
         Path::new("results").join(file.path.file_stem().unwrap_or_else(|| "case".as_ref()))
     });
-    open_folder(&folder, arguments)?;
+    let runs: Vec<(String, run::Fingerprint)> = file
+        .points
+        .iter()
+        .zip(&setups)
+        .map(|(point, setup)| (point.name.clone(), fingerprint(setup)))
+        .collect();
+    let existing = match (arguments.resume, arguments.force) {
+        (true, _) => Existing::Resume,
+        (_, true) => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    let mut inputs = vec![file.path.as_path()];
+    inputs.extend(
+        setups
+            .iter()
+            .filter_map(|setup| match &setup.case.start.bodies {
+                case::Bodies::File(start) => Some(start.path.as_path()),
+                _ => None,
+            }),
+    );
+    results::open(&folder, existing, &inputs, &runs)?;
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     // Without a handler the run can still be killed and resumed.
@@ -264,10 +275,9 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
         } else {
             folder.clone()
         };
-        if arguments.resume && place.join(manifest::MANIFEST_FILE).exists() {
-            if !sweep {
-                note(&format!("{} is complete; nothing to do", place.display()));
-            }
+        if arguments.resume && results::is_complete(&place) {
+            note(&format!("{} is complete", place.display()));
+            results::remove_checkpoints(&place)?;
             continue;
         }
         pool.install(|| run_point(&file, point, setup, &place, &stop))?;
@@ -275,34 +285,6 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
     let path = report::write_report(&folder)?;
     say(&format!("report: {}", path.display()));
     Ok(())
-}
-
-/// Makes the results folder, or finds the one to continue.
-fn open_folder(folder: &Path, arguments: &RunArguments) -> Result<(), CommandError> {
-    let path = folder.to_owned();
-    let known = [manifest::MANIFEST_FILE, manifest::SWEEP_FILE, CHECKPOINTS];
-    let ours = known.iter().any(|name| folder.join(name).exists());
-    if arguments.resume {
-        return if ours {
-            Ok(())
-        } else {
-            Err(CommandError::NothingToResume { path })
-        };
-    }
-    if folder.exists() {
-        let empty = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
-        if !empty && !arguments.force {
-            return Err(CommandError::FolderExists { path });
-        }
-        if !empty && !ours {
-            return Err(CommandError::NotResults { path });
-        }
-        fs::remove_dir_all(folder).map_err(|source| CommandError::Folder {
-            path: path.clone(),
-            source,
-        })?;
-    }
-    fs::create_dir_all(folder).map_err(|source| CommandError::Folder { path, source })
 }
 
 fn sweep_index(file: &CaseFile) -> Sweep {
@@ -406,8 +388,7 @@ fn run_point(
     );
     write_json(&folder.join(manifest::MANIFEST_FILE), &manifest)?;
     report::write_report(folder)?;
-    let path = folder.join(CHECKPOINTS);
-    fs::remove_dir_all(&path).map_err(|source| CommandError::Folder { path, source })?;
+    results::remove_checkpoints(folder)?;
     say(&format!("{name} ({})", duration(manifest.wall_seconds)));
     for verdict in &manifest.verdicts {
         say(&format!("  {}: {}", verdict.topic, verdict.sentence));

@@ -19,6 +19,7 @@ pub mod export;
 pub mod manifest;
 pub mod progress;
 pub mod report;
+pub mod results;
 pub mod run;
 pub mod setup;
 pub mod tables;

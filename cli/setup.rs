@@ -1,13 +1,14 @@
 //! From a valid case to numbers: units, box, sizes, and what theory expects of the run.
 
 use nalgebra::{Vector2, vector};
+use stosszahl_analysis::structure_factor::{self, StructureFactorPlan};
 use stosszahl_model::initial::{self, Arrangement, FileError, Overlap, PlacementError};
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Constant, Domain, Plane, Polydisperse, Restitution as _, Sizes, Viscoelastic, kinetic,
 };
 
-use crate::case::{Bodies, Case, Dsmc, Engine, Restitution, Velocities};
+use crate::case::{Assignment, Bodies, Case, Dsmc, Engine, Restitution, Velocities};
 
 /// Deepest overlap of a start that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
@@ -86,6 +87,9 @@ pub enum SetupError {
     /// The lattice does not fit.
     #[error("start.placement: {0}")]
     Placement(#[from] PlacementError),
+    /// S(k) cannot be measured as asked.
+    #[error("measure.largest_wave_number: {0}; shorten it, or leave measure.structure_times empty")]
+    Structure(#[source] stosszahl_analysis::Error),
     /// The box is narrower than a disk.
     #[error("gas.disks and gas.packing_fraction give a box of {:.4} x {:.4} diameters; both sides must be longer than one disk is wide", lengths[0], lengths[1])]
     BoxTooSmall {
@@ -128,6 +132,36 @@ impl Law {
             Self::Constant(law) => law.coefficient(),
             Self::Viscoelastic(law) => law.normal(std::f64::consts::PI.sqrt()),
         }
+    }
+}
+
+/// Takes the drift of the whole gas out of its velocities, which changes nothing in it, and returns the temperature
+/// that is left.
+fn remove_drift(velocities: &mut [Vector2<f64>], masses: &[f64]) -> f64 {
+    let total: f64 = masses.iter().sum();
+    let drift = velocities
+        .iter()
+        .zip(masses)
+        .fold(Vector2::zeros(), |sum, (v, m)| sum + v * (m / total));
+    let mut twice = 0.0;
+    for (velocity, mass) in velocities.iter_mut().zip(masses) {
+        *velocity -= drift;
+        twice += mass * velocity.norm_squared();
+    }
+    0.5 * twice / velocities.len() as f64
+}
+
+/// How S(k) is measured, in reduced units.
+pub fn structure_options(case: &Case) -> structure_factor::Options {
+    let structure = &case.measure.structure;
+    structure_factor::Options {
+        largest_wave_number: structure.largest_wave_number,
+        assignment: match structure.assignment {
+            Assignment::NearestGridPoint => structure_factor::Assignment::NearestGridPoint,
+            Assignment::CloudInCell => structure_factor::Assignment::CloudInCell,
+        },
+        correction: structure.correction,
+        diameter: 1.0,
     }
 }
 
@@ -213,7 +247,7 @@ impl Setup {
     }
 
     fn from_file(case: &Case, file: &crate::case::StartFile) -> Result<Self, SetupError> {
-        let start = initial::read(&file.path)?;
+        let mut start = initial::read(&file.path)?;
         let content = |found: &str, expected: &str| SetupError::Content {
             file: file.written.clone(),
             found: found.into(),
@@ -224,8 +258,14 @@ impl Setup {
             .radii
             .unwrap_or_else(|| vec![0.5 * case.gas.diameter; count]);
         let masses = start.masses.unwrap_or_else(|| vec![case.gas.mass; count]);
-        let domain =
-            Domain::<Plane>::periodic(start.lengths.into()).expect("positive sides were read");
+        if count < 2 {
+            return Err(content("one disk", "at least two"));
+        }
+        let domain = Domain::<Plane>::periodic(start.lengths.into())
+            .ok_or_else(|| content(&format!("a box of {:?}", start.lengths), "positive sides"))?;
+        for position in &mut start.positions {
+            *position = domain.wrap(*position);
+        }
         let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
         let length = 2.0 * mean(&radii);
         if let Some(Overlap { pair, depth }) = initial::first_overlap(
@@ -241,7 +281,7 @@ impl Setup {
             });
         }
         let mass = mean(&masses);
-        let energy = match (case.start.velocities, &start.velocities) {
+        let energy = match (case.start.velocities, &mut start.velocities) {
             (Velocities::Maxwellian { temperature }, _) => temperature,
             (Velocities::File, None) => {
                 return Err(content(
@@ -250,12 +290,7 @@ impl Setup {
                 ));
             }
             (Velocities::File, Some(velocities)) => {
-                let twice: f64 = velocities
-                    .iter()
-                    .zip(&masses)
-                    .map(|(v, m)| m * v.norm_squared())
-                    .sum();
-                let temperature = 0.5 * twice / count as f64;
+                let temperature = remove_drift(velocities, &masses);
                 if !(temperature.is_normal() && temperature < 1e200) {
                     return Err(content(
                         &format!("a granular temperature of {temperature}"),
@@ -283,7 +318,13 @@ impl Setup {
         let sizes = if alike(&radii) && alike(&masses) {
             None
         } else {
-            Polydisperse::new(pairs())
+            let sizes = Polydisperse::new(pairs());
+            Some(sizes.ok_or_else(|| {
+                content(
+                    "radii or masses whose ratios are too large",
+                    "ratios up to 1e300",
+                )
+            })?)
         };
         let lengths = start.lengths.map(|side| side / length);
         let positions = start.positions.iter().map(|x| x / length).collect();
@@ -328,6 +369,10 @@ impl Setup {
             expected: "a coefficient from 0 to 1 or a positive strength".into(),
         })?;
         let restitution = law.coefficient();
+        if !case.measure.structure.times.is_empty() {
+            StructureFactorPlan::new(lengths, structure_options(case))
+                .map_err(SetupError::Structure)?;
+        }
         // A start beyond close packing is possible only for unlike disks.
         let contact_value =
             kinetic::contact_value(packing_fraction.min(0.999 * kinetic::CLOSE_PACKING));

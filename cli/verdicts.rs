@@ -172,6 +172,18 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
         let ((x, dx), (y, dy)) = (of(first), of(second));
         Some(with_error(quotient(x, y)?, error(x, dx, y, dy)))
     };
+    // Whether the first factor, or the whole, is off by more than three standard errors.
+    let kind = |of: fn(&DissipationRow) -> (Option<f64>, Option<f64>)| {
+        let ((x, dx), (y, dy)) = (of(first), of(second));
+        let off = quotient(x, y)
+            .zip(error(x, dx, y, dy))
+            .is_some_and(|(q, e)| (q - 1.0).abs() > 3.0 * e);
+        if off {
+            VerdictKind::Differ
+        } else {
+            VerdictKind::Undecided
+        }
+    };
     let total = factor(|row| (row.dissipation_ratio, row.dissipation_ratio_se))?;
     let rate = factor(|row| (row.rate_ratio, row.rate_ratio_se))?;
     let speed = factor(|row| (row.speed_ratio, row.speed_ratio_se))?;
@@ -188,7 +200,7 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
                 title(a),
                 title(b)
             ),
-            kind: VerdictKind::Differ,
+            kind: kind(|row| (row.rate_ratio, row.rate_ratio_se)),
         });
     }
     Some(Verdict {
@@ -206,7 +218,7 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
             title(a),
             title(b)
         ),
-        kind: VerdictKind::Differ,
+        kind: kind(|row| (row.dissipation_ratio, row.dissipation_ratio_se)),
     })
 }
 

@@ -151,6 +151,20 @@ fn paired_case_gives_tables_and_a_report() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(report == fs::read(results.join("report.html")).expect("a report"));
 
+    // A finished run is not mistaken for another.
+    let output = run(folder.path(), &["run", "small.toml", "--resume"]);
+    assert!(output.status.success() && text(&output.stderr).contains("is complete"));
+    let output = run(
+        folder.path(),
+        &["run", "small.toml", "--resume", "--seed", "6"],
+    );
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).contains("another run"),
+        "{}",
+        text(&output.stderr)
+    );
+
     // What is there is not overwritten, and what is not ours is not replaced.
     let output = run(folder.path(), &["run", "small.toml"]);
     assert_eq!(output.status.code(), Some(2));
@@ -172,6 +186,25 @@ fn paired_case_gives_tables_and_a_report() {
     );
     assert_eq!(output.status.code(), Some(2));
     assert!(folder.path().join("diary/today").exists());
+    // Nor is what somebody put beside the results lost, nor the case itself.
+    fs::write(results.join("notes.txt"), "dear").expect("a file");
+    fs::copy(folder.path().join("small.toml"), results.join("small.toml")).expect("a copy");
+    let output = run(
+        folder.path(),
+        &["run", "results/small/small.toml", "--force", "--until", "1"],
+    );
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("would be replaced"),
+        "{}",
+        text(&output.stderr)
+    );
+    let output = run(
+        folder.path(),
+        &["run", "small.toml", "--force", "--until", "1"],
+    );
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(results.join("notes.txt").exists() && results.join("small.toml").exists());
 }
 
 #[test]
@@ -337,7 +370,15 @@ fn bad_start_files_are_named() {
             &["start.csv:4", "west", "finite"],
         ),
         ("# box: 10\nx,y\n1,1\n", &["start.csv:1", "# box: Lx Ly"]),
-        ("# box: 0.5 10\nx,y\n0.2,1\n", &["overlap"]),
+        (
+            "# box: 0.5 10\nx,y\n0.2,1\n0.2,5\n",
+            &["disks 0 and 0", "overlap"],
+        ),
+        ("# box: 10 10\nx,y\n0.2,1\n", &["one disk", "at least two"]),
+        (
+            "# box: 10 10\nx,y\n1,1\n31.2,1\n",
+            &["disks 0 and 1", "overlap by 0.8"],
+        ),
         (
             "# box: 10 10\nx,y,radius\n1,1,-1\n",
             &["start.csv:3", "radius", "above zero"],
@@ -382,6 +423,31 @@ fn bad_start_files_are_named() {
         );
         assert!(!folder.path().join("results").exists());
     }
+}
+
+/// A gas in which nothing ever collides ends like any other.
+#[test]
+fn parallel_flight_is_no_endless_preparation() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(
+        folder.path().join("start.csv"),
+        "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,-1,0\n7,9,0,0\n",
+    )
+    .expect("a start");
+    let case = CASE
+        .replace("disks = 900\npacking_fraction = 0.25\n", "")
+        .replace(
+            "[run]",
+            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\nvelocities = \"file\"\n\n[run]",
+        );
+    fs::write(folder.path().join("case.toml"), case).expect("a case");
+    let output = run(folder.path(), &["run", "case.toml"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stdout).contains("not equilibrated"),
+        "{}",
+        text(&output.stdout)
+    );
 }
 
 /// A mixture from a file, with its own velocities, as CSV and as the program's own snapshot.

@@ -182,21 +182,21 @@ pub struct Start {
 pub enum Bodies {
     /// At random, without overlap.
     Disordered {
-        /// Number of disks, at least 1.
+        /// Number of disks, at least 2.
         disks: usize,
         /// Covered fraction of the area, above 0 and at most 0.9069.
         packing_fraction: f64,
     },
     /// On a square lattice.
     Square {
-        /// Number of disks, at least 1.
+        /// Number of disks, at least 2.
         disks: usize,
         /// Covered fraction of the area, above 0 and at most 0.7854.
         packing_fraction: f64,
     },
     /// On a hexagonal lattice.
     Hexagonal {
-        /// Number of disks, at least 1.
+        /// Number of disks, at least 2.
         disks: usize,
         /// Covered fraction of the area, above 0 and at most 0.9069.
         packing_fraction: f64,
@@ -356,7 +356,7 @@ pub struct Structure {
     pub assignment: Assignment,
     /// Whether the shape of the assignment is divided out.
     pub correction: bool,
-    /// Largest tabulated `k = L/wavelength`, 1 to 4096.
+    /// Largest tabulated `k = L/wavelength`, 1 to 2048.
     pub largest_wave_number: usize,
 }
 

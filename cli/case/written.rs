@@ -89,7 +89,7 @@ pub enum Units {
 #[serde(deny_unknown_fields)]
 pub struct Gas {
     /// Number of disks. Left out when they come from a file.
-    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000, "x-allowed" = "a number of disks is a whole number from 1 to 1000000000"))]
+    #[schemars(extend("minimum" = 2, "maximum" = 1_000_000_000, "x-allowed" = "a number of disks is a whole number from 2 to 1000000000"))]
     pub disks: Option<u64>,
     /// Covered fraction of the box area. Left out when the disks come from a file.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 0.9069, "x-allowed" = "a packing fraction lies above 0 and at most 0.9069 (close packing)"))]
@@ -224,7 +224,7 @@ pub enum Velocities {
 #[serde(deny_unknown_fields)]
 pub struct Run {
     /// End of the run, in units of `t0`: Haff's time, or the mean free time of an elastic gas.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "the end of the run lies above 0, in units of t0"))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e12, "x-allowed" = "the end of the run lies above 0 and at most at 1e12, in units of t0"))]
     pub until: f64,
     /// First sample after `t = 0`, in units of `t0`. Default: `until/1000`.
     #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "the first sample lies above 0 and below run.until, in units of t0"))]
@@ -291,7 +291,7 @@ pub struct Boltzmann {
     #[schemars(extend("minimum" = 1, "maximum" = 1000, "x-allowed" = "the simulators per disk are a whole number from 1 to 1000"))]
     pub simulators_per_disk: u32,
     /// Steps that the fastest particle needs to cross a cell.
-    #[schemars(extend("minimum" = 1.0, "x-allowed" = "the steps per crossing are at least 1"))]
+    #[schemars(extend("minimum" = 1.0, "maximum" = 1e6, "x-allowed" = "the steps per crossing are from 1 to 1000000"))]
     pub steps_per_crossing: f64,
 }
 
@@ -320,10 +320,10 @@ pub struct FreeVolume {
     #[schemars(extend("minimum" = 1, "maximum" = 1000, "x-allowed" = "the simulators per disk are a whole number from 1 to 1000"))]
     pub simulators_per_disk: u32,
     /// Steps that the fastest particle needs to cross a cell.
-    #[schemars(extend("minimum" = 1.0, "x-allowed" = "the steps per crossing are at least 1"))]
+    #[schemars(extend("minimum" = 1.0, "maximum" = 1e6, "x-allowed" = "the steps per crossing are from 1 to 1000000"))]
     pub steps_per_crossing: f64,
     /// Limit on the factor by which the density raises the collision rate.
-    #[schemars(extend("minimum" = 1.0, "x-allowed" = "the largest contact value is at least 1"))]
+    #[schemars(extend("minimum" = 1.0, "maximum" = 1e9, "x-allowed" = "the largest contact value is from 1 to 1000000000"))]
     pub largest_contact_value: f64,
 }
 
@@ -353,14 +353,14 @@ pub struct Enskog {
     #[schemars(extend("minimum" = 1, "maximum" = 1000, "x-allowed" = "the simulators per disk are a whole number from 1 to 1000"))]
     pub simulators_per_disk: u32,
     /// Steps that the fastest particle needs to cross a cell.
-    #[schemars(extend("minimum" = 1.0, "x-allowed" = "the steps per crossing are at least 1"))]
+    #[schemars(extend("minimum" = 1.0, "maximum" = 1e6, "x-allowed" = "the steps per crossing are from 1 to 1000000"))]
     pub steps_per_crossing: f64,
     /// Where the packing fraction in the contact value is taken: over the `(2n+1)^2` cells around, or
     /// "mean" for the whole box.
     #[schemars(extend("x-allowed" = "a neighbourhood is a whole number of cells from 0 to 50, or \"mean\" for the whole box"))]
     pub neighbourhood: Neighbourhood,
     /// Limit on the factor by which the density raises the collision rate.
-    #[schemars(extend("minimum" = 1.0, "x-allowed" = "the largest contact value is at least 1"))]
+    #[schemars(extend("minimum" = 1.0, "maximum" = 1e9, "x-allowed" = "the largest contact value is from 1 to 1000000000"))]
     pub largest_contact_value: f64,
 }
 
@@ -420,7 +420,7 @@ pub struct Measure {
     #[schemars(extend("x-allowed" = "structure_correction is true or false"))]
     pub structure_correction: bool,
     /// Largest `k = L/wavelength` for which the structure factor is tabulated.
-    #[schemars(extend("minimum" = 1, "maximum" = 4096, "x-allowed" = "the largest wave number is a whole number from 1 to 4096"))]
+    #[schemars(extend("minimum" = 1, "maximum" = 2048, "x-allowed" = "the largest wave number is a whole number from 1 to 2048"))]
     pub largest_wave_number: u64,
     /// Largest distance of the pair correlation, in diameters.
     #[schemars(extend("exclusiveMinimum" = 1.0, "x-allowed" = "the range of the pair correlation lies above 1, in diameters"))]

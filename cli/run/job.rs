@@ -293,7 +293,12 @@ fn follow<G: Gas>(
         }) => (next, Some(record), seconds, begin(engine)?),
         None => (0, None, 0.0, begin(None)?),
     };
-    let mut structure = Structure::new(setup)?;
+    let asked = !setup.case.measure.structure.times.is_empty();
+    let mut structure = if asked {
+        Some(Structure::new(setup)?)
+    } else {
+        None
+    };
     let mut began = Instant::now();
     let mut lap = || {
         let passed = began.elapsed().as_secs_f64();
@@ -314,7 +319,7 @@ fn follow<G: Gas>(
                 &gas,
                 moment,
                 &mut record,
-                &mut structure,
+                structure.as_mut(),
                 snapshots,
             )?;
             next += 1;
@@ -362,7 +367,7 @@ fn sample<G: Gas>(
     gas: &G,
     moment: &Moment,
     record: &mut Record,
-    structure: &mut Structure<'_>,
+    structure: Option<&mut Structure<'_>>,
     snapshots: Option<&Path>,
 ) -> Result<(), RunError> {
     let state = gas.state();
@@ -372,7 +377,7 @@ fn sample<G: Gas>(
     if moment.energy {
         record.energies.push((time, energy));
     }
-    if moment.structure {
+    if let (true, Some(structure)) = (moment.structure, structure) {
         let (factor, pairs) = structure.measure(&state, gas.weight())?;
         record.structure.push((time, factor));
         record.pairs.push((time, pairs));

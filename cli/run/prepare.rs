@@ -168,13 +168,16 @@ pub(super) fn prepare<P: Planar>(
         let target = if asked == 0 { 0 } else { target.min(most) };
         if done < target {
             let leg = leg_collisions(setup.disks).min(target - done);
+            // As long as theory needs for a hundred collisions of each disk: a gas in which nothing collides
+            // in all that time has nothing to forget.
+            let horizon = start.gas.state.time + 100.0 / setup.collision_rate();
             let mut engine = Engine::<P>::new(scene.clone(), Dissipation::Elastic, start.gas)?;
-            // A gas that cannot collide any more has nothing to forget.
-            let silent = if done < first {
-                engine.advance(f64::INFINITY, leg, &mut ())?
+            if done < first {
+                engine.advance(horizon, leg, &mut ())?;
             } else {
-                engine.advance(f64::INFINITY, leg, &mut Histogram(&mut start.bins))?
-            };
+                engine.advance(horizon, leg, &mut Histogram(&mut start.bins))?;
+            }
+            let silent = engine.tally().collisions == done;
             start.gas = engine.checkpoint();
             control.tell(start.gas.tally.collisions as f64 / most.max(1) as f64, leg);
             if !silent {

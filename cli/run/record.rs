@@ -4,13 +4,12 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::pair_correlation::{self, PairCorrelation};
-use stosszahl_analysis::structure_factor::{self, StructureFactor, StructureFactorPlan};
+use stosszahl_analysis::structure_factor::{StructureFactor, StructureFactorPlan};
 use stosszahl_analysis::windows::Windows;
 use stosszahl_model::State;
 
-use crate::case::Assignment;
 use crate::dispatch::Planar;
-use crate::setup::Setup;
+use crate::setup::{Setup, structure_options};
 
 /// Width of the bins of g(r), in diameters.
 const PAIR_CORRELATION_BIN: f64 = 0.05;
@@ -32,10 +31,13 @@ pub struct Moment {
 pub fn schedule(setup: &Setup) -> Vec<Moment> {
     let (energy, case) = (setup.case.sample_times(), &setup.case);
     let (structure, snapshot) = (&case.measure.structure.times, &case.measure.snapshot_times);
+    // Windows begin and end between legs, so that no step of a Monte Carlo engine lies across an edge.
+    let edges = case.measure.impact_windows.as_flattened();
     let mut times: Vec<f64> = energy
         .iter()
         .chain(structure)
         .chain(snapshot)
+        .chain(edges)
         .copied()
         .collect();
     times.sort_by(f64::total_cmp);
@@ -102,16 +104,7 @@ impl<'a> Structure<'a> {
     /// # Errors
     /// As `StructureFactorPlan::new`.
     pub fn new(setup: &'a Setup) -> Result<Self, stosszahl_analysis::Error> {
-        let structure = &setup.case.measure.structure;
-        let options = structure_factor::Options {
-            largest_wave_number: structure.largest_wave_number,
-            assignment: match structure.assignment {
-                Assignment::NearestGridPoint => structure_factor::Assignment::NearestGridPoint,
-                Assignment::CloudInCell => structure_factor::Assignment::CloudInCell,
-            },
-            correction: structure.correction,
-            diameter: 1.0,
-        };
+        let options = structure_options(&setup.case);
         let plan = StructureFactorPlan::new(setup.domain.lengths().into(), options)?;
         Ok(Self { setup, plan })
     }

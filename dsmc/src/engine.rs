@@ -49,14 +49,14 @@ impl Parameters {
         check(
             "steps_per_crossing",
             steps,
-            (1.0..1e6).contains(&steps),
+            (1.0..=1e6).contains(&steps),
             "from 1 to 1e6",
         )?;
         let limit = self.largest_contact_value;
         check(
             "largest_contact_value",
             limit,
-            (1.0..1e9).contains(&limit),
+            (1.0..=1e9).contains(&limit),
             "from 1 to 1e9",
         )?;
         if let Some(size) = self.cell_size {
@@ -224,7 +224,8 @@ where
     ///
     /// With several simulators per disk, the first set has the state's own positions and velocities;
     /// each further set is the whole state moved by a random vector with all velocities turned by a
-    /// random angle, which keeps energy, momentum and all correlations within the set.
+    /// random angle. This keeps energy and vanishing momentum, and is the same gas only where the state is
+    /// homogeneous and isotropic: a density or flow pattern of the start is blurred.
     ///
     /// # Errors
     /// [`EngineError`] if a parameter or a number of the state has no meaning.
@@ -316,8 +317,9 @@ where
         let weight = 1.0 / copies;
         let sizes = scene.sizes();
         let [mut first, mut second] = [0.0; 2];
-        for simulator in &simulators {
-            let diameter = 2.0 * sizes.radius(simulator.tag);
+        // In the order of the sizes, which unlike that of the simulators is the same after a restart.
+        for index in 0..simulators.len() {
+            let diameter = 2.0 * sizes.radius(sizes.tag(index));
             first += diameter;
             second += diameter * diameter;
         }
@@ -327,14 +329,9 @@ where
         } else {
             (2.0 * sizes.largest_radius(), 1.0)
         };
-        let chi = parameters.scheme.contact_value(packing).min(limit);
-        let mean_free_path = mean_diameter * kinetic::mean_free_path(packing.max(1e-12), chi);
+        let mean_free_path = parameters.mean_free_path(packing, mean_diameter);
+        let counts = parameters.cells(&domain, packing, mean_diameter);
         let lengths = domain.lengths();
-        let side = parameters
-            .cell_size
-            .unwrap_or_else(|| (0.5 * mean_free_path).max(2.0 * mean_diameter));
-        // At most 2^26 cells in all: a cell much smaller than that holds nobody.
-        let counts = [0, 1].map(|axis| ((lengths[axis] / side) as usize).clamp(1, 8192));
         let width = vector![lengths[0] / counts[0] as f64, lengths[1] / counts[1] as f64];
         let unit_diameter = 2.0 * sizes.largest_radius();
         let density = Density::new(

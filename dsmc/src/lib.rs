@@ -17,7 +17,8 @@
 //!   rejected.
 //! * **Density**: chi of a [`Scheme`]. The displacement of Alexander, Garcia & Alder, Phys. Rev. Lett. 74,
 //!   5212 (1995), doi:10.1103/PhysRevLett.74.5212, moves the partners by one diameter along the
-//!   transferred momentum, which gives the collisional pressure of hard disks.
+//!   transferred momentum, which gives the collisional pressure of elastic hard disks, and 2r/(1 + r) of it
+//!   where restitution r shortens the momentum that is carried.
 //! * **Randomness** is addressed by (seed, replica, step, cell): results do not depend on the order in
 //!   which cells are treated.
 //!

@@ -53,6 +53,8 @@ pub struct Checkpoint<P: Physics> {
     pub last_contact: Vec<f64>,
     /// What was done so far.
     pub tally: Tally,
+    /// Collisions since time last advanced noticeably.
+    pub stalled: u64,
 }
 
 impl<P: Physics> Clone for Checkpoint<P> {
@@ -61,6 +63,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
             state: self.state.clone(),
             last_contact: self.last_contact.clone(),
             tally: self.tally,
+            stalled: self.stalled,
         }
     }
 }
@@ -71,6 +74,7 @@ impl<P: Physics> From<State<P>> for Checkpoint<P> {
             state,
             last_contact: Vec::new(),
             tally: Tally::default(),
+            stalled: 0,
         }
     }
 }
@@ -171,6 +175,14 @@ impl Disk {
     }
 }
 
+/// Whether two touching disks approach no faster than their velocities are rounded: after a contact
+/// with restitution 0 the normal part of their relative velocity is nothing but rounding.
+#[inline]
+fn at_rest(separation: Vector2<f64>, first: Vector2<f64>, second: Vector2<f64>) -> bool {
+    let approach = -separation.dot(&(first - second)) / separation.norm();
+    approach <= 8.0 * f64::EPSILON * (first.norm() + second.norm())
+}
+
 /// Collisions without progress of time, beyond those that many disks may have at once, that are called
 /// a collapse.
 const COLLAPSE: u64 = 20_000;
@@ -200,6 +212,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     tally: Tally,
     /// Own time and number of collisions when time last advanced noticeably.
     progress: (f64, u64),
+    /// Time in which a typical disk moves by its diameter, at the start of the leg.
+    unit: f64,
 }
 
 impl<P, Q> Engine<P, Q>
@@ -221,6 +235,7 @@ where
             state,
             last_contact,
             tally,
+            stalled,
         } = start.into();
         let count = state.bodies.len();
         if count >= u32::MAX as usize {
@@ -278,6 +293,13 @@ where
                 .collect(),
             _ => Vec::new(),
         };
+        let speed = state
+            .bodies
+            .iter()
+            .map(|body| body.velocity.norm_squared())
+            .sum::<f64>();
+        let unit = diameter / (speed / count.max(1) as f64).sqrt();
+        let unit = if unit.is_finite() { unit } else { 0.0 };
         let tags = names
             .iter()
             .map(|&name| scene.sizes().tag(name as usize))
@@ -295,7 +317,8 @@ where
             epoch: state.time,
             now: 0.0,
             time: state.time,
-            progress: (0.0, tally.collisions),
+            progress: (0.0, tally.collisions - stalled.min(tally.collisions)),
+            unit,
             tally,
         };
         let entries = (0..count as u32)
@@ -320,8 +343,11 @@ where
         let last = self.tally.collisions.saturating_add(most_collisions);
         while self.tally.collisions < last {
             let Some(entry) = self.calendar.pop(end) else {
-                self.now = self.now.max(end);
-                self.time = self.time.max(until);
+                // A gas without events stays where it is rather than move for an infinite time.
+                if until.is_finite() {
+                    self.now = self.now.max(end);
+                    self.time = self.time.max(until);
+                }
                 return Ok(true);
             };
             let disk = &self.disks[entry.disk as usize];
@@ -372,6 +398,7 @@ where
             state: self.state(),
             last_contact,
             tally: self.tally,
+            stalled: self.tally.collisions - self.progress.1,
         }
     }
 
@@ -464,6 +491,12 @@ where
             let distance = self.contact_distance(who, candidate);
             predictions += 1;
             if let Some(time) = time_to_contact(separation, relative, distance * distance, wait) {
+                if time <= 0.0 && at_rest(separation, disk.velocity, other.velocity) {
+                    return;
+                }
+                if time <= 0.0 && at_rest(separation, disk.velocity, other.velocity) {
+                    return;
+                }
                 debug_assert!(
                     distance - separation.norm() < 1e-9 * distance,
                     "disks {who} and {candidate} overlap by {}",
@@ -594,8 +627,10 @@ where
     /// Tells a collapse: many collisions within what rounding leaves of time.
     fn check_progress(&mut self, pair: [u32; 2]) -> Result<(), EngineError> {
         let (time, collisions) = self.progress;
-        let resolution = 1e-15 * self.now.abs().max(f64::MIN_POSITIVE);
-        if self.now - time > 8.0 * resolution {
+        // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and
+        // time is measured against its absolute value.
+        let resolution = 1e-13 * ((self.epoch + self.now).abs() + self.unit);
+        if self.now - time > resolution {
             self.progress = (self.now, self.tally.collisions);
             return Ok(());
         }

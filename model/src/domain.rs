@@ -39,7 +39,7 @@ impl<S: Space> Domain<S> {
             let length = self.lengths[axis];
             let x = position[axis];
             if !(0.0..length).contains(&x) {
-                let inside = x - length * (x / length).floor();
+                let inside = x.rem_euclid(length);
                 // A tiny negative x rounds to the length itself, which is the origin's image.
                 position[axis] = if inside < length { inside } else { 0.0 };
             }

@@ -215,7 +215,7 @@ pub const BAD_CASES: &[BadCase] = &[
     ),
     replace("no title", "title = \"a test\"", "", 1, &["title is missing", "a text"]),
     replace("no restitution", "restitution = 0.8", "", 8, &["gas.restitution is missing", "0 to 1"]),
-    replace("no disks", "disks = 100", "", 8, &["gas.disks is missing", "1 to 1000000000"]),
+    replace("no disks", "disks = 100", "", 8, &["gas.disks is missing", "2 to 1000000000"]),
     replace("no packing fraction", "packing_fraction = 0.25", "", 8, &["gas.packing_fraction is missing", "0.9069"]),
     replace("no end", "until = 40", "", 23, &["run.until is missing", "above 0"]),
     bytes(
@@ -279,7 +279,7 @@ pub const BAD_CASES: &[BadCase] = &[
     replace("too many simulators", "cell_size = 2.0", "simulators_per_disk = 1001", 32, &["simulators_per_disk = 1001", "1 to 1000"]),
     replace("wide neighbourhood", "neighbourhood = 2", "neighbourhood = 51", 33, &["neighbourhood = 51", "0 to 50", "\"mean\""]),
     replace("misspelt neighbourhood", "neighbourhood = 2", "neighbourhood = \"men\"", 33, &["neighbourhood = \"men\"", "did you mean \"mean\"?"]),
-    replace("low contact value", "cell_size = 2.0", "largest_contact_value = 0.5", 32, &["largest_contact_value = 0.5", "at least 1"]),
+    replace("low contact value", "cell_size = 2.0", "largest_contact_value = 0.5", 32, &["largest_contact_value = 0.5", "from 1 to 1000000000"]),
     replace("certain alarm", "false_alarm = 0.01", "false_alarm = 0.5", 40, &["verdict.false_alarm = 0.5", "below 0.5"]),
     append("too few bins", "[[sweep]]\n\"measure.impact_bins\" = [1]\n", 42, &["measure.impact_bins = 1", "2 to 1000"]),
     // Relations.

@@ -51,6 +51,9 @@ pub enum FileError {
     },
 }
 
+/// Largest number of a start file: squares and ratios of such numbers are still finite.
+const LARGEST: f64 = 1e100;
+
 struct Source<'a> {
     path: &'a Path,
 }
@@ -74,17 +77,25 @@ impl Source<'_> {
         let text = text
             .ok_or_else(|| self.error(line, "too few columns", format!("a value of `{name}`")))?;
         match text.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(self.error(line, format!("{name} = {text}"), "a finite number")),
+            Ok(value) if value.abs() <= LARGEST => Ok(value),
+            _ => Err(self.error(
+                line,
+                format!("{name} = {text}"),
+                "a finite number up to 1e100",
+            )),
         }
     }
 
     fn positive(&self, line: usize, name: &str, text: Option<&str>) -> Result<f64, FileError> {
         let value = self.number(line, name, text)?;
-        if value > 0.0 {
+        if value >= 1.0 / LARGEST {
             Ok(value)
         } else {
-            Err(self.error(line, format!("{name} = {value}"), "a number above zero"))
+            Err(self.error(
+                line,
+                format!("{name} = {value}"),
+                "a number above zero (from 1e-100)",
+            ))
         }
     }
 }

@@ -20,7 +20,9 @@ pub fn sequential_addition(
 ) -> Option<Vec<Vector2<f64>>> {
     const MOST_TRIALS: usize = 1_000_000;
     let lengths = domain.lengths();
-    let cells = [0, 1].map(|axis| ((lengths[axis] / diameter).floor() as usize).clamp(1, 1 << 14));
+    // As fine as a diameter, but never many more cells than disks.
+    let most = (2.0 * count as f64).sqrt().ceil() as usize + 1;
+    let cells = [0, 1].map(|axis| ((lengths[axis] / diameter).floor() as usize).clamp(1, most));
     let cell_of = |position: Vector2<f64>| {
         [0, 1].map(|axis| {
             let cell = (position[axis] / lengths[axis] * cells[axis] as f64) as usize;
