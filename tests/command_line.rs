@@ -150,7 +150,15 @@ fn paired_case_gives_tables_and_a_report() {
     let output = run(folder.path(), &["report", "results/small"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(report == fs::read(results.join("report.html")).expect("a report"));
+}
 
+#[test]
+fn results_are_neither_overwritten_nor_mistaken() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("small.toml"), CASE).expect("a case");
+    let results = folder.path().join("results/small");
+    let output = run(folder.path(), &["run", "small.toml"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
     // A finished run is not mistaken for another.
     let output = run(folder.path(), &["run", "small.toml", "--resume"]);
     assert!(output.status.success() && text(&output.stderr).contains("is complete"));
