@@ -118,7 +118,7 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
             let side = if side == Test::Higher { "more" } else { "less" };
             (
                 format!(
-                    "{a} keeps {side} energy than {b} from t/t0 = {time:.3} to the end; at t/t0 = {:.4} the quotient of \
+                    "{a} keeps {side} energy than {b} from t/t0 = {time:.3} to the end; at t/t0 = {} the quotient of \
                      their energies is {quotient}.",
                     last.time_over_t0
                 ),
@@ -127,7 +127,7 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
         }
         None if early > 0 => (
             format!(
-                "{a} and {b} differ in energy at {early} of {} times, but not to the end; at t/t0 = {:.4} the quotient \
+                "{a} and {b} differ in energy at {early} of {} times, but not to the end; at t/t0 = {} the quotient \
                  is {quotient} ({}).",
                 rows.len(),
                 last.time_over_t0,
@@ -159,6 +159,15 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
     }
 }
 
+/// A factor of the dissipation identity with its standard error.
+type Ratio = fn(&DissipationRow) -> (Option<f64>, Option<f64>);
+
+const TOTAL: Ratio = |row| (row.dissipation_ratio, row.dissipation_ratio_se);
+const RATE: Ratio = |row| (row.rate_ratio, row.rate_ratio_se);
+const SPEED: Ratio = |row| (row.speed_ratio, row.speed_ratio_se);
+const IMPACT: Ratio = |row| (row.impact_ratio, row.impact_ratio_se);
+const CORRELATION: Ratio = |row| (row.correlation_ratio, row.correlation_ratio_se);
+
 /// What a difference in cooling is made of, in the last window.
 fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
     let last = |engine: &str| tables.dissipation.iter().rfind(|row| row.engine == engine);
@@ -168,27 +177,29 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
         let (x, y) = (x?, y?);
         Some((x / y) * ((dx? / x).powi(2) + (dy? / y).powi(2)).sqrt())
     };
-    let factor = |of: fn(&DissipationRow) -> (Option<f64>, Option<f64>)| {
+    let factor = |of: Ratio| {
         let ((x, dx), (y, dy)) = (of(first), of(second));
         Some(with_error(quotient(x, y)?, error(x, dx, y, dy)))
     };
-    // Whether the first factor, or the whole, is off by more than three standard errors.
-    let kind = |of: fn(&DissipationRow) -> (Option<f64>, Option<f64>)| {
+    // Whether something is off by more than three standard errors.
+    let differs = |of: Ratio| {
         let ((x, dx), (y, dy)) = (of(first), of(second));
-        let off = quotient(x, y)
+        quotient(x, y)
             .zip(error(x, dx, y, dy))
-            .is_some_and(|(q, e)| (q - 1.0).abs() > 3.0 * e);
-        if off {
+            .is_some_and(|(q, e)| (q - 1.0).abs() > 3.0 * e)
+    };
+    let kind = |ratios: &[Ratio]| {
+        if ratios.iter().any(|&of| differs(of)) {
             VerdictKind::Differ
         } else {
             VerdictKind::Undecided
         }
     };
-    let total = factor(|row| (row.dissipation_ratio, row.dissipation_ratio_se))?;
-    let rate = factor(|row| (row.rate_ratio, row.rate_ratio_se))?;
-    let speed = factor(|row| (row.speed_ratio, row.speed_ratio_se))?;
-    let impact = factor(|row| (row.impact_ratio, row.impact_ratio_se))?;
-    let correlation = factor(|row| (row.correlation_ratio, row.correlation_ratio_se))?;
+    let total = factor(TOTAL)?;
+    let rate = factor(RATE)?;
+    let speed = factor(SPEED)?;
+    let impact = factor(IMPACT)?;
+    let correlation = factor(CORRELATION)?;
     if setup.time_unit == TimeUnit::MeanFreeTime {
         return Some(Verdict {
             topic: format!("collisions, {} against {}", title(a), title(b)),
@@ -200,7 +211,7 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
                 title(a),
                 title(b)
             ),
-            kind: kind(|row| (row.rate_ratio, row.rate_ratio_se)),
+            kind: kind(&[RATE, SPEED]),
         });
     }
     Some(Verdict {
@@ -218,7 +229,7 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
             title(a),
             title(b)
         ),
-        kind: kind(|row| (row.dissipation_ratio, row.dissipation_ratio_se)),
+        kind: kind(&[TOTAL, RATE, SPEED, IMPACT, CORRELATION]),
     })
 }
 
