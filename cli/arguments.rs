@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
@@ -38,6 +38,54 @@ pub enum Command {
     },
     /// Print the JSON Schema of case files.
     Schema,
+    /// Measure the speed of an engine on a defined piece of work.
+    #[command(subcommand)]
+    Bench(Bench),
+}
+
+/// `stosszahl bench`.
+#[derive(Debug, Subcommand)]
+pub enum Bench {
+    /// Event-driven hard disks on one thread: make the start, equilibrate it elastically, then time.
+    Ed(BenchEd),
+}
+
+/// `stosszahl bench ed`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchEd {
+    /// Number of disks.
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(2..))]
+    pub disks: u32,
+    /// Packing fraction.
+    #[arg(long, value_name = "P", default_value_t = 0.25)]
+    pub packing_fraction: f64,
+    /// Coefficient of restitution while timing.
+    #[arg(long, value_name = "R", default_value_t = 1.0)]
+    pub restitution: f64,
+    /// Arrangement of the start.
+    #[arg(long, value_enum, default_value_t = BenchStart::Disordered)]
+    pub start: BenchStart,
+    /// Elastic collisions per particle before timing.
+    #[arg(long, value_name = "C", default_value_t = 10.0)]
+    pub equilibrate: f64,
+    /// Pair collisions to time [default: 5 for each disk, at least a million].
+    #[arg(long, value_name = "M")]
+    pub collisions: Option<u64>,
+    /// Time only until this time, in units of t0 (Haff's time; mean free times of an elastic gas).
+    #[arg(long, value_name = "T")]
+    pub until: Option<f64>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How disks are arranged before they are equilibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BenchStart {
+    /// In no order: random sequential addition, a molten lattice above packing 0.45.
+    Disordered,
+    /// On a hexagonal lattice.
+    Hexagonal,
 }
 
 /// What may be set from outside a case file.

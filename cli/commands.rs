@@ -11,9 +11,13 @@ use std::time::Instant;
 use std::{fs, io, thread};
 
 use stosszahl_model::Sizes;
+use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
-use crate::arguments::{Arguments, CaseArguments, CheckArguments, Command, RunArguments};
+use crate::arguments::{
+    Arguments, Bench, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
+};
+use crate::bench::{self, BenchError};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
 use crate::export::Tables;
 use crate::manifest::{self, Manifest, Sweep, SweepPoint};
@@ -70,6 +74,9 @@ pub enum CommandError {
     /// A table or the manifest cannot be written.
     #[error(transparent)]
     Export(#[from] SnapshotError),
+    /// A benchmark cannot run.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] report::ReportError),
@@ -109,6 +116,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Report { folder } => report::write_report(&folder)
             .map_err(CommandError::from)
             .map(|path| say(&path.display().to_string())),
+        Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
             Ok(())
@@ -222,6 +230,50 @@ fn estimate(setup: &Setup) -> (f64, f64) {
         }
     }
     (seconds * setup.case.replicas as f64, bytes)
+}
+
+fn bench_ed(arguments: &BenchEd) -> Result<(), CommandError> {
+    let disks = arguments.disks as usize;
+    let work = bench::EventDriven {
+        disks,
+        packing_fraction: arguments.packing_fraction,
+        restitution: arguments.restitution,
+        arrangement: match arguments.start {
+            BenchStart::Disordered => Arrangement::Disordered,
+            BenchStart::Hexagonal => Arrangement::Hexagonal,
+        },
+        equilibrate: arguments.equilibrate,
+    };
+    let all = if arguments.until.is_some() {
+        u64::MAX / 2
+    } else {
+        (5 * disks as u64).max(1_000_000)
+    };
+    let collisions = arguments.collisions.unwrap_or(all);
+    let speed = work.prepare()?.time(collisions, arguments.until)?;
+    if arguments.json {
+        say(&serde_json::to_string(&speed).unwrap_or_default());
+    } else {
+        say(&format!(
+            "{} disks at packing {}, restitution {}: {:.4e} collisions/s of wall time, {:.4e} of CPU time \
+             ({} in {:.2} s); {:.0} bytes/disk; each collision {:.2} predictions, {:.2} pushes, {:.2} crossings, \
+             {:.2} stale, {:.2} broken",
+            disks,
+            work.packing_fraction,
+            work.restitution,
+            speed.collisions_per_second,
+            speed.collisions_per_cpu_second,
+            speed.collisions,
+            speed.seconds,
+            speed.bytes_per_disk,
+            speed.predictions_per_collision,
+            speed.pushes_per_collision,
+            speed.crossings_per_collision,
+            speed.stale_per_collision,
+            speed.broken_per_collision
+        ));
+    }
+    Ok(())
 }
 
 fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {

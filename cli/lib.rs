@@ -12,6 +12,7 @@ pub use stosszahl_ed as ed;
 pub use stosszahl_model as model;
 
 pub mod arguments;
+pub mod bench;
 pub mod case;
 pub mod commands;
 pub mod dispatch;

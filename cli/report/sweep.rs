@@ -89,11 +89,14 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// The blocks of a sweep, one for each key and each choice of the other keys.
+/// The blocks of a sweep, one for each key and each choice of the other keys. How long a point runs (`run.*`) goes along
+/// with what it is and makes no blocks.
 fn blocks(points: &[SweepPoint]) -> Vec<Block> {
+    let physical = |key: &String| !key.starts_with("run.");
     let mut keys: Vec<&String> = points
         .iter()
         .flat_map(|point| point.values.keys())
+        .filter(|key| physical(key))
         .collect();
     keys.sort();
     keys.dedup();
@@ -104,7 +107,7 @@ fn blocks(points: &[SweepPoint]) -> Vec<Block> {
                 continue;
             }
             let mut shared = point.values.clone();
-            shared.remove(key);
+            shared.retain(|other, _| other != key && physical(other));
             match blocks
                 .iter_mut()
                 .find(|block| block.key == *key && block.shared == shared)

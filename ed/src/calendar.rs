@@ -46,6 +46,9 @@ pub trait Calendar: Sized {
 
     /// Takes the earliest event if it is not later than `until`.
     fn pop(&mut self, until: f64) -> Option<Entry>;
+
+    /// Memory held \[bytes\].
+    fn bytes(&self) -> usize;
 }
 
 /// The plain calendar: a sorted set. The oracle of [`Buckets`].
@@ -66,6 +69,11 @@ impl Calendar for Sorted {
             return None;
         }
         self.0.pop_first()
+    }
+
+    fn bytes(&self) -> usize {
+        // Nodes of a B-tree are at least half full.
+        2 * self.0.len() * size_of::<Entry>()
     }
 }
 
@@ -252,6 +260,12 @@ impl Calendar for Buckets {
                 return None;
             }
         }
+    }
+
+    fn bytes(&self) -> usize {
+        let buckets: usize = self.ring.iter().map(Vec::capacity).sum();
+        (buckets + self.far.capacity() + self.heap.capacity()) * size_of::<Entry>()
+            + self.ring.capacity() * size_of::<Vec<Entry>>()
     }
 }
 

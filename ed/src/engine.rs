@@ -426,10 +426,11 @@ where
         worst
     }
 
-    /// Memory held by disks and cells \[bytes\]; the calendar adds about 60 bytes a disk.
+    /// Memory held \[bytes\].
     pub fn bytes(&self) -> usize {
         self.disks.capacity() * size_of::<Disk>()
             + self.cells.bytes()
+            + self.calendar.bytes()
             + self.names.capacity() * 4
             + self.last_contact.capacity() * 8
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
