@@ -100,7 +100,7 @@ pub struct CaseArguments {
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
     /// End of the run in units of t0, in place of the case's; times and windows beyond it are left out.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
     /// Set any key of the case: --set gas.restitution=0.9 --set engine.ed.contact_time=1e-5. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]

@@ -89,6 +89,7 @@ impl CommandError {
             Self::Run { source, .. } if source.is_interruption() => 130,
             Self::Run { source, .. } if source.is_foreign() => 2,
             Self::Results(error) if !error.is_system() => 2,
+            Self::Report(report::ReportError::Write { .. }) => 1,
             Self::Results(_)
             | Self::Folder { .. }
             | Self::Pool(_)
@@ -126,6 +127,17 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             note(&format!("error: {error}"));
+            let mut said = error.to_string();
+            let mut cause = std::error::Error::source(&error);
+            while let Some(deeper) = cause {
+                let text = deeper.to_string();
+                // Transparent errors repeat what was said.
+                if !said.contains(&text) {
+                    note(&format!("  because: {text}"));
+                    said.push_str(&text);
+                }
+                cause = deeper.source();
+            }
             if let CommandError::Run { folder, source } = &error
                 && source.is_interruption()
             {
@@ -194,7 +206,7 @@ fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
             setup.case.engines.len(),
             duration(seconds / parallel)
         );
-        for warning in setup.case.warnings() {
+        for warning in setup.warnings() {
             let _ = writeln!(text, "  warning: {warning}");
         }
         say(text.trim_end());
@@ -378,7 +390,11 @@ fn write_json(path: &Path, content: &impl serde::Serialize) -> Result<(), Comman
 fn fingerprint(setup: &Setup) -> run::Fingerprint {
     let mut hash = blake3::Hasher::new();
     hash.update(env!("CARGO_PKG_VERSION").as_bytes());
-    hash.update(&serde_json::to_vec(&setup.case).unwrap_or_default());
+    // Neither the title nor how often the run is saved.
+    let mut case = setup.case.clone();
+    case.title.clear();
+    case.run.checkpoint_seconds = 0.0;
+    hash.update(&serde_json::to_vec(&case).unwrap_or_default());
     if let Some(file) = &setup.file {
         for vector in file
             .positions
@@ -474,6 +490,8 @@ fn describe(
             work,
         }
     });
+    let engines: Vec<manifest::EngineWork> = engines.collect();
+    let suspicions = warnings(setup, &engines);
     let snapshots = case.engines.iter().flat_map(|engine| {
         case.measure
             .snapshot_times
@@ -532,11 +550,34 @@ fn describe(
         replicas: case.replicas as u64,
         wall_seconds: seconds,
         start: start.collect(),
-        engines: engines.collect(),
+        engines,
         verdicts: verdicts(setup, replicas, tables),
-        warnings: case.warnings().iter().map(ToString::to_string).collect(),
+        warnings: suspicions,
         snapshots: snapshots.collect(),
     }
+}
+
+/// What deserves a second look, before and after the run.
+fn warnings(setup: &Setup, engines: &[manifest::EngineWork]) -> Vec<String> {
+    /// Share of collisions in cells with a limited contact value from which it is named.
+    const MANY: f64 = 0.1;
+    let mut list = setup.warnings();
+    for engine in engines {
+        let share = engine
+            .work
+            .get("share_of_collisions_in_limited_cells")
+            .copied()
+            .unwrap_or(0.0);
+        if share > MANY {
+            list.push(format!(
+                "{}: {:.0} % of the collisions were in cells whose contact value was limited by largest_contact_value; the rate \
+                 there is the limit's, not the density's",
+                engine.engine,
+                100.0 * share
+            ));
+        }
+    }
+    list
 }
 
 fn machine() -> manifest::Machine {

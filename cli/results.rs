@@ -251,5 +251,7 @@ pub fn remove_checkpoints(place: &Path) -> Result<(), ResultsError> {
 
 /// Whether a run is finished but for its report.
 pub fn is_complete(place: &Path) -> bool {
-    place.join(MANIFEST_FILE).exists()
+    FILES
+        .iter()
+        .all(|file| *file == REPORT_FILE || place.join(file).exists())
 }

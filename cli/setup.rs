@@ -105,6 +105,8 @@ pub struct FileStart {
     pub positions: Vec<Vector2<f64>>,
     /// Velocities, where the case asks for those of the file.
     pub velocities: Option<Vec<Vector2<f64>>>,
+    /// Whether the file has velocities that the case does not ask for.
+    pub unused_velocities: bool,
 }
 
 /// The normal contact law, in reduced units.
@@ -328,6 +330,8 @@ impl Setup {
         };
         let lengths = start.lengths.map(|side| side / length);
         let positions = start.positions.iter().map(|x| x / length).collect();
+        let unused_velocities =
+            start.velocities.is_some() && case.start.velocities != Velocities::File;
         let velocities = match case.start.velocities {
             Velocities::Maxwellian { .. } => None,
             Velocities::File => start
@@ -344,6 +348,7 @@ impl Setup {
             Some(FileStart {
                 positions,
                 velocities,
+                unused_velocities,
             }),
         )
     }
@@ -475,6 +480,63 @@ impl Setup {
         }
     }
 
+    /// What is allowed but deserves a second look, before the run.
+    pub fn warnings(&self) -> Vec<String> {
+        /// Below this many simulators per cell the scheme's own errors are larger than most of what is compared.
+        const FEW: f64 = 5.0;
+        /// Cells wider than this many mean free paths carry momentum too far.
+        const WIDE: f64 = 2.0;
+        let mut list: Vec<String> = self
+            .case
+            .warnings()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        let path = kinetic::mean_free_path(self.packing_fraction, self.contact_value);
+        for engine in &self.case.engines {
+            let Engine::Dsmc(dsmc) = engine else { continue };
+            let (name, side) = (engine.name(), self.cell_size(dsmc));
+            let simulators = self.simulators_per_cell(dsmc);
+            if simulators < FEW {
+                list.push(format!(
+                    "{name}: {simulators:.2} simulators per cell, so its collision rate may be off by tens of per cent (see the \
+                     rate in dissipation.csv) and its pairs meet again and again; a difference to ED is no statement about \
+                     chaos by itself. More simulators_per_disk or a larger cell_size make it smaller"
+                ));
+            }
+            if side[0] > WIDE * path {
+                list.push(format!(
+                    "{name}: cells are {:.1} mean free paths wide, so transport is overestimated, by an error that grows with \
+                     the square of the width",
+                    side[0] / path
+                ));
+            }
+            if dsmc.simulators_per_disk > 1 && self.file.is_some() {
+                list.push(format!(
+                    "{name}: several simulators per disk are copies of the start moved and turned at random, which blurs a \
+                     pattern of density or flow in the start file"
+                ));
+            }
+        }
+        if self
+            .file
+            .as_ref()
+            .is_some_and(|file| file.unused_velocities)
+        {
+            list.push(
+                "the start file has velocities, which are not used: say start.velocities = \"file\" to use them".into(),
+            );
+        }
+        list
+    }
+
+    /// Mean number of simulators in a Monte Carlo cell.
+    fn simulators_per_cell(&self, dsmc: &Dsmc) -> f64 {
+        let side = self.cell_size(dsmc);
+        let share = side[0] * side[1] / self.domain.volume();
+        share * self.disks as f64 * f64::from(dsmc.simulators_per_disk)
+    }
+
     /// Derived quantities by name: in diameters, thermal speeds and so on, unless the name says otherwise.
     pub fn derived(&self) -> Vec<(String, f64)> {
         let lengths = self.domain.lengths();
@@ -517,11 +579,7 @@ impl Setup {
             if let Engine::Dsmc(dsmc) = engine {
                 let side = self.cell_size(dsmc);
                 let name = engine.name().replace('-', "_");
-                let per_cell = 4.0 / std::f64::consts::PI
-                    * self.packing_fraction
-                    * side[0]
-                    * side[1]
-                    * f64::from(dsmc.simulators_per_disk);
+                let per_cell = self.simulators_per_cell(dsmc);
                 list.push((format!("{name}_cell_width_over_d"), side[0]));
                 list.push((
                     format!("{name}_cell_width_over_mean_free_path"),

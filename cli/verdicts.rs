@@ -1,6 +1,6 @@
 //! The verdict in words.
 
-use stosszahl_analysis::compare::{Verdict as Test, parted};
+use stosszahl_analysis::compare::Verdict as Test;
 
 use crate::export::{Tables, theory_quotients};
 use crate::manifest::{Verdict, VerdictKind};
@@ -41,8 +41,15 @@ pub fn verdicts(setup: &Setup, replicas: &[Replica], tables: &Tables) -> Vec<Ver
             .iter()
             .filter(|row| row.engine_a == a && row.engine_b == b)
             .collect();
-        list.push(pair(setup, &title(a), &title(b), &rows));
-        if a == "ed" {
+        if setup.time_unit == TimeUnit::MeanFreeTime {
+            // Elastic engines keep their energy, each by itself; what can differ is how often they collide.
+            list.extend((a == "ed").then(|| split(setup, tables, a, b)).flatten());
+            continue;
+        }
+        let verdict = pair(setup, &title(a), &title(b), &rows);
+        let differ = verdict.kind == VerdictKind::Differ;
+        list.push(verdict);
+        if a == "ed" && differ {
             list.extend(split(setup, tables, a, b));
         }
     }
@@ -108,55 +115,59 @@ fn pair(setup: &Setup, a: &str, b: &str, rows: &[&ComparisonRow]) -> Verdict {
     let tests: Vec<Test> = rows.iter().map(|row| test_of(row)).collect();
     let last = rows[rows.len() - 1];
     let quotient = with_error(last.quotient, last.quotient_se);
-    let chance = setup.case.verdict.false_alarm;
-    let early = tests
-        .iter()
-        .filter(|test| matches!(test, Test::Higher | Test::Lower))
-        .count();
-    let (sentence, kind) = match parted(&times, &tests) {
-        Some((time, side)) => {
-            let side = if side == Test::Higher { "more" } else { "less" };
-            (
-                format!(
-                    "{a} keeps {side} energy than {b} from t/t0 = {time:.3} to the end; at t/t0 = {} the quotient of \
-                     their energies is {quotient}.",
-                    last.time_over_t0
-                ),
-                VerdictKind::Differ,
-            )
-        }
-        None if early > 0 => (
-            format!(
-                "{a} and {b} differ in energy at {early} of {} times, but not to the end; at t/t0 = {} the quotient \
-                 is {quotient} ({}).",
-                rows.len(),
-                last.time_over_t0,
-                last.verdict
-            ),
-            VerdictKind::Differ,
-        ),
-        None if tests.iter().all(|test| *test == Test::Agree) => (
-            format!(
-                "{a} and {b} agree in energy at all {} times; at the end the quotient is {quotient}.",
-                rows.len()
-            ),
-            VerdictKind::Agree,
-        ),
-        None => (
-            format!(
-                "No difference in energy between {a} and {b} is established, but at some times the error is too wide to \
-                 speak of agreement; at the end the quotient is {quotient}."
-            ),
-            VerdictKind::Undecided,
-        ),
-    };
+    let course = course(&times, &tests, "more", "less");
+    let sentence = format!(
+        "Energy of {a} against {b}: {course}. At t/t0 = {} the quotient of the energies is {quotient}. (Paired t tests over \
+         replicas, chance of any false alarm {}.)",
+        last.time_over_t0, setup.case.verdict.false_alarm
+    );
     Verdict {
         topic: format!("energy, {a} against {b}"),
-        sentence: format!(
-            "{sentence} (Paired t tests over replicas, chance of any false alarm {chance}.)"
-        ),
-        kind,
+        sentence,
+        kind: kind(&tests),
     }
+}
+
+/// Agreement at all times, some difference, or neither.
+fn kind(tests: &[Test]) -> VerdictKind {
+    if tests
+        .iter()
+        .any(|test| matches!(test, Test::Higher | Test::Lower))
+    {
+        VerdictKind::Differ
+    } else if tests.iter().all(|test| *test == Test::Agree) {
+        VerdictKind::Agree
+    } else {
+        VerdictKind::Undecided
+    }
+}
+
+/// What a series of tests says, in order of time: stretches of equal outcomes after the start.
+fn course(times: &[f64], tests: &[Test], more: &str, less: &str) -> String {
+    let mut stretches: Vec<(Test, f64, f64)> = Vec::new();
+    for (&time, &test) in times.iter().zip(tests).skip(1) {
+        match stretches.last_mut() {
+            Some((known, _, end)) if *known == test => *end = time,
+            _ => stretches.push((test, time, time)),
+        }
+    }
+    let said: Vec<String> = stretches
+        .iter()
+        .map(|&(test, start, end)| {
+            let outcome = match test {
+                Test::Agree => "no difference",
+                Test::Higher => more,
+                Test::Lower => less,
+                Test::Undecided => "undecided",
+            };
+            if start == end {
+                format!("{outcome} at t/t0 = {start:.3}")
+            } else {
+                format!("{outcome} from t/t0 = {start:.3} to {end:.3}")
+            }
+        })
+        .collect();
+    said.join(", ")
 }
 
 /// A factor of the dissipation identity with its standard error.
@@ -181,20 +192,6 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
         let ((x, dx), (y, dy)) = (of(first), of(second));
         Some(with_error(quotient(x, y)?, error(x, dx, y, dy)))
     };
-    // Whether something is off by more than three standard errors.
-    let differs = |of: Ratio| {
-        let ((x, dx), (y, dy)) = (of(first), of(second));
-        quotient(x, y)
-            .zip(error(x, dx, y, dy))
-            .is_some_and(|(q, e)| (q - 1.0).abs() > 3.0 * e)
-    };
-    let kind = |ratios: &[Ratio]| {
-        if ratios.iter().any(|&of| differs(of)) {
-            VerdictKind::Differ
-        } else {
-            VerdictKind::Undecided
-        }
-    };
     let total = factor(TOTAL)?;
     let rate = factor(RATE)?;
     let speed = factor(SPEED)?;
@@ -211,7 +208,7 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
                 title(a),
                 title(b)
             ),
-            kind: kind(&[RATE, SPEED]),
+            kind: VerdictKind::Differ,
         });
     }
     Some(Verdict {
@@ -229,7 +226,7 @@ fn split(setup: &Setup, tables: &Tables, a: &str, b: &str) -> Option<Verdict> {
             title(a),
             title(b)
         ),
-        kind: kind(&[TOTAL, RATE, SPEED, IMPACT, CORRELATION]),
+        kind: VerdictKind::Differ,
     })
 }
 
@@ -240,57 +237,11 @@ fn theory(setup: &Setup, engine: &str, runs: &[&Finished]) -> Option<Verdict> {
     let last = quotients.last()?;
     let end = times[times.len() - 1];
     let value = with_error(last.quotient.value, last.quotient.standard_error);
-    // Of the times after the start.
-    let agree = tests
-        .iter()
-        .skip(1)
-        .take_while(|test| **test == Test::Agree)
-        .count();
-    let held = if agree == 0 {
-        "at no sample after the start".into()
-    } else {
-        format!("up to t/t0 = {:.3}", times[agree])
-    };
-    if setup.time_unit == TimeUnit::MeanFreeTime {
-        let kept = tests.iter().all(|test| *test == Test::Agree);
-        return Some(Verdict {
-            topic: format!("{engine} against theory"),
-            sentence: format!(
-                "{engine} {} its energy; at the end, t/t0 = {end}, K/K(0) = {value}.",
-                if kept { "keeps" } else { "does not keep" }
-            ),
-            kind: if kept {
-                VerdictKind::Agree
-            } else {
-                VerdictKind::Differ
-            },
-        });
-    }
-    let (sentence, kind) = match parted(&times, &tests) {
-        Some((time, side)) => (
-            format!(
-                "{engine} follows Haff's law {held} and lies {} it from t/t0 = {time:.3} to the end, where K/K_Haff = {value}.",
-                if side == Test::Higher {
-                    "above"
-                } else {
-                    "below"
-                }
-            ),
-            VerdictKind::Differ,
-        ),
-        None if tests.iter().all(|test| *test == Test::Agree) => (
-            format!(
-                "{engine} follows Haff's law to the end, t/t0 = {end}, where K/K_Haff = {value}."
-            ),
-            VerdictKind::Agree,
-        ),
-        None => (
-            format!(
-                "{engine} follows Haff's law {held}; at the end, t/t0 = {end}, K/K_Haff = {value}."
-            ),
-            VerdictKind::Undecided,
-        ),
-    };
+    let course = course(&times, &tests, "above", "below");
+    let sentence = format!(
+        "{engine} against Haff's law: {course}; at the end, t/t0 = {end}, K/K_Haff = {value}."
+    );
+    let kind = kind(&tests);
     Some(Verdict {
         topic: format!("{engine} against theory"),
         sentence,

@@ -12,6 +12,7 @@ use stosszahl::case::{
     Assignment, Bodies, Case, CaseError, CaseFile, ContactValue, Engine, Neighbourhood,
     Restitution, Units, Velocities, Warning, schema,
 };
+use stosszahl::setup::Setup;
 use support::bad_cases::GOOD;
 
 fn case_files() -> Vec<PathBuf> {
@@ -113,7 +114,7 @@ fn dense_240_sweeps_density_and_dissipation() {
     assert_eq!(file.points.len(), 8 + 3);
     assert_eq!(
         file.points[3].name,
-        "packing_fraction=0.25,restitution=1,until=120"
+        "aspect_ratio=1,packing_fraction=0.25,restitution=1,until=120"
     );
     for point in &file.points {
         let case = &point.case;
@@ -463,10 +464,26 @@ fn suspicious_cases_are_valid_with_a_warning() {
     ]);
     assert_eq!(dense, [Warning::LatticeStart]);
     assert_eq!(warnings(&["gas.disks=4"]), [Warning::FewDisks { disks: 4 }]);
-    let wide = warnings(&["engine.dsmc-enskog.cell_size=7"]);
+    // What depends on the cells that the engine chooses is known to the setup.
+    let setup = |overrides: &[&str]| {
+        let case = one(from_text(GOOD, overrides).expect("a valid case"));
+        Setup::new(&case).expect("a start").warnings().join("; ")
+    };
+    let wide = setup(&["engine.dsmc-enskog.cell_size=7"]);
     assert!(
-        matches!(wide[..], [Warning::WideCells { engine: "dsmc-enskog", mean_free_paths }] if (mean_free_paths - 9.98).abs() < 0.01)
+        wide.contains("dsmc-enskog: cells are 12.6 mean free paths wide"),
+        "{wide}"
     );
+    let few = setup(&["engine.dsmc-enskog.cell_size=2"]);
+    assert!(
+        few.contains("dsmc-enskog: 1.") && few.contains("simulators per cell"),
+        "{few}"
+    );
+    let refined = setup(&[
+        "engine.dsmc-enskog.cell_size=1",
+        "engine.dsmc-enskog.simulators_per_disk=32",
+    ]);
+    assert!(!refined.contains("dsmc-enskog"), "{refined}");
 }
 
 #[test]
@@ -474,7 +491,7 @@ fn a_start_file_is_found_beside_the_case() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("case.toml");
     fs::write(folder.path().join("start.csv"), "x,y\n").expect("a start file");
-    let text = "format = 1\ntitle = \"t\"\n[gas]\nrestitution = 1\n[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\
+    let text = "format = 1\ntitle = \"t\"\nreplicas = 1\n[gas]\nrestitution = 1\n[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\
                 velocities = \"file\"\n[run]\nuntil = 1\n[engine.ed]\n";
     fs::write(&path, text).expect("a case");
     let case = one(Case::read(&path, &[]).expect("a case with a start file"));

@@ -447,7 +447,8 @@ fn parallel_flight_is_no_endless_preparation() {
         .replace(
             "[run]",
             "[start]\nplacement = \"file\"\nfile = \"start.csv\"\nvelocities = \"file\"\n\n[run]",
-        );
+        )
+        .replace("replicas = 3", "replicas = 1");
     fs::write(folder.path().join("case.toml"), case).expect("a case");
     let output = run(folder.path(), &["run", "case.toml"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -491,6 +492,7 @@ fn mixture_from_a_file_runs_in_both_engines() {
         "placement",
         "velocities = \"file\"\ncollisions_per_particle = 0\nplacement",
     );
+    let again = again.replace("replicas = 3", "replicas = 1");
     fs::write(folder.path().join("again.toml"), again).expect("a case");
     let output = run(folder.path(), &["run", "again.toml", "--until", "2"]);
     assert!(output.status.success(), "{}", text(&output.stderr));

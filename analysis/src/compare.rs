@@ -125,21 +125,6 @@ fn agrees(log: &Estimate, test: Option<&TTest>, false_alarm: f64) -> bool {
     test.p_value > false_alarm && threshold * error <= SMALLEST_DIFFERENCE.ln()
 }
 
-/// The time from which on two quantities differ, always in the same direction: the earliest of the longest run of
-/// equal `Higher` or `Lower` verdicts that lasts to the end.
-pub fn parted(times: &[f64], verdicts: &[Verdict]) -> Option<(f64, Verdict)> {
-    let last = *verdicts.last()?;
-    if !matches!(last, Verdict::Higher | Verdict::Lower) {
-        return None;
-    }
-    let same = verdicts
-        .iter()
-        .rev()
-        .take_while(|&&verdict| verdict == last)
-        .count();
-    Some((times[verdicts.len() - same], last))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,11 +150,6 @@ mod tests {
                 Verdict::Lower
             ]
         );
-        assert_eq!(
-            parted(&[0.0, 1.0, 2.0, 3.0], &found),
-            Some((3.0, Verdict::Lower))
-        );
-        assert_eq!(parted(&[0.0], &found[..1]), None);
     }
 
     #[test]

@@ -140,6 +140,11 @@ impl Check<'_> {
                         return Err(self.refuse(key, allowed));
                     }
                 }
+                if written.replicas > 1 {
+                    let allowed = "with start.velocities = \"file\" there is one replica, as one file is one start: \
+                                   compare several files for error bars";
+                    return Err(self.refuse("replicas", allowed));
+                }
                 Velocities::File
             }
         };

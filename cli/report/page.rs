@@ -545,7 +545,8 @@ fn comparison(rows: Option<&Vec<ComparisonRow>>) -> Markup {
     }
     let last: Vec<Vec<String>> = last.into_iter().map(line).collect();
     html! {
-        p { "The quotient of the energies with its standard error, and its distance z from one in standard errors." }
+        p { "The quotient of the energies with its standard error, and the normal-equivalent z of a paired t test over the replicas: few replicas make z smaller than the distance from one in standard errors."
+            " The verdict takes all times together; agree means that no difference was found and one by a sixth would have been." }
         @if lines.len() > LONG {
             p { "At the last time:" }
             (table("Last time", &columns, &last))
@@ -634,8 +635,8 @@ fn dissipation(rows: Option<&Vec<DissipationRow>>) -> Markup {
         p {
             "The cooling rate over its value under molecular chaos (Enskog) is a product of four ratios: the collision rate, the "
             "mean squared relative speed of colliding pairs, the mean of 1 − b²/d² over two thirds, and what is left for the "
-            "correlation of the last two. All are one under molecular chaos; the ratio that departs from one says why a gas "
-            "cools faster or more slowly."
+            "correlation of the last two. All are one in a homogeneous Maxwellian gas under molecular chaos. Clusters and shear change "
+            "rate and speed without any correlation of colliding pairs, in Monte Carlo too; impact and correlation test chaos itself."
         }
         (table("All windows", &columns, &lines))
     }

@@ -89,10 +89,10 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// The blocks of a sweep, one for each key and each choice of the other keys. How long a point runs (`run.*`) goes along
+/// The blocks of a sweep, one for each key and each choice of the other keys. How long a point runs (`run.*`) and the shape of its box (`box.*`) go along
 /// with what it is and makes no blocks.
 fn blocks(points: &[SweepPoint]) -> Vec<Block> {
-    let physical = |key: &String| !key.starts_with("run.");
+    let physical = |key: &String| !key.starts_with("run.") && !key.starts_with("box.");
     let mut keys: Vec<&String> = points
         .iter()
         .flat_map(|point| point.values.keys())
@@ -166,7 +166,7 @@ fn overview(points: &[Finished<'_>]) -> Markup {
                             }
                             td.text.long {
                                 @match &point.results {
-                                    Some(results) => (results.manifest.verdicts.first().map_or("–", |v| v.sentence.as_str())),
+                                    Some(results) => (summary(&results.manifest)),
                                     None => { "not finished: " code { (MANIFEST_FILE) } " was not found in " code { (point.point.folder) } },
                                 }
                             }
@@ -176,6 +176,18 @@ fn overview(points: &[Finished<'_>]) -> Markup {
             }
         }
     }
+}
+
+/// The verdict that tells points apart: on impact parameters where one engine ran alone, else the first.
+fn summary(manifest: &crate::manifest::Manifest) -> &str {
+    let verdicts = &manifest.verdicts;
+    let alone = manifest.engines.len() == 1;
+    let impact = verdicts
+        .iter()
+        .find(|verdict| alone && verdict.topic.starts_with("impact parameters"));
+    impact
+        .or(verdicts.first())
+        .map_or("–", |verdict| verdict.sentence.as_str())
 }
 
 /// A relative link to the report of a point; characters with a meaning in links are encoded.

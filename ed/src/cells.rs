@@ -8,10 +8,15 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Coordinates of a cell.
 pub(crate) type Cell = [u16; 2];
 
+/// Cells of a tile along one side, as a power of two: cells and disks that are near each other in the plane
+/// are near in memory.
+const TILE: u32 = 3;
+
 /// Periodic grid; each cell has a singly linked list of its disks (cells hold about one).
 #[derive(Debug)]
 pub(crate) struct Cells {
     counts: [u16; 2],
+    tiles: usize,
     width: Vector2<f64>,
     lengths: Vector2<f64>,
     heads: Vec<u32>,
@@ -31,9 +36,11 @@ impl Cells {
             lengths[0] / f64::from(counts[0]),
             lengths[1] / f64::from(counts[1])
         ];
-        let total = usize::from(counts[0]) * usize::from(counts[1]);
+        let tiles = |count: u16| usize::from(count).div_ceil(1 << TILE);
+        let total = (tiles(counts[0]) * tiles(counts[1])) << (2 * TILE);
         Self {
             counts,
+            tiles: tiles(counts[0]),
             width,
             lengths,
             heads: vec![NONE; total],
@@ -47,9 +54,13 @@ impl Cells {
         self.width
     }
 
+    /// Place of a cell in memory: by tiles, and by rows within a tile.
     #[inline]
     pub(crate) fn index(&self, cell: Cell) -> usize {
-        usize::from(cell[1]) * usize::from(self.counts[0]) + usize::from(cell[0])
+        let [x, y] = cell.map(usize::from);
+        let inside = (1 << TILE) - 1;
+        let tile = (y >> TILE) * self.tiles + (x >> TILE);
+        tile << (2 * TILE) | (y & inside) << TILE | (x & inside)
     }
 
     /// The cell of a position inside the box, and the position relative to its corner.

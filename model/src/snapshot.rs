@@ -32,7 +32,7 @@ pub enum SnapshotError {
         source: io::Error,
     },
     /// Not a snapshot, damaged, or of another format.
-    #[error("{}: not a usable snapshot: {found}; expected {expected}", path.display())]
+    #[error("{}: not a usable snapshot: {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
