@@ -89,8 +89,8 @@ impl CommandError {
             Self::Run { source, .. } if source.is_interruption() => 130,
             Self::Run { source, .. } if source.is_foreign() => 2,
             Self::Results(error) if !error.is_system() => 2,
-            Self::Report(report::ReportError::Write { .. }) => 1,
-            Self::Results(_)
+            Self::Report(report::ReportError::Write { .. })
+            | Self::Results(_)
             | Self::Folder { .. }
             | Self::Pool(_)
             | Self::Run { .. }

@@ -137,6 +137,11 @@ impl Law {
     }
 }
 
+/// A temperature with which units can be made.
+fn warm(temperature: f64) -> Option<f64> {
+    (temperature.is_normal() && temperature < 1e200).then_some(temperature)
+}
+
 /// Takes the drift of the whole gas out of its velocities, which changes nothing in it, and returns the temperature
 /// that is left.
 fn remove_drift(velocities: &mut [Vector2<f64>], masses: &[f64]) -> f64 {
@@ -264,7 +269,7 @@ impl Setup {
             return Err(content("one disk", "at least two"));
         }
         let domain = Domain::<Plane>::periodic(start.lengths.into())
-            .ok_or_else(|| content(&format!("a box of {:?}", start.lengths), "positive sides"))?;
+            .ok_or_else(|| content("a box without area", "positive sides"))?;
         for position in &mut start.positions {
             *position = domain.wrap(*position);
         }
@@ -293,13 +298,10 @@ impl Setup {
             }
             (Velocities::File, Some(velocities)) => {
                 let temperature = remove_drift(velocities, &masses);
-                if !(temperature.is_normal() && temperature < 1e200) {
-                    return Err(content(
-                        &format!("a granular temperature of {temperature}"),
-                        "velocities that give one above zero",
-                    ));
-                }
-                temperature
+                warm(temperature).ok_or_else(|| {
+                    let found = format!("a granular temperature of {temperature}");
+                    content(&found, "velocities that give one above zero")
+                })?
             }
         };
         let scale = Scale {
