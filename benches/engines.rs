@@ -5,15 +5,11 @@
 
 use std::time::Instant;
 
+use stosszahl::bench::{EventDriven, gas, unit_disks};
 use stosszahl::dsmc::{self, Neighbourhood, Parameters, Scheme};
-use stosszahl::ed::{self, Dissipation};
+use stosszahl::model::Constant;
 use stosszahl::model::initial::Arrangement;
 use stosszahl::model::random::Streams;
-
-#[path = "../tests/support/gas.rs"]
-mod gas;
-
-use gas::{Disks, disks, gas};
 
 /// One thing that is timed: what it does, and a closure that does it and returns how much.
 struct Subject {
@@ -22,32 +18,28 @@ struct Subject {
     work: Box<dyn FnMut() -> f64>,
 }
 
-fn exact(count: usize, packing: f64) -> Subject {
-    let start = gas(Arrangement::Disordered, count, packing, 1);
-    let mut engine: ed::Engine<Disks> =
-        ed::Engine::new(disks(1.0), Dissipation::Scene, start).expect("an engine");
-    engine
-        .advance(f64::INFINITY, 5 * count as u64, &mut ())
-        .expect("collisions");
-    let collisions = (2 * count as u64).max(200_000);
+fn exact(count: usize, packing_fraction: f64) -> Subject {
+    let work = EventDriven {
+        disks: count,
+        packing_fraction,
+        restitution: 1.0,
+        arrangement: Arrangement::Disordered,
+        equilibrate: 10.0,
+    };
+    let mut prepared = work.prepare().expect("a gas");
+    let collisions = (4 * count as u64).max(200_000);
     Subject {
-        name: format!("ed, N = {count}, packing {packing}"),
+        name: format!("ed, N = {count}, packing {packing_fraction}"),
         unit: "collisions/s",
         work: Box::new(move || {
-            let mut state = engine.state();
-            state.time = 0.0;
-            engine = ed::Engine::new(disks(1.0), Dissipation::Scene, state).expect("an engine");
-            let began = Instant::now();
-            engine
-                .advance(f64::INFINITY, collisions, &mut ())
-                .expect("collisions");
-            collisions as f64 / began.elapsed().as_secs_f64()
+            let speed = prepared.time(collisions, None).expect("collisions");
+            speed.collisions_per_second
         }),
     }
 }
 
 fn monte_carlo(count: usize, scheme: Scheme) -> Subject {
-    let start = gas(Arrangement::Disordered, count, 0.25, 1);
+    let start = gas(Arrangement::Disordered, count, 0.25, 1.0, 1).expect("a gas");
     let parameters = Parameters {
         scheme,
         displacement: true,
@@ -56,8 +48,13 @@ fn monte_carlo(count: usize, scheme: Scheme) -> Subject {
         steps_per_crossing: 4.0,
         largest_contact_value: 10.0,
     };
-    let mut engine =
-        dsmc::Engine::new(&disks(1.0), parameters, &start, Streams::new(1, 0)).expect("an engine");
+    let mut engine = dsmc::Engine::new(
+        &unit_disks(Constant::ELASTIC),
+        parameters,
+        &start,
+        Streams::new(1, 0),
+    )
+    .expect("an engine");
     engine.advance(f64::INFINITY, 20, &mut ());
     let steps = (4_000_000 / count as u64).max(10);
     Subject {

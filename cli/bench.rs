@@ -40,18 +40,18 @@ pub enum BenchError {
     Engine(#[from] EngineError),
 }
 
-/// The scene of unit disks, or `None` for a coefficient out of range.
-pub fn disks(restitution: f64) -> Option<Disks> {
-    Some(Scene {
+/// The scene of unit disks with a normal contact law.
+pub fn unit_disks(restitution: Constant) -> Disks {
+    Scene {
         space: Plane,
         surface: Smooth,
-        restitution: Constant::new(restitution)?,
+        restitution,
         sizes: Monodisperse {
             radius: 0.5,
             mass: 1.0,
         },
         field: Free,
-    })
+    }
 }
 
 /// A piece of work for the event-driven engine.
@@ -128,43 +128,19 @@ impl EventDriven {
         )?;
         let each = self.equilibrate;
         check("equilibrate", each, (0.0..1e9).contains(&each), "0 or more")?;
-        let scene = disks(self.restitution).ok_or(BenchError::BadNumber {
+        let law = Constant::new(self.restitution).ok_or(BenchError::BadNumber {
             name: "restitution",
             value: self.restitution,
             allowed: "from 0 to 1",
         })?;
+        let scene = unit_disks(law);
         // The box of a hexagonal crystal, so that it fits up to close packing; square otherwise.
         let aspect = if self.arrangement == Arrangement::Hexagonal {
             crystal_aspect(self.disks)
         } else {
             1.0
         };
-        let area = self.disks as f64 * std::f64::consts::FRAC_PI_4 / packing;
-        let width = (area / aspect).sqrt();
-        let domain =
-            Domain::periodic(vector![width, area / width]).ok_or(BenchError::BadNumber {
-                name: "packing-fraction",
-                value: packing,
-                allowed: "one that gives a finite box",
-            })?;
-        let streams = Streams::new(1, 0);
-        let placement = initial::place(self.arrangement, self.disks, 1.0, &domain, &streams)?;
-        let bodies = placement
-            .positions
-            .into_iter()
-            .map(|at| Body::new(at, vector![0.0, 0.0]))
-            .collect();
-        let mut state = State {
-            time: 0.0,
-            domain,
-            bodies,
-        };
-        initial::maxwellian(
-            &scene,
-            &mut state,
-            1.0,
-            &mut streams.at(Purpose::Velocities, [0, 0]),
-        );
+        let state = gas(self.arrangement, self.disks, packing, aspect, 1)?;
         let mut prepared = Prepared {
             work: self,
             scene,
@@ -175,6 +151,41 @@ impl EventDriven {
         prepared.gas.state.time = 0.0;
         Ok(prepared)
     }
+}
+
+/// A Maxwellian gas of unit disks at temperature one, `aspect` the height over width of its box.
+///
+/// # Errors
+/// [`BenchError`] if the disks do not fit, or the box is no box.
+pub fn gas(
+    arrangement: Arrangement,
+    disks: usize,
+    packing_fraction: f64,
+    aspect: f64,
+    seed: u64,
+) -> Result<State<Disks>, BenchError> {
+    let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
+    let width = (area / aspect).sqrt();
+    let domain = Domain::periodic(vector![width, area / width]).ok_or(BenchError::BadNumber {
+        name: "packing-fraction",
+        value: packing_fraction,
+        allowed: "one that gives a finite box",
+    })?;
+    let streams = Streams::new(seed, 0);
+    let placement = initial::place(arrangement, disks, 1.0, &domain, &streams)?;
+    let bodies = placement
+        .positions
+        .into_iter()
+        .map(|at| Body::new(at, vector![0.0, 0.0]))
+        .collect();
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies,
+    };
+    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(&unit_disks(Constant::ELASTIC), &mut state, 1.0, &mut stream);
+    Ok(state)
 }
 
 /// Height over width of the box of a hexagonal crystal of about so many disks in equal columns and rows.

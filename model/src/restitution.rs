@@ -15,6 +15,9 @@ pub trait Restitution: Copy + Debug + Send + Sync + 'static {
 pub struct Constant(f64);
 
 impl Constant {
+    /// The elastic law.
+    pub const ELASTIC: Self = Self(1.0);
+
     /// The law with the given coefficient, or `None` outside [0, 1].
     pub fn new(coefficient: f64) -> Option<Self> {
         (0.0..=1.0)
