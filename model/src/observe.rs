@@ -3,8 +3,8 @@
 use crate::collision::Collision;
 use crate::physics::{Physics, VectorOf};
 
-/// A measurement that an engine feeds. Both methods are empty by default; tuples compose, and `()`
-/// compiles to nothing.
+/// A measurement that an engine feeds. It does nothing by default; tuples compose, and `()` compiles to
+/// nothing. States at chosen times are asked of the engine instead.
 pub trait Observe<P: Physics> {
     /// Called once for each collision, in order of time.
     #[inline]
