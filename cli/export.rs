@@ -62,21 +62,25 @@ impl Tables {
                 tables.dissipation.extend(dissipation(setup, engine, runs));
             }
             for (replica, run) in runs.iter().enumerate() {
+                let samples = run.record.energies.iter().enumerate();
                 tables
                     .replicas
-                    .extend(run.record.energies.iter().map(|(time, sample)| ReplicaRow {
+                    .extend(samples.map(|(index, (time, sample))| ReplicaRow {
                         replica: replica as u64,
                         engine: engine.clone(),
                         time_over_t0: *time,
-                        energy_ratio: sample.temperature / run.record.energies[0].1.temperature,
+                        energy_ratio: run.record.energy_ratio(index),
                         fourth_cumulant: sample.fourth_cumulant,
                         collisions_per_particle: sample.collisions_per_particle,
                     }));
             }
         }
-        for (index, a) in runs.iter().enumerate() {
-            for b in &runs[index + 1..] {
-                tables.comparison.extend(comparison(setup, a, b));
+        let samples = setup.case.sample_times().len();
+        let rows: Vec<&[EnergyRow]> = tables.energy.chunks(samples).collect();
+        for a in 0..runs.len() {
+            for b in a + 1..runs.len() {
+                let both = comparison(setup, [rows[a], rows[b]], [&runs[a].1, &runs[b].1]);
+                tables.comparison.extend(both);
             }
         }
         tables
@@ -222,9 +226,7 @@ fn energy(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<EnergyRow> {
     let mut rows = Vec::with_capacity(times.len());
     for (index, &time) in times.iter().enumerate() {
         let sample = |run: &&Finished| run.record.energies[index].1;
-        let ratio = over(runs, |run| {
-            Some(sample(run).temperature / run.record.energies[0].1.temperature)
-        });
+        let ratio = over(runs, |run| Some(run.record.energy_ratio(index)));
         let cumulant = over(runs, |run| Some(sample(run).fourth_cumulant));
         let collisions = over(runs, |run| Some(sample(run).collisions_per_particle));
         rows.push(EnergyRow {
@@ -243,37 +245,31 @@ fn energy(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<EnergyRow> {
     rows
 }
 
-/// The quotients of the energies of two engines at the sample times.
-fn energy_quotients(setup: &Setup, a: &[&Finished], b: &[&Finished]) -> Vec<Quotient> {
-    let ratio = |run: &Finished, index: usize| {
-        run.record.energies[index].1.temperature / run.record.energies[0].1.temperature
-    };
-    let pairs: Vec<Vec<(f64, f64)>> = (0..setup.case.sample_times().len())
-        .map(|index| {
-            a.iter()
-                .zip(b)
-                .map(|(a, b)| (ratio(a, index), ratio(b, index)))
+/// Two engines at the sample times, from their rows of the energy table and their replicas.
+fn comparison(
+    setup: &Setup,
+    rows: [&[EnergyRow]; 2],
+    runs: [&[&Finished]; 2],
+) -> Vec<ComparisonRow> {
+    let pairs: Vec<Vec<(f64, f64)>> = (0..rows[0].len())
+        .map(|sample| {
+            let ratio = |run: &&Finished| run.record.energy_ratio(sample);
+            runs[0]
+                .iter()
+                .map(ratio)
+                .zip(runs[1].iter().map(ratio))
                 .collect()
         })
         .collect();
     quotients(&pairs, setup.case.verdict.false_alarm)
-}
-
-fn comparison(
-    setup: &Setup,
-    a: &(String, Vec<&Finished>),
-    b: &(String, Vec<&Finished>),
-) -> Vec<ComparisonRow> {
-    let (rows_a, rows_b) = (energy(setup, &a.0, &a.1), energy(setup, &b.0, &b.1));
-    energy_quotients(setup, &a.1, &b.1)
         .into_iter()
-        .zip(rows_a.iter().zip(&rows_b))
-        .map(|(quotient, (row_a, row_b))| ComparisonRow {
-            engine_a: a.0.clone(),
-            engine_b: b.0.clone(),
-            time_over_t0: row_a.time_over_t0,
-            energy_ratio_a: row_a.energy_ratio,
-            energy_ratio_b: row_b.energy_ratio,
+        .zip(rows[0].iter().zip(rows[1]))
+        .map(|(quotient, (a, b))| ComparisonRow {
+            engine_a: a.engine.clone(),
+            engine_b: b.engine.clone(),
+            time_over_t0: a.time_over_t0,
+            energy_ratio_a: a.energy_ratio,
+            energy_ratio_b: b.energy_ratio,
             quotient: quotient.quotient.value,
             quotient_se: quotient.quotient.standard_error,
             z: quotient.z,
@@ -366,9 +362,7 @@ pub fn theory_quotients(setup: &Setup, runs: &[&Finished]) -> Vec<Quotient> {
         .enumerate()
         .map(|(index, &time)| {
             let law = setup.haff_ratio(time)?;
-            let ratio = |run: &&Finished| {
-                run.record.energies[index].1.temperature / run.record.energies[0].1.temperature
-            };
+            let ratio = |run: &&Finished| run.record.energy_ratio(index);
             Some(runs.iter().map(|run| (ratio(run), law)).collect())
         })
         .collect();

@@ -40,6 +40,15 @@ structure_times = [0, 20]
 snapshot_times = [20]
 "#;
 
+/// The small case with its disks in `start.csv`.
+fn case_from_file() -> String {
+    CASE.replace("disks = 900\npacking_fraction = 0.25\n", "")
+        .replace(
+            "[run]",
+            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]",
+        )
+}
+
 fn stosszahl(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stosszahl"));
     command.current_dir(folder).stdin(Stdio::null());
@@ -358,12 +367,7 @@ fn bad_cases_leave_nothing_behind() {
 /// Start files that are damaged, or do not fit the case.
 #[test]
 fn bad_start_files_are_named() {
-    let case = CASE
-        .replace("disks = 900\npacking_fraction = 0.25\n", "")
-        .replace(
-            "[run]",
-            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]",
-        );
+    let case = case_from_file();
     for (start, fragments) in [
         (
             "# box: 10 10\nx,y\n1,1\n1.5,1\n",
@@ -442,12 +446,8 @@ fn parallel_flight_is_no_endless_preparation() {
         "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,-1,0\n7,9,0,0\n",
     )
     .expect("a start");
-    let case = CASE
-        .replace("disks = 900\npacking_fraction = 0.25\n", "")
-        .replace(
-            "[run]",
-            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\nvelocities = \"file\"\n\n[run]",
-        )
+    let case = case_from_file()
+        .replace("placement", "velocities = \"file\"\nplacement")
         .replace("replicas = 3", "replicas = 1");
     fs::write(folder.path().join("case.toml"), case).expect("a case");
     let output = run(folder.path(), &["run", "case.toml"]);
@@ -474,12 +474,7 @@ fn mixture_from_a_file_runs_in_both_engines() {
         writeln!(start, "{x},{y},{radius},{mass}").expect("a string");
     }
     fs::write(folder.path().join("start.csv"), start).expect("a start");
-    let case = CASE
-        .replace("disks = 900\npacking_fraction = 0.25\n", "")
-        .replace(
-            "[run]",
-            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]",
-        );
+    let case = case_from_file();
     fs::write(folder.path().join("case.toml"), &case).expect("a case");
     let output = run(
         folder.path(),

@@ -152,8 +152,24 @@ fn elastic_gas_conserves_energy_and_momentum() {
     }
 }
 
+type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
+
+/// The same gas, of a physics whose disks may differ.
+fn as_mixture(gas: &State<Disks>) -> State<Mixture> {
+    let bodies = gas
+        .bodies
+        .iter()
+        .map(|body| Body::new(body.position, body.velocity))
+        .collect();
+    State {
+        time: gas.time,
+        domain: gas.domain,
+        bodies,
+    }
+}
+
 /// Equal disks that carry their index, so that each can be followed through a sort.
-fn followed(count: usize) -> Scene<Plane, Smooth, Constant, Polydisperse, Free> {
+fn followed(count: usize) -> Mixture {
     Scene {
         space: Plane,
         surface: Smooth,
@@ -177,17 +193,7 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
             steps_per_crossing: 100.0,
             ..PARAMETERS
         };
-        let plain = gas(Arrangement::Disordered, count, 0.25, seed);
-        let bodies = plain
-            .bodies
-            .iter()
-            .map(|body| Body::new(body.position, body.velocity))
-            .collect();
-        let start = State {
-            time: 0.0,
-            domain: plain.domain,
-            bodies,
-        };
+        let start = as_mixture(&gas(Arrangement::Disordered, count, 0.25, seed));
         let mut engine = Engine::new(&followed(count), parameters, &start, Streams::new(seed, 0))
             .expect("an engine");
         let mut carried = 0.0;
@@ -218,23 +224,13 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
 /// Unlike disks continue to the same bits too, though their order in memory is another one then.
 #[test]
 fn mixtures_continue_to_the_same_bits() {
-    let plain = gas(Arrangement::Disordered, 900, 0.3, 8);
+    let start = as_mixture(&gas(Arrangement::Disordered, 900, 0.3, 8));
     let sizes = (0..900)
         .map(|i| if i % 3 == 0 { (0.5, 1.0) } else { (0.17, 0.04) })
         .collect();
     let scene = Scene {
         sizes: Polydisperse::new(sizes).expect("sizes"),
         ..followed(1)
-    };
-    let bodies = plain
-        .bodies
-        .iter()
-        .map(|body| Body::new(body.position, body.velocity))
-        .collect();
-    let start = State {
-        time: 0.0,
-        domain: plain.domain,
-        bodies,
     };
     for scheme in [
         Scheme::FreeVolume,

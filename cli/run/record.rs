@@ -92,6 +92,13 @@ impl Record {
     }
 }
 
+impl Record {
+    /// Energy over that of the start, K/K(0), at a sample time.
+    pub fn energy_ratio(&self, sample: usize) -> f64 {
+        self.energies[sample].1.temperature / self.energies[0].1.temperature
+    }
+}
+
 /// The grid of S(k), planned once for all times.
 pub struct Structure<'a> {
     setup: &'a Setup,

@@ -445,13 +445,6 @@ where
         self.width.into()
     }
 
-    /// Memory held \[bytes\].
-    pub fn bytes(&self) -> usize {
-        (self.simulators.capacity() + self.sorted.capacity()) * size_of::<Simulator<TagOf<P>>>()
-            + (self.places.capacity() + self.starts.capacity()) * 4
-            + self.remainders.capacity() * 8 * 3
-    }
-
     fn step_length(&self) -> f64 {
         let crossing = self.width.min() / self.fastest;
         // Mean speed sqrt(pi T/(2m)); the mean mass is one in the program's units.
