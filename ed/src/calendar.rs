@@ -2,20 +2,27 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
-use std::mem;
+use std::hint::select_unpredictable;
 
 use binary_heap_plus::{BinaryHeap, MinComparator};
 
-/// One event: something may happen to `disk` at `time`, unless the disk has collided since, which its
-/// `count` of collisions tells.
+use crate::memory;
+
+/// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// When, relative to the epoch of the engine \[time\]; finite.
+    /// When, relative to the epoch of the engine \[time\]; finite, not negative.
     pub time: f64,
     /// To whom.
     pub disk: u32,
-    /// The disk's number of collisions when the event was predicted.
-    pub count: u32,
+}
+
+impl Entry {
+    /// The order of events as one number: times that are not negative order like their bits.
+    #[inline]
+    fn key(self) -> u128 {
+        u128::from(self.time.to_bits()) << 32 | u128::from(self.disk)
+    }
 }
 
 impl Eq for Entry {}
@@ -30,25 +37,49 @@ impl PartialOrd for Entry {
 impl Ord for Entry {
     #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
-        self.time
-            .total_cmp(&other.time)
-            .then_with(|| (self.disk, self.count).cmp(&(other.disk, other.count)))
+        self.key().cmp(&other.key())
     }
 }
 
-/// A priority queue of events.
-pub trait Calendar: Sized {
-    /// A calendar that holds the first event of each of `disks` disks.
-    fn new(entries: Vec<Entry>, disks: usize) -> Self;
+/// Who has the events: each disk has at most one, and knows when.
+pub trait Agenda {
+    /// Number of disks.
+    fn disks(&self) -> u32;
 
-    /// Adds an event.
+    /// Time of the next event of a disk; infinite if it has none.
+    fn time(&self, disk: u32) -> f64;
+
+    /// A hint, free to be ignored: an event of this disk comes up in so many buckets.
+    fn expect(&self, _disk: u32, _ahead: usize) {}
+}
+
+/// A priority queue of events.
+///
+/// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event is at
+/// another time. A calendar may drop stale entries, or announce them; whoever asks can tell. It may not
+/// announce an entry twice unless it was pushed twice.
+pub trait Calendar: Sized {
+    /// A calendar that holds the events of all disks.
+    fn new(agenda: &impl Agenda) -> Self;
+
+    /// Adds an event, not earlier than the last one popped.
     fn push(&mut self, entry: Entry);
 
     /// Takes the earliest event if it is not later than `until`.
-    fn pop(&mut self, until: f64) -> Option<Entry>;
+    fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry>;
 
     /// Memory held \[bytes\].
     fn bytes(&self) -> usize;
+}
+
+/// All events of an agenda.
+fn entries(agenda: &impl Agenda) -> impl Iterator<Item = Entry> {
+    (0..agenda.disks())
+        .map(|disk| Entry {
+            time: agenda.time(disk),
+            disk,
+        })
+        .filter(|entry| entry.time.is_finite())
 }
 
 /// The plain calendar: a sorted set. The oracle of [`Buckets`].
@@ -56,15 +87,15 @@ pub trait Calendar: Sized {
 pub struct Sorted(BTreeSet<Entry>);
 
 impl Calendar for Sorted {
-    fn new(entries: Vec<Entry>, _disks: usize) -> Self {
-        Self(entries.into_iter().collect())
+    fn new(agenda: &impl Agenda) -> Self {
+        Self(entries(agenda).collect())
     }
 
     fn push(&mut self, entry: Entry) {
         self.0.insert(entry);
     }
 
-    fn pop(&mut self, until: f64) -> Option<Entry> {
+    fn pop(&mut self, until: f64, _agenda: &impl Agenda) -> Option<Entry> {
         if self.0.first()?.time > until {
             return None;
         }
@@ -77,30 +108,55 @@ impl Calendar for Sorted {
     }
 }
 
-/// A ring of time buckets with a heap for the current one.
+/// A ring of time buckets.
 ///
-/// Bucket number floor(t/width), computed the same way everywhere. An event of the current bucket or
-/// before goes to the heap, one within the ring is appended to its bucket unsorted, a later one to the
-/// far list, which is looked through four times a turn. When the heap is empty the next bucket's
-/// storage becomes the heap and the heap's empty storage becomes that bucket, so nothing is allocated
-/// in steady state. The width is chosen anew when the mean load of a bucket leaves [1, 16]: a cooling
-/// gas slows down by orders of magnitude.
+/// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that names
+/// disks but no times: when it becomes the current one, each of its disks is asked for the time of its
+/// event, which also tells the stale ones, and those of this bucket are lined up. An event of the
+/// current bucket joins them, one beyond the ring goes to the far list, which is looked through four
+/// times a turn, and one that finds its bucket full to a heap. As the disks of the next buckets are
+/// known, they are called up from memory before their turn.
+///
+/// Nothing is allocated in steady state. The width is chosen anew when the mean load of a bucket leaves
+/// its bounds: a cooling gas slows down by orders of magnitude.
 pub struct Buckets {
     inverse_width: f64,
-    ring: Vec<Vec<Entry>>,
+    ring: Vec<Bucket>,
     /// Number of the current bucket.
     current: u64,
-    heap: BinaryHeap<Entry, MinComparator>,
+    /// Its events, in no order: the first `few`.
+    soon: [Entry; FEW],
+    few: usize,
+    /// Its events beyond those.
+    crowd: BinaryHeap<Entry, MinComparator>,
+    /// Bucket number and disk of what finds its bucket full.
+    spill: BinaryHeap<(u64, u32), MinComparator>,
     far: Vec<Entry>,
-    /// Events in the ring.
+    /// Disks named in the ring and the spill.
     near: usize,
     /// Events popped since the far list was last looked through.
     popped: usize,
     last_time: f64,
 }
 
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Bucket {
+    count: u32,
+    disks: [u32; 15],
+}
+
 /// Events that a bucket should hold.
-const LOAD: f64 = 4.0;
+const LOAD: f64 = 5.0;
+
+/// Loads between which the width stays.
+const LOADS: [f64; 2] = [2.0, 9.0];
+
+/// Events whose earliest is found by comparing all.
+const FEW: usize = 24;
+
+/// Buckets ahead that disks are called up.
+const AHEAD: usize = 3;
 
 impl Buckets {
     #[inline]
@@ -119,101 +175,157 @@ impl Buckets {
 
     #[inline]
     fn file(&mut self, entry: Entry) {
-        let bucket = self.bucket(entry.time);
-        if bucket <= self.current {
-            self.heap.push(entry);
-        } else if bucket - self.current < self.ring.len() as u64 {
-            let slot = (bucket & self.mask()) as usize;
-            self.ring[slot].push(entry);
+        let number = self.bucket(entry.time);
+        if number <= self.current {
+            self.line_up(entry);
+        } else if number - self.current < self.ring.len() as u64 {
             self.near += 1;
+            let slot = number & self.mask();
+            let bucket = &mut self.ring[slot as usize];
+            if let Some(place) = bucket.disks.get_mut(bucket.count as usize) {
+                *place = entry.disk;
+                bucket.count += 1;
+            } else {
+                self.spill.push((number, entry.disk));
+            }
         } else {
             self.far.push(entry);
         }
     }
 
-    /// Moves what has come near from the far list into the ring.
-    fn refile(&mut self) {
-        let mut far = mem::take(&mut self.far);
-        let length = self.ring.len() as u64;
-        far.retain(|&entry| {
-            let stays = self.bucket(entry.time).saturating_sub(self.current) >= length;
-            if !stays {
-                self.file(entry);
-            }
-            stays
-        });
-        self.far = far;
+    #[inline]
+    fn line_up(&mut self, entry: Entry) {
+        if let Some(place) = self.soon.get_mut(self.few) {
+            *place = entry;
+            self.few += 1;
+        } else {
+            self.crowd.push(entry);
+        }
     }
 
-    /// Chooses the width anew for `LOAD` events a bucket at the given rate and files everything again.
-    fn rebuild(&mut self, rate: f64) {
-        let mut all = mem::replace(
-            &mut self.heap,
-            BinaryHeap::from_vec_cmp(Vec::new(), MinComparator),
-        )
-        .into_vec();
-        for bucket in &mut self.ring {
-            all.append(bucket);
+    /// Moves what has come near from the far list into the ring, and drops what is stale.
+    fn refile(&mut self, agenda: &impl Agenda) {
+        let length = self.ring.len() as u64;
+        let mut kept = 0;
+        for place in 0..self.far.len() {
+            let entry = self.far[place];
+            if agenda.time(entry.disk) != entry.time {
+                continue;
+            }
+            if self.bucket(entry.time).saturating_sub(self.current) >= length {
+                self.far[kept] = entry;
+                kept += 1;
+            } else {
+                self.file(entry);
+            }
         }
-        all.append(&mut self.far);
+        self.far.truncate(kept);
+    }
+
+    /// Files all events anew, with the width for `LOAD` events a bucket at the given rate.
+    fn rebuild(&mut self, rate: f64, agenda: &impl Agenda) {
+        for bucket in &mut self.ring {
+            bucket.count = 0;
+        }
+        self.few = 0;
+        self.crowd.clear();
+        self.spill.clear();
+        self.far.clear();
         self.near = 0;
+        self.popped = 0;
         self.inverse_width = rate / LOAD;
         self.current = self.bucket(self.last_time);
-        for entry in all {
+        for entry in entries(agenda) {
             self.file(entry);
         }
     }
 
     /// Goes to the next bucket; false if there is no event at all.
-    fn turn(&mut self) -> bool {
+    fn turn(&mut self, agenda: &impl Agenda) -> bool {
         if self.near == 0 {
-            let Some(first) = self
-                .far
-                .iter()
-                .map(|entry| entry.time)
-                .min_by(f64::total_cmp)
-            else {
+            // What is stale may be the earliest.
+            self.far
+                .retain(|entry| agenda.time(entry.disk) == entry.time);
+            let Some(first) = self.far.iter().min() else {
                 return false;
             };
-            self.current = self.bucket(first).saturating_sub(1);
+            self.current = self.bucket(first.time).saturating_sub(1);
             self.popped = 0;
-            self.refile();
+            self.refile(agenda);
         }
         self.current = self.current.saturating_add(1);
         if self.current.is_multiple_of(self.quarter()) {
             let load = self.popped as f64 / self.quarter() as f64;
             self.popped = 0;
-            // An emptied heap and a bucket boundary: nothing of the current bucket is in flight.
-            if load > 16.0 || (load > 0.0 && load < 1.0) {
-                let rate = load * self.inverse_width;
-                self.current -= 1;
-                self.rebuild(rate);
+            let rate = load * self.inverse_width;
+            let [least, most] = LOADS;
+            if load > most || (load > 0.0 && load < least && self.near > self.ring.len() / 8) {
+                self.rebuild(rate, agenda);
                 return true;
             }
-            self.refile();
+            self.refile(agenda);
         }
+        let ring = self.ring.len();
         let slot = (self.current & self.mask()) as usize;
-        let bucket = mem::take(&mut self.ring[slot]);
-        self.near -= bucket.len();
-        let early = mem::replace(
-            &mut self.heap,
-            BinaryHeap::from_vec_cmp(bucket, MinComparator),
-        )
-        .into_vec();
-        if early.is_empty() {
-            self.ring[slot] = early;
-        } else {
-            // Filed by `refile` into the bucket that has just become the current one.
-            self.heap.extend(early);
+        memory::prefetch(&self.ring, (slot + AHEAD + 2) & (ring - 1));
+        for ahead in (1..=AHEAD).rev() {
+            let bucket = &self.ring[(slot + ahead) & (ring - 1)];
+            for &disk in bucket.disks.iter().take(bucket.count as usize) {
+                agenda.expect(disk, ahead);
+            }
+        }
+        let bucket = self.ring[slot];
+        self.ring[slot].count = 0;
+        self.near -= bucket.count as usize;
+        for &disk in bucket.disks.iter().take(bucket.count as usize) {
+            self.admit(disk, agenda);
+        }
+        while let Some(&(number, disk)) = self.spill.peek() {
+            if number > self.current {
+                break;
+            }
+            self.spill.pop();
+            self.near -= 1;
+            self.admit(disk, agenda);
         }
         true
+    }
+
+    /// Lines up the event of a disk named in the current bucket, unless it is stale.
+    #[inline]
+    fn admit(&mut self, disk: u32, agenda: &impl Agenda) {
+        let time = agenda.time(disk);
+        // A later event has an entry of its own.
+        let due = (self.bucket(time) <= self.current) & time.is_finite();
+        if let Some(place) = self.soon.get_mut(self.few) {
+            *place = Entry { time, disk };
+            self.few += usize::from(due);
+        } else if due {
+            self.crowd.push(Entry { time, disk });
+        }
+        agenda.expect(disk, 0);
+    }
+
+    /// Place of the earliest event of `soon`, if that is not empty.
+    #[inline]
+    fn earliest(&self) -> Option<(usize, Entry)> {
+        let (&first, others) = self.soon[..self.few].split_first()?;
+        let (mut best, mut at) = (first, 0);
+        for (place, &entry) in others.iter().enumerate() {
+            let earlier = (entry.time < best.time)
+                | ((entry.time == best.time) & (entry.disk < best.disk));
+            at = select_unpredictable(earlier, place + 1, at);
+            best.time = select_unpredictable(earlier, entry.time, best.time);
+            best.disk = select_unpredictable(earlier, entry.disk, best.disk);
+        }
+        Some((at, best))
     }
 }
 
 impl Calendar for Buckets {
-    fn new(entries: Vec<Entry>, disks: usize) -> Self {
+    fn new(agenda: &impl Agenda) -> Self {
         // The rate of events from the earliest twentieth of them.
-        let mut times: Vec<f64> = entries.iter().map(|entry| entry.time).collect();
+        let mut times: Vec<f64> = entries(agenda).map(|entry| entry.time).collect();
         let nth = times.len() / 20;
         let rate = if times.is_empty() {
             1.0
@@ -222,20 +334,25 @@ impl Calendar for Buckets {
             (nth + 1) as f64 / early.max(f64::MIN_POSITIVE)
         };
         let rate = if rate.is_finite() { rate } else { 1.0 };
-        let buckets = (disks / 2).next_power_of_two().max(16);
+        let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
+        let empty = Bucket {
+            count: 0,
+            disks: [0; 15],
+        };
         let mut calendar = Self {
-            inverse_width: rate / LOAD,
-            ring: vec![Vec::new(); buckets],
+            inverse_width: 1.0,
+            ring: memory::filled(empty, buckets),
             current: 0,
-            heap: BinaryHeap::from_vec_cmp(Vec::new(), MinComparator),
+            soon: [Entry { time: 0.0, disk: 0 }; FEW],
+            few: 0,
+            crowd: BinaryHeap::new_min(),
+            spill: BinaryHeap::new_min(),
             far: Vec::new(),
             near: 0,
             popped: 0,
             last_time: 0.0,
         };
-        for entry in entries {
-            calendar.file(entry);
-        }
+        calendar.rebuild(rate, agenda);
         calendar
     }
 
@@ -246,26 +363,41 @@ impl Calendar for Buckets {
     }
 
     #[inline]
-    fn pop(&mut self, until: f64) -> Option<Entry> {
+    fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry> {
         loop {
-            if let Some(first) = self.heap.peek() {
+            let few = self.earliest();
+            if let Some(&first) = self.crowd.peek()
+                && few.is_none_or(|(_, entry)| first < entry)
+            {
                 if first.time > until {
                     return None;
                 }
+                self.crowd.pop();
                 self.popped += 1;
                 self.last_time = first.time;
-                return self.heap.pop();
+                return Some(first);
             }
-            if !self.turn() {
+            if let Some((place, first)) = few {
+                if first.time > until {
+                    return None;
+                }
+                self.few -= 1;
+                self.soon[place] = self.soon[self.few];
+                self.popped += 1;
+                self.last_time = first.time;
+                return Some(first);
+            }
+            if !self.turn(agenda) {
                 return None;
             }
         }
     }
 
     fn bytes(&self) -> usize {
-        let buckets: usize = self.ring.iter().map(Vec::capacity).sum();
-        (buckets + self.far.capacity() + self.heap.capacity()) * size_of::<Entry>()
-            + self.ring.capacity() * size_of::<Vec<Entry>>()
+        self.ring.capacity() * size_of::<Bucket>()
+            + (self.far.capacity() + self.crowd.capacity())
+                * size_of::<Entry>()
+            + self.spill.capacity() * size_of::<(u64, u32)>()
     }
 }
 
@@ -275,26 +407,42 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
+    struct Times(Vec<f64>);
+
+    impl Agenda for Times {
+        fn disks(&self) -> u32 {
+            self.0.len() as u32
+        }
+        fn time(&self, disk: u32) -> f64 {
+            self.0[disk as usize]
+        }
+    }
+
+    /// The next event that is not stale.
+    fn next<Q: Calendar>(calendar: &mut Q, until: f64, times: &Times) -> Option<Entry> {
+        loop {
+            let entry = calendar.pop(until, times)?;
+            if times.time(entry.disk) == entry.time {
+                return Some(entry);
+            }
+        }
+    }
+
     /// The same events in the same order as the sorted set, while the rate of events changes by
-    /// twelve decades in both directions, with ties, bursts and long silences.
+    /// twelve decades in both directions, with ties, bursts, long silences and events that are
+    /// replaced before their time.
     #[test]
     fn buckets_pop_what_the_sorted_set_pops() {
         for seed in 0..8 {
             let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
             let disks = 200;
-            let entries: Vec<Entry> = (0..disks)
-                .map(|disk| Entry {
-                    time: stream.random::<f64>(),
-                    disk,
-                    count: 0,
-                })
-                .collect();
-            let mut fast = Buckets::new(entries.clone(), disks as usize);
-            let mut plain = Sorted::new(entries, disks as usize);
+            let mut times = Times((0..disks).map(|_| stream.random::<f64>()).collect());
+            let mut fast = Buckets::new(&times);
+            let mut plain = Sorted::new(&times);
             let mut until = 0.0;
             for step in 0..60_000_u32 {
-                let expected = plain.pop(until);
-                assert_eq!(fast.pop(until), expected);
+                let expected = next(&mut plain, until, &times);
+                assert_eq!(next(&mut fast, until, &times), expected);
                 let Some(entry) = expected else {
                     match plain.0.first() {
                         Some(next) => until = next.time * (1.0 + stream.random::<f64>()),
@@ -309,30 +457,50 @@ mod tests {
                 } else if stream.random_bool(0.02) {
                     wait *= 1e5;
                 }
-                for copy in 0..=u32::from(stream.random_bool(0.02)) {
-                    let next = Entry {
+                let mut changed = vec![entry.disk];
+                if stream.random_bool(0.5) {
+                    changed.push(stream.random_range(0..disks));
+                }
+                for disk in changed {
+                    let again = Entry {
                         time: entry.time + wait,
-                        disk: entry.disk,
-                        count: 2 * step + copy,
+                        disk,
                     };
-                    fast.push(next);
-                    plain.push(next);
+                    times.0[disk as usize] = again.time;
+                    fast.push(again);
+                    plain.push(again);
                 }
             }
         }
     }
 
+    /// All events in one bucket: it spills and the crowd grows, but order is kept.
+    #[test]
+    fn simultaneous_events_come_in_the_order_of_the_disks() {
+        let mut times = Times(vec![1.0; 1000]);
+        times.0[500] = 1.0 + f64::EPSILON;
+        let mut calendar = Buckets::new(&times);
+        let mut found = Vec::new();
+        while let Some(entry) = calendar.pop(2.0, &times) {
+            found.push(entry.disk);
+            times.0[entry.disk as usize] = f64::INFINITY;
+        }
+        let expected: Vec<u32> = (0..1000).filter(|&disk| disk != 500).chain([500]).collect();
+        assert_eq!(found, expected);
+    }
+
     #[test]
     fn empty_and_distant_calendars() {
-        let mut empty = Buckets::new(Vec::new(), 0);
-        assert_eq!(empty.pop(f64::INFINITY), None);
+        let mut times = Times(vec![f64::INFINITY]);
+        let mut calendar = Buckets::new(&times);
+        assert_eq!(calendar.pop(f64::INFINITY, &times), None);
+        times.0[0] = 1e300;
         let late = Entry {
             time: 1e300,
             disk: 0,
-            count: 0,
         };
-        empty.push(late);
-        assert_eq!(empty.pop(1e299), None);
-        assert_eq!(empty.pop(f64::INFINITY), Some(late));
+        calendar.push(late);
+        assert_eq!(calendar.pop(1e299, &times), None);
+        assert_eq!(calendar.pop(f64::INFINITY, &times), Some(late));
     }
 }

@@ -1,6 +1,8 @@
-//! The grid of cells and the lists of the disks in them.
+//! The grid of cells.
 
 use nalgebra::{Vector2, vector};
+
+use crate::memory;
 
 /// No disk.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -12,23 +14,30 @@ pub(crate) type Cell = [u16; 2];
 /// are near in memory.
 const TILE: u32 = 3;
 
-/// Periodic grid; each cell has a singly linked list of its disks (cells hold about one).
+/// Mean number of disks in a cell of a dilute gas: more, and more candidates are looked at in vain;
+/// fewer, and more boundaries are crossed.
+const OCCUPANCY: f64 = 0.46;
+
+/// Periodic grid; each cell names the first of its disks.
 #[derive(Debug)]
 pub(crate) struct Cells {
     counts: [u16; 2],
-    tiles: usize,
     width: Vector2<f64>,
     lengths: Vector2<f64>,
-    heads: Vec<u32>,
-    next: Vec<u32>,
+    /// Share of a column in the place of a cell in memory; the one before the first and the one after
+    /// the last are their periodic images.
+    columns: Vec<u32>,
+    /// The same for rows.
+    rows: Vec<u32>,
+    firsts: Vec<u32>,
 }
 
 impl Cells {
-    /// The finest useful grid: cells no narrower than the largest diameter, and about two cells a disk.
+    /// Cells no narrower than the largest diameter, and as wide as pays for so many disks.
     pub(crate) fn new(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> Self {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
-        let ideal = 0.68 * (lengths[0] * lengths[1] / disks.max(1) as f64).sqrt();
+        let ideal = (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt();
         let count =
             |length: f64| (length / narrowest.max(ideal)).floor().clamp(1.0, 65_535.0) as u16;
         let counts = [count(lengths[0]), count(lengths[1])];
@@ -36,15 +45,23 @@ impl Cells {
             lengths[0] / f64::from(counts[0]),
             lengths[1] / f64::from(counts[1])
         ];
-        let tiles = |count: u16| usize::from(count).div_ceil(1 << TILE);
-        let total = (tiles(counts[0]) * tiles(counts[1])) << (2 * TILE);
+        let tiles = |count: u16| u32::from(count).div_ceil(1 << TILE);
+        let inside = (1 << TILE) - 1;
+        let across = tiles(counts[0]);
+        let column = |x: u32| (x >> TILE) << (2 * TILE) | (x & inside);
+        let row = |y: u32| ((y >> TILE) * across) << (2 * TILE) | (y & inside) << TILE;
+        let around = |count: u16, part: &dyn Fn(u32) -> u32| {
+            let last = u32::from(count) - 1;
+            std::iter::once(last).chain(0..=last).chain([0]).map(part).collect()
+        };
+        let total = ((across * tiles(counts[1])) as usize) << (2 * TILE);
         Self {
             counts,
-            tiles: tiles(counts[0]),
             width,
             lengths,
-            heads: vec![NONE; total],
-            next: vec![NONE; disks],
+            columns: around(counts[0], &column),
+            rows: around(counts[1], &row),
+            firsts: memory::filled(NONE, total),
         }
     }
 
@@ -54,13 +71,24 @@ impl Cells {
         self.width
     }
 
-    /// Place of a cell in memory: by tiles, and by rows within a tile.
+    /// Place in memory of the cell `right` and `up` of the one before: 0 for the column or row before, 1 for
+    /// the same, 2 for the one after.
     #[inline]
-    pub(crate) fn index(&self, cell: Cell) -> usize {
+    pub(crate) fn place(&self, cell: Cell, right: usize, up: usize) -> usize {
         let [x, y] = cell.map(usize::from);
-        let inside = (1 << TILE) - 1;
-        let tile = (y >> TILE) * self.tiles + (x >> TILE);
-        tile << (2 * TILE) | (y & inside) << TILE | (x & inside)
+        (self.columns[x + right] + self.rows[y + up]) as usize
+    }
+
+    /// Places in memory of the cells around one are the sums of one of three for the column and one of three
+    /// for the row.
+    #[inline(always)]
+    pub(crate) fn around(&self, cell: Cell) -> ([u32; 3], [u32; 3]) {
+        let [x, y] = cell.map(usize::from);
+        let (columns, rows) = (&self.columns[x..x + 3], &self.rows[y..y + 3]);
+        (
+            [columns[0], columns[1], columns[2]],
+            [rows[0], rows[1], rows[2]],
+        )
     }
 
     /// The cell of a position inside the box, and the position relative to its corner.
@@ -83,20 +111,20 @@ impl Cells {
         ]
     }
 
-    /// The cell `step` (-1, 0 or 1) further along an axis.
+    /// The column (axis 0) or row (axis 1) before or after, and whether that is across the boundary.
     #[inline]
-    pub(crate) fn shifted(&self, number: u16, axis: usize, step: i32) -> u16 {
-        let count = self.counts[axis];
-        match step {
-            0 => number,
-            1 if number + 1 == count => 0,
-            1 => number + 1,
-            _ if number == 0 => count - 1,
-            _ => number - 1,
+    pub(crate) fn beyond(&self, number: u16, axis: usize, forward: bool) -> (u16, bool) {
+        let last = self.counts[axis] - 1;
+        match forward {
+            true if number == last => (0, true),
+            true => (number + 1, false),
+            false if number == 0 => (last, true),
+            false => (number - 1, false),
         }
     }
 
     /// Vector from the corner of the second cell to that of the first, over the nearest image.
+    #[inline]
     pub(crate) fn between(&self, first: Cell, second: Cell) -> Vector2<f64> {
         let mut shift = Vector2::zeros();
         for axis in 0..2 {
@@ -124,40 +152,26 @@ impl Cells {
         separation
     }
 
-    /// First disk of a cell, or [`NONE`].
+    /// First disk of the cell at a place in memory, or [`NONE`].
     #[inline]
-    pub(crate) fn first(&self, cell: usize) -> u32 {
-        self.heads[cell]
+    pub(crate) fn first(&self, place: usize) -> u32 {
+        self.firsts[place]
     }
 
-    /// The disk after `disk` in its cell, or [`NONE`].
+    /// Makes a disk the first of the cell at a place in memory; the one it was before.
     #[inline]
-    pub(crate) fn after(&self, disk: u32) -> u32 {
-        self.next[disk as usize]
+    pub(crate) fn set_first(&mut self, place: usize, disk: u32) -> u32 {
+        std::mem::replace(&mut self.firsts[place], disk)
     }
 
-    pub(crate) fn insert(&mut self, disk: u32, cell: Cell) {
-        let index = self.index(cell);
-        self.next[disk as usize] = self.heads[index];
-        self.heads[index] = disk;
-    }
-
-    pub(crate) fn remove(&mut self, disk: u32, cell: Cell) {
-        let index = self.index(cell);
-        let after = self.next[disk as usize];
-        if self.heads[index] == disk {
-            self.heads[index] = after;
-            return;
-        }
-        let mut before = self.heads[index];
-        while self.next[before as usize] != disk {
-            before = self.next[before as usize];
-        }
-        self.next[before as usize] = after;
+    /// Calls up a cell that will be needed soon.
+    #[inline]
+    pub(crate) fn prefetch(&self, place: usize) {
+        memory::prefetch(&self.firsts, place);
     }
 
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        4 * (self.heads.capacity() + self.next.capacity())
+        4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
     }
 }

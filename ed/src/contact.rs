@@ -40,6 +40,86 @@ pub fn time_to_contact(
     (time < limit).then_some(time)
 }
 
+/// Possible partners of one disk that will touch it, if nothing happens to either.
+///
+/// Which candidate will touch cannot be foreseen, and a wrong guess of the processor costs as much as the
+/// evaluation of two, so that all are taken through the same operations without a branch, and only those
+/// that touch, about one in five, to the root and the division.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidates {
+    touching: [Touching; Self::ROOM],
+    count: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Touching {
+    b: f64,
+    c: f64,
+    discriminant: f64,
+    disk: u32,
+}
+
+impl Candidates {
+    const ROOM: usize = 16;
+
+    pub(crate) fn new() -> Self {
+        let none = Touching {
+            b: 0.0,
+            c: 0.0,
+            discriminant: 0.0,
+            disk: 0,
+        };
+        Self {
+            touching: [none; Self::ROOM],
+            count: 0,
+        }
+    }
+
+    /// Adds a candidate if it will touch; true if there is no room for another.
+    #[inline(always)]
+    pub(crate) fn add(
+        &mut self,
+        disk: u32,
+        separation: Vector2<f64>,
+        relative: Vector2<f64>,
+        distance_squared: f64,
+    ) -> bool {
+        let b = separation.dot(&relative);
+        let c = separation.norm_squared() - distance_squared;
+        let discriminant = b * b - relative.norm_squared() * c;
+        self.touching[self.count % Self::ROOM] = Touching {
+            b,
+            c,
+            discriminant,
+            disk,
+        };
+        self.count += usize::from((b < 0.0) & (discriminant >= 0.0));
+        self.count == Self::ROOM
+    }
+
+    /// The earliest contact before `limit` and its disk, the first added of simultaneous ones; the
+    /// candidates are spent.
+    ///
+    /// Each time is that of [`time_to_contact`], bit by bit. `at_rest` tells of a disk that touches already
+    /// that it does not count.
+    #[inline(always)]
+    pub(crate) fn earliest(
+        &mut self,
+        mut limit: f64,
+        at_rest: impl Fn(u32) -> bool,
+    ) -> Option<(f64, u32)> {
+        let mut found = None;
+        for pair in &self.touching[..std::mem::take(&mut self.count)] {
+            let time = pair.c / (pair.discriminant.sqrt() - pair.b);
+            if time < limit && !(time <= 0.0 && at_rest(pair.disk)) {
+                limit = time;
+                found = Some((time, pair.disk));
+            }
+        }
+        found
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,6 +169,34 @@ mod tests {
                 (None, None) => {}
                 (a, b) => assert!(grazing, "{a:?} {b:?}"),
             }
+        }
+        assert!(hits > 5_000);
+    }
+
+    /// The same partner and the same bits as one by one.
+    #[test]
+    fn candidates_give_the_earliest_of_all() {
+        let mut stream = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(4);
+        let mut candidates = Candidates::new();
+        let mut hits = 0;
+        for round in 0..20_000 {
+            let count = round % (Candidates::ROOM + 1);
+            let limit = if round % 3 == 0 { 1.0 } else { f64::INFINITY };
+            let mut expected = None;
+            let mut least = limit;
+            for disk in 0..count as u32 {
+                let mut number = || stream.random_range(-2.0..2.0_f64);
+                let separation = vector![number(), number()];
+                let separation = separation * (1.0 + 1.0 / separation.norm());
+                let relative = vector![number(), number()];
+                candidates.add(disk, separation, relative, 1.0);
+                if let Some(time) = time_to_contact(separation, relative, 1.0, least) {
+                    least = time;
+                    expected = Some((time, disk));
+                }
+            }
+            hits += u32::from(expected.is_some());
+            assert_eq!(candidates.earliest(limit, |_| false), expected);
         }
         assert!(hits > 5_000);
     }

@@ -1,15 +1,18 @@
 //! The engine: disks, their events, and the loop over them.
 
-use nalgebra::{Vector2, vector};
+use std::collections::BTreeSet;
+
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{
     Body, Collision, Domain, Encounter, Free, Observe, Physics, Plane, Restitution, Sizes, Smooth,
     State, collide,
 };
 
-use crate::calendar::{Buckets, Calendar, Entry};
-use crate::cells::{Cell, Cells, NONE};
-use crate::contact::time_to_contact;
+use crate::calendar::{Agenda, Buckets, Calendar, Entry};
+use crate::cells::{Cells, NONE};
+use crate::contact::Candidates;
+use crate::disk::Disks;
 
 /// Which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,9 +112,9 @@ pub enum EngineError {
     },
     /// Infinitely many collisions in a finite time.
     #[error(
-        "inelastic collapse at time {time}: {collisions} collisions without progress of time, the last of disks {} and {} near ({:.6}, {:.6}); \
-         a contact time above zero (TC model) lets such a gas go on",
-        pair[0], pair[1], place[0], place[1]
+        "inelastic collapse at time {time}: {collisions} collisions without progress of time among {} disks, the last of disks {} and {} \
+         near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
+        cluster.len(), pair[0], pair[1], place[0], place[1]
     )]
     InelasticCollapse {
         /// When \[time\].
@@ -120,68 +123,22 @@ pub enum EngineError {
         collisions: u64,
         /// The last pair.
         pair: [usize; 2],
+        /// All that took part in the last collisions, in order.
+        cluster: Vec<usize>,
         /// Where.
         place: [f64; 2],
     },
 }
 
-/// One disk in one cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-struct Disk {
-    /// Position relative to the corner of the cell, at the time `clock`.
-    position: Vector2<f64>,
-    velocity: Vector2<f64>,
-    /// When position and velocity were last brought up to date.
-    clock: f64,
-    /// Predicted time of contact with `partner`; infinite without one.
-    contact: f64,
-    partner: u32,
-    /// Collisions of the partner when the contact was predicted.
-    partner_count: u32,
-    /// Collisions of this disk.
-    count: u32,
-    cell: Cell,
-}
+/// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
+/// disks, which diffuse, are sorted in memory.
+const REFRESH: u64 = 20;
 
-impl Disk {
-    #[inline]
-    fn at(&self, time: f64) -> Vector2<f64> {
-        self.position + self.velocity * (time - self.clock)
-    }
+/// Collisions below which that does not pay.
+const LEAST_REFRESH: u64 = 100_000;
 
-    #[inline]
-    fn advance(&mut self, time: f64) {
-        self.position = self.at(time);
-        self.clock = time;
-    }
-
-    /// Time and axis of the next cell boundary; the time is never before the clock.
-    #[inline]
-    fn crossing(&self, width: Vector2<f64>) -> (f64, usize) {
-        let exit = |axis: usize| {
-            let speed = self.velocity[axis];
-            if speed > 0.0 {
-                (width[axis] - self.position[axis]) / speed
-            } else if speed < 0.0 {
-                -self.position[axis] / speed
-            } else {
-                f64::INFINITY
-            }
-        };
-        let (x, y) = (exit(0), exit(1));
-        let (wait, axis) = if x <= y { (x, 0) } else { (y, 1) };
-        (self.clock + wait.max(0.0), axis)
-    }
-}
-
-/// Whether two touching disks approach no faster than their velocities are rounded: after a contact
-/// with restitution 0 the normal part of their relative velocity is nothing but rounding.
-#[inline]
-fn at_rest(separation: Vector2<f64>, first: Vector2<f64>, second: Vector2<f64>) -> bool {
-    let approach = -separation.dot(&(first - second)) / separation.norm();
-    approach <= 8.0 * f64::EPSILON * (first.norm() + second.norm())
-}
+/// Collisions whose disks are called the cluster of a collapse.
+const RECENT: usize = 256;
 
 /// Collisions without progress of time, beyond those that many disks may have at once, that are called
 /// a collapse.
@@ -191,18 +148,22 @@ const COLLAPSE: u64 = 20_000;
 ///
 /// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
 /// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint alone,
-/// a run continues from it to the same bytes.
+/// a run continues from it to the same bytes. In a long leg the engine does the same by itself now and
+/// then.
 pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     scene: P,
     dissipation: Dissipation,
     domain: Domain<Plane>,
-    cells: Cells,
-    disks: Vec<Disk>,
+    disks: Disks,
     tags: Vec<<P::Sizes as Sizes>::Tag>,
     /// Index in the state of each disk; disks are stored in cell order.
     names: Vec<u32>,
     last_contact: Vec<f64>,
     calendar: Q,
+    candidates: Candidates,
+    /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
+    /// speeds neither overflow nor underflow.
+    speed: f64,
     /// Absolute time at which the engine's own time is zero.
     epoch: f64,
     /// Own time.
@@ -210,10 +171,14 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Absolute time; exactly the one asked for when it was reached.
     time: f64,
     tally: Tally,
+    /// Number of collisions at which the engine starts afresh.
+    refresh: u64,
     /// Own time and number of collisions when time last advanced noticeably.
     progress: (f64, u64),
-    /// Time in which a typical disk moves by its diameter, at the start of the leg.
+    /// Own time in which a typical disk moves by its diameter, at the start of the leg.
     unit: f64,
+    /// The pairs of the last collisions, to name the cluster of a collapse.
+    recent: [[u32; 2]; RECENT],
 }
 
 impl<P, Q> Engine<P, Q>
@@ -243,14 +208,12 @@ where
         }
         let lengths = state.domain.lengths();
         let diameter = 2.0 * scene.sizes().largest_radius();
-        let mut cells = Cells::new(lengths, diameter, count);
         if lengths.min() <= diameter * (1.0 + 1e-9) {
             return Err(EngineError::BoxTooSmall {
                 diameter,
                 lengths: lengths.into(),
             });
         }
-        let mut located = Vec::with_capacity(count);
         for (index, body) in state.bodies.iter().enumerate() {
             for (quantity, value) in [("position", body.position), ("velocity", body.velocity)] {
                 // Also false for NaN.
@@ -262,43 +225,34 @@ where
                     });
                 }
             }
-            let (cell, offset) = cells.locate(state.domain.wrap(body.position));
-            located.push((cells.index(cell), index, cell, offset));
         }
-        located.sort_unstable_by_key(|&(place, index, ..)| (place, index));
-        let disks: Vec<Disk> = located
-            .iter()
-            .map(|&(_, index, cell, position)| Disk {
-                position,
-                velocity: state.bodies[index].velocity,
-                clock: 0.0,
-                contact: f64::INFINITY,
-                partner: NONE,
-                partner_count: 0,
-                count: 0,
-                cell,
-            })
-            .collect();
-        let names: Vec<u32> = located.iter().map(|&(_, index, ..)| index as u32).collect();
-        for (disk, &(_, _, cell, _)) in located.iter().enumerate() {
-            cells.insert(disk as u32, cell);
-        }
+        let fastest = (state.bodies.iter())
+            .map(|body| body.velocity.amax())
+            .fold(0.0, f64::max);
+        let speed = if fastest > 0.0 {
+            2.0_f64.powi((fastest.log2().floor() as i32).clamp(-1000, 1000))
+        } else {
+            1.0
+        };
+        let cells = Cells::new(lengths, diameter, count);
+        let (disks, names) = Disks::new(cells, count, |index| {
+            let body = &state.bodies[index];
+            (state.domain.wrap(body.position), body.velocity / speed)
+        });
         let last_contact = match dissipation {
             Dissipation::ContactTime(_) if last_contact.is_empty() => {
                 vec![f64::NEG_INFINITY; count]
             }
             Dissipation::ContactTime(_) => names
                 .iter()
-                .map(|&name| last_contact[name as usize] - state.time)
+                .map(|&name| (last_contact[name as usize] - state.time) * speed)
                 .collect(),
             _ => Vec::new(),
         };
-        let speed = state
-            .bodies
-            .iter()
-            .map(|body| body.velocity.norm_squared())
-            .sum::<f64>();
-        let unit = diameter / (speed / count.max(1) as f64).sqrt();
+        let square: f64 = (disks.all.iter())
+            .map(|disk| disk.velocity.norm_squared())
+            .sum();
+        let unit = diameter / (square / count.max(1) as f64).sqrt();
         let unit = if unit.is_finite() { unit } else { 0.0 };
         let tags = names
             .iter()
@@ -308,23 +262,27 @@ where
             scene,
             dissipation,
             domain: state.domain,
-            cells,
+            calendar: Q::new(&NoEvents),
             disks,
             tags,
             names,
             last_contact,
-            calendar: Q::new(Vec::new(), 0),
+            candidates: Candidates::new(),
+            speed,
             epoch: state.time,
             now: 0.0,
             time: state.time,
+            refresh: tally.collisions + REFRESH * count as u64 + LEAST_REFRESH,
             progress: (0.0, tally.collisions - stalled.min(tally.collisions)),
             unit,
             tally,
+            recent: [[NONE; 2]; RECENT],
         };
-        let entries = (0..count as u32)
-            .filter_map(|disk| engine.predict(disk))
-            .collect();
-        engine.calendar = Q::new(entries, count);
+        for disk in 0..count as u32 {
+            engine.look_around(disk);
+        }
+        engine.tally.pushes += count as u64;
+        engine.calendar = Q::new(&engine.disks);
         Ok(engine)
     }
 
@@ -339,10 +297,30 @@ where
         most_collisions: u64,
         watch: &mut impl Observe<P>,
     ) -> Result<bool, EngineError> {
-        let end = until - self.epoch;
         let last = self.tally.collisions.saturating_add(most_collisions);
         while self.tally.collisions < last {
-            let Some(entry) = self.calendar.pop(end) else {
+            if self.tally.collisions >= self.refresh {
+                self.time = self.epoch + self.now / self.speed;
+                *self = Self::new(self.scene.clone(), self.dissipation, self.checkpoint())?;
+            }
+            if self.advance_afresh(until, last.min(self.refresh), watch)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Advances to a time, or until there were `last` collisions in all.
+    fn advance_afresh(
+        &mut self,
+        until: f64,
+        last: u64,
+        watch: &mut impl Observe<P>,
+    ) -> Result<bool, EngineError> {
+        let end = (until - self.epoch) * self.speed;
+        let width = self.disks.cells.width();
+        while self.tally.collisions < last {
+            let Some(entry) = self.calendar.pop(end, &self.disks) else {
                 // A gas without events stays where it is rather than move for an infinite time.
                 if until.is_finite() {
                     self.now = self.now.max(end);
@@ -350,36 +328,42 @@ where
                 }
                 return Ok(true);
             };
-            let disk = &self.disks[entry.disk as usize];
-            if entry.count != disk.count {
+            let disk = &self.disks.all[entry.disk as usize];
+            let (exit, axis) = disk.exit(width);
+            let contact = disk.contact <= exit;
+            if entry.time != if contact { disk.contact } else { exit } {
                 self.tally.stale += 1;
                 continue;
             }
             self.now = entry.time;
-            if entry.time != disk.contact {
-                self.cross(entry.disk);
-            } else if self.disks[disk.partner as usize].count == disk.partner_count {
-                let partner = disk.partner;
+            if !contact {
+                self.cross(entry.disk, axis);
+                continue;
+            }
+            let partner = disk.partner;
+            if self.disks.all[partner as usize].count == disk.partner_count {
                 self.collide(entry.disk, partner, watch);
+                self.recent[self.tally.collisions as usize % RECENT] = [entry.disk, partner];
                 if self.tally.collisions.is_multiple_of(4096) {
                     self.check_progress([entry.disk, partner])?;
                 }
             } else {
                 self.tally.broken += 1;
-                self.disks[entry.disk as usize].advance(entry.time);
-                self.schedule(entry.disk);
+                self.disks.all[entry.disk as usize].advance(entry.time);
+                self.predict(entry.disk);
             }
         }
-        self.time = self.epoch + self.now;
+        self.time = self.epoch + self.now / self.speed;
         Ok(false)
     }
 
     /// The gas at the present time.
     pub fn state(&self) -> State<P> {
-        let mut bodies = vec![Body::new(Vector2::zeros(), Vector2::zeros()); self.disks.len()];
-        for (disk, &name) in self.disks.iter().zip(&self.names) {
-            let position = self.cells.corner(disk.cell) + disk.at(self.now);
-            bodies[name as usize] = Body::new(self.domain.wrap(position), disk.velocity);
+        let mut bodies = vec![Body::new(Vector2::zeros(), Vector2::zeros()); self.names.len()];
+        for (disk, &name) in self.names.iter().enumerate() {
+            let position = self.disks.place(disk as u32, self.now);
+            let velocity = self.disks.all[disk].velocity * self.speed;
+            bodies[name as usize] = Body::new(self.domain.wrap(position), velocity);
         }
         State {
             time: self.time,
@@ -392,7 +376,7 @@ where
     pub fn checkpoint(&self) -> Checkpoint<P> {
         let mut last_contact = vec![0.0; self.last_contact.len()];
         for (&last, &name) in self.last_contact.iter().zip(&self.names) {
-            last_contact[name as usize] = last + self.epoch;
+            last_contact[name as usize] = last / self.speed + self.epoch;
         }
         Checkpoint {
             state: self.state(),
@@ -416,194 +400,123 @@ where
     /// of one prediction for all disks.
     pub fn worst_overlap(&self) -> f64 {
         let mut worst = 0.0_f64;
-        for who in 0..self.disks.len() as u32 {
-            let own = self.disks[who as usize].at(self.now);
-            self.for_neighbours(who, -1..=1, -1..=1, |other, shift| {
-                let apart = own - self.disks[other as usize].at(self.now) - shift;
-                worst = worst.max(self.contact_distance(who, other) - apart.norm());
-            });
+        for who in 0..self.names.len() as u32 {
+            let disk = self.disks.all[who as usize];
+            let flown = disk.velocity * (self.now - disk.clock);
+            self.disks
+                .around(who, [0, 1, 2], [0, 1, 2], |other, candidate, position| {
+                    if other != who {
+                        let apart = position + flown - candidate.at(self.now);
+                        worst = worst.max(self.contact_distance(who, other) - apart.norm());
+                    }
+                });
         }
         worst
     }
 
     /// Memory held \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.disks.capacity() * size_of::<Disk>()
-            + self.cells.bytes()
+        self.disks.bytes()
             + self.calendar.bytes()
             + self.names.capacity() * 4
             + self.last_contact.capacity() * 8
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
-    #[inline]
+    #[inline(always)]
     fn contact_distance(&self, first: u32, second: u32) -> f64 {
         let sizes = self.scene.sizes();
         sizes.radius(self.tags[first as usize]) + sizes.radius(self.tags[second as usize])
     }
 
-    /// Calls `visit` with each disk in the cells `columns` x `rows` around a disk (steps of -1, 0, 1)
-    /// and the vector from that disk's cell to the other's. Disks in a box of fewer than three cells
-    /// are met once for each image.
-    #[inline(always)]
-    fn for_neighbours(
-        &self,
-        who: u32,
-        columns: std::ops::RangeInclusive<i32>,
-        rows: std::ops::RangeInclusive<i32>,
-        mut visit: impl FnMut(u32, Vector2<f64>),
-    ) {
-        let cell = self.disks[who as usize].cell;
-        let width = self.cells.width();
-        for row in rows {
-            let y = self.cells.shifted(cell[1], 1, row);
-            for column in columns.clone() {
-                let x = self.cells.shifted(cell[0], 0, column);
-                let mut other = self.cells.first(self.cells.index([x, y]));
-                while other != NONE {
-                    if other != who {
-                        visit(
-                            other,
-                            vector![f64::from(column) * width[0], f64::from(row) * width[1]],
-                        );
-                    }
-                    other = self.cells.after(other);
-                }
-            }
-        }
-    }
-
     /// Improves the predicted contact of a disk, which is up to date, by those with disks in the given
     /// cells around it.
     #[inline(always)]
-    fn search(
+    fn search<const C: usize, const R: usize>(
         &mut self,
         who: u32,
-        columns: std::ops::RangeInclusive<i32>,
-        rows: std::ops::RangeInclusive<i32>,
+        columns: [usize; C],
+        rows: [usize; R],
     ) {
-        let disk = self.disks[who as usize];
-        let (mut wait, mut partner) = (disk.contact - disk.clock, disk.partner);
-        let mut predictions = 0;
-        self.for_neighbours(who, columns, rows, |candidate, shift| {
-            let other = &self.disks[candidate as usize];
-            let separation = disk.position - other.at(disk.clock) - shift;
-            let relative = disk.velocity - other.velocity;
-            let distance = self.contact_distance(who, candidate);
-            predictions += 1;
-            if let Some(time) = time_to_contact(separation, relative, distance * distance, wait) {
-                if time <= 0.0 && at_rest(separation, disk.velocity, other.velocity) {
-                    return;
-                }
-                if time <= 0.0 && at_rest(separation, disk.velocity, other.velocity) {
-                    return;
-                }
-                debug_assert!(
-                    distance - separation.norm() < 1e-9 * distance,
-                    "disks {who} and {candidate} overlap by {}",
-                    distance - separation.norm()
-                );
-                wait = time;
-                partner = candidate;
-            }
-        });
-        self.tally.predictions += predictions;
-        if partner != disk.partner || wait != disk.contact - disk.clock {
-            let partner_count = self.disks[partner as usize].count;
-            let disk = &mut self.disks[who as usize];
-            // An overlap by rounding gives a time just before now.
-            disk.contact = disk.clock + wait.max(0.0);
-            disk.partner = partner;
-            disk.partner_count = partner_count;
-        }
+        let sizes = self.scene.sizes();
+        let tags = &self.tags;
+        let own = sizes.radius(tags[who as usize]);
+        let distance = |other: u32| own + sizes.radius(tags[other as usize]);
+        self.tally.predictions +=
+            self.disks
+                .search(&mut self.candidates, who, columns, rows, distance);
     }
 
-    /// Predicts the next event of a disk that is up to date, from nothing; `None` if it has none.
-    fn predict(&mut self, who: u32) -> Option<Entry> {
-        let disk = &mut self.disks[who as usize];
+    /// Predicts the next contact of a disk that is up to date, from nothing.
+    fn look_around(&mut self, who: u32) {
+        let disk = &mut self.disks.all[who as usize];
         disk.contact = f64::INFINITY;
         disk.partner = NONE;
-        self.search(who, -1..=1, -1..=1);
-        self.next_event(who)
+        self.search(who, [0, 1, 2], [0, 1, 2]);
     }
 
-    fn next_event(&mut self, who: u32) -> Option<Entry> {
-        let disk = &self.disks[who as usize];
-        let time = disk.contact.min(disk.crossing(self.cells.width()).0);
-        time.is_finite().then(|| {
-            self.tally.pushes += 1;
-            Entry {
-                time,
-                disk: who,
-                count: disk.count,
-            }
-        })
+    fn predict(&mut self, who: u32) {
+        self.look_around(who);
+        self.schedule(who);
     }
 
+    #[inline]
     fn schedule(&mut self, who: u32) {
-        if let Some(entry) = self.predict(who) {
-            self.calendar.push(entry);
+        let time = self.disks.time(who);
+        if time.is_finite() {
+            self.tally.pushes += 1;
+            self.calendar.push(Entry { time, disk: who });
         }
     }
 
     /// Moves a disk into the next cell and looks at the three cells that come into its reach.
-    fn cross(&mut self, who: u32) {
+    fn cross(&mut self, who: u32, axis: usize) {
         self.tally.crossings += 1;
-        let width = self.cells.width();
-        let disk = &mut self.disks[who as usize];
-        let axis = disk.crossing(width).1;
-        let step = if disk.velocity[axis] > 0.0 { 1 } else { -1 };
-        disk.advance(self.now);
-        let old = disk.cell;
-        disk.position[axis] -= f64::from(step) * width[axis];
-        disk.cell[axis] = self.cells.shifted(old[axis], axis, step);
-        let new = disk.cell;
-        self.cells.remove(who, old);
-        self.cells.insert(who, new);
-        if axis == 0 {
-            self.search(who, step..=step, -1..=1);
+        let side = if self.disks.cross(who, axis, self.now) {
+            2
         } else {
-            self.search(who, -1..=1, step..=step);
+            0
+        };
+        if axis == 0 {
+            self.search(who, [side], [0, 1, 2]);
+        } else {
+            self.search(who, [0, 1, 2], [side]);
         }
-        if let Some(entry) = self.next_event(who) {
-            self.calendar.push(entry);
-        }
+        self.schedule(who);
     }
 
     fn collide(&mut self, first: u32, second: u32, watch: &mut impl Observe<P>) {
         let now = self.now;
         self.tally.collisions += 1;
         for who in [first, second] {
-            let disk = &mut self.disks[who as usize];
+            let disk = &mut self.disks.all[who as usize];
             disk.advance(now);
             disk.count = disk.count.wrapping_add(1);
         }
-        let (one, other) = (self.disks[first as usize], self.disks[second as usize]);
-        let line = self
-            .cells
-            .nearest(one.position - other.position + self.cells.between(one.cell, other.cell));
+        let line = self.disks.separation(first, second, now);
+        let velocities = [first, second].map(|who| self.disks.all[who as usize].velocity);
         let sizes = self.scene.sizes();
         let masses = [first, second].map(|who| sizes.mass(self.tags[who as usize]));
+        let relative = (velocities[0] - velocities[1]) * self.speed;
+        let restitution = self.restitution([first, second], -relative.dot(&line) / line.norm());
         let pair = Encounter {
-            velocities: [one.velocity, other.velocity],
+            velocities,
             masses,
             line,
         };
-        let relative = one.velocity - other.velocity;
-        let restitution = self.restitution([first, second], -relative.dot(&line) / line.norm());
-        let [u, v] = collide(&self.scene, &pair, restitution);
-        self.disks[first as usize].velocity = u;
-        self.disks[second as usize].velocity = v;
+        for (who, velocity) in [first, second].into_iter().zip(collide(&self.scene, &pair, restitution)) {
+            self.disks.all[who as usize].velocity = velocity;
+        }
         watch.collision(&Collision {
-            time: self.epoch + now,
+            time: self.epoch + now / self.speed,
             relative,
             line,
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
             restitution,
             weight: 1.0,
         });
-        self.schedule(first);
-        self.schedule(second);
+        self.predict(first);
+        self.predict(second);
     }
 
     #[inline]
@@ -616,7 +529,7 @@ where
                 let mut recent = false;
                 for who in pair {
                     let last = &mut self.last_contact[who as usize];
-                    recent |= self.now - *last < contact_time;
+                    recent |= self.now - *last < contact_time * self.speed;
                     *last = self.now;
                 }
                 self.tally.elastic_contacts += u64::from(recent);
@@ -630,22 +543,38 @@ where
         let (time, collisions) = self.progress;
         // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and
         // time is measured against its absolute value.
-        let resolution = 1e-13 * ((self.epoch + self.now).abs() + self.unit);
+        let resolution = 1e-13 * ((self.epoch * self.speed + self.now).abs() + self.unit);
         if self.now - time > resolution {
             self.progress = (self.now, self.tally.collisions);
             return Ok(());
         }
         let stuck = self.tally.collisions - collisions;
-        if stuck > COLLAPSE + 8 * self.disks.len() as u64 {
-            let place = self.cells.corner(self.disks[pair[0] as usize].cell)
-                + self.disks[pair[0] as usize].position;
-            return Err(EngineError::InelasticCollapse {
-                time: self.epoch + self.now,
-                collisions: stuck,
-                pair: pair.map(|who| self.names[who as usize] as usize),
-                place: self.domain.wrap(place).into(),
-            });
+        if stuck <= COLLAPSE + 8 * self.names.len() as u64 {
+            return Ok(());
         }
-        Ok(())
+        self.time = self.epoch + self.now / self.speed;
+        let place = self.disks.place(pair[0], self.now);
+        let name = |disk: u32| self.names[disk as usize] as usize;
+        let recent = self.recent.iter().flatten().copied();
+        let cluster: BTreeSet<usize> = recent.filter(|&disk| disk != NONE).map(name).collect();
+        Err(EngineError::InelasticCollapse {
+            time: self.time,
+            collisions: stuck,
+            pair: pair.map(name),
+            cluster: cluster.into_iter().collect(),
+            place: self.domain.wrap(place).into(),
+        })
+    }
+}
+
+/// Nothing happens; stands in while there are no predictions.
+struct NoEvents;
+
+impl Agenda for NoEvents {
+    fn disks(&self) -> u32 {
+        0
+    }
+    fn time(&self, _disk: u32) -> f64 {
+        f64::INFINITY
     }
 }

@@ -26,9 +26,11 @@
 mod calendar;
 mod cells;
 mod contact;
+mod disk;
 mod engine;
+mod memory;
 pub mod plain;
 
-pub use calendar::{Buckets, Calendar, Entry, Sorted};
+pub use calendar::{Agenda, Buckets, Calendar, Entry, Sorted};
 pub use contact::time_to_contact;
 pub use engine::{Checkpoint, Dissipation, Engine, EngineError, Tally};

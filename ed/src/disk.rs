@@ -1,0 +1,326 @@
+//! The disks in their cells: where they are, and what happens to each next.
+
+use nalgebra::{Vector2, vector};
+
+use crate::calendar::Agenda;
+use crate::cells::{Cell, Cells, NONE};
+use crate::contact::Candidates;
+use crate::memory;
+
+/// One disk in one cache line. Times and speeds are in the engine's own units.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Disk {
+    /// Position relative to the corner of the cell, at the time `clock`.
+    pub(crate) position: Vector2<f64>,
+    pub(crate) velocity: Vector2<f64>,
+    /// When position and velocity were last brought up to date.
+    pub(crate) clock: f64,
+    /// Predicted time of contact with `partner`; infinite without one.
+    pub(crate) contact: f64,
+    pub(crate) partner: u32,
+    /// Collisions of the partner when the contact was predicted.
+    pub(crate) partner_count: u32,
+    /// Collisions of this disk.
+    pub(crate) count: u32,
+    /// The next disk of the same cell, or [`NONE`].
+    pub(crate) next: u32,
+}
+
+impl Disk {
+    pub(crate) fn new(position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
+        Self {
+            position,
+            velocity,
+            clock: 0.0,
+            contact: f64::INFINITY,
+            partner: NONE,
+            partner_count: 0,
+            count: 0,
+            next: NONE,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, time: f64) -> Vector2<f64> {
+        self.position + self.velocity * (time - self.clock)
+    }
+
+    #[inline]
+    pub(crate) fn advance(&mut self, time: f64) {
+        self.position = self.at(time);
+        self.clock = time;
+    }
+
+    /// Time and axis of the next cell boundary; the time is never before the clock.
+    #[inline(always)]
+    pub(crate) fn exit(&self, width: Vector2<f64>) -> (f64, usize) {
+        let exit = |axis: usize| {
+            let speed = self.velocity[axis];
+            let boundary = if speed > 0.0 { width[axis] } else { 0.0 };
+            let wait = (boundary - self.position[axis]) / speed;
+            if speed == 0.0 { f64::INFINITY } else { wait }
+        };
+        let (x, y) = (exit(0), exit(1));
+        let wait = if x <= y { x } else { y };
+        (
+            self.clock + if wait > 0.0 { wait } else { 0.0 },
+            usize::from(x > y),
+        )
+    }
+}
+
+/// All disks and the grid they are in.
+pub(crate) struct Disks {
+    pub(crate) all: Vec<Disk>,
+    /// Cell of each disk.
+    homes: Vec<Cell>,
+    pub(crate) cells: Cells,
+    /// Whether the disks do not fit into the caches near the processor.
+    far_from_processor: bool,
+}
+
+/// Marks the cell in an entry of an open list: above the number of the disk.
+const TAG: u64 = 1 << 32;
+
+/// Disks that fit into a second-level cache of today, at a cache line each.
+const NEAR: usize = 20_000;
+
+impl Disks {
+    /// Sorts bodies (position inside the box, velocity) into a grid and in memory; with them, the index of
+    /// the body that each disk is.
+    pub(crate) fn new(
+        cells: Cells,
+        count: usize,
+        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>),
+    ) -> (Self, Vec<u32>) {
+        let place = |index: usize| {
+            let (cell, _) = cells.locate(body(index).0);
+            cells.place(cell, 1, 1) as u32
+        };
+        let mut order: Vec<(u32, u32)> = (0..count)
+            .map(|index| (place(index), index as u32))
+            .collect();
+        order.sort_unstable();
+        // Within a cell by position, so that nothing depends on how the bodies are numbered.
+        for cell in order.chunk_by_mut(|a, b| a.0 == b.0) {
+            cell.sort_by(|a, b| {
+                let (a, b) = (body(a.1 as usize).0, body(b.1 as usize).0);
+                (a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
+            });
+        }
+        let mut disks = Self {
+            all: memory::reserved(count),
+            homes: memory::reserved(count),
+            cells,
+            far_from_processor: count > NEAR,
+        };
+        for &(_, index) in &order {
+            let (position, velocity) = body(index as usize);
+            let (cell, offset) = disks.cells.locate(position);
+            disks.all.push(Disk::new(offset, velocity));
+            disks.homes.push(cell);
+            disks.enter(disks.all.len() as u32 - 1);
+        }
+        (disks, order.into_iter().map(|(_, index)| index).collect())
+    }
+
+    #[inline]
+    pub(crate) fn home(&self, who: u32) -> Cell {
+        self.homes[who as usize]
+    }
+
+    fn enter(&mut self, who: u32) {
+        let place = self.cells.place(self.home(who), 1, 1);
+        self.all[who as usize].next = self.cells.set_first(place, who);
+    }
+
+    fn leave(&mut self, who: u32) {
+        let place = self.cells.place(self.home(who), 1, 1);
+        let next = self.all[who as usize].next;
+        let mut before = self.cells.first(place);
+        if before == who {
+            self.cells.set_first(place, next);
+            return;
+        }
+        while self.all[before as usize].next != who {
+            before = self.all[before as usize].next;
+        }
+        self.all[before as usize].next = next;
+    }
+
+    /// Moves a disk into the next cell along an axis at the given time; whether it went forward.
+    pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> bool {
+        self.leave(who);
+        let width = self.cells.width()[axis];
+        let disk = &mut self.all[who as usize];
+        disk.advance(now);
+        let forward = disk.velocity[axis] > 0.0;
+        disk.position[axis] += if forward { -width } else { width };
+        let home = &mut self.homes[who as usize][axis];
+        *home = self.cells.beyond(*home, axis, forward).0;
+        self.enter(who);
+        forward
+    }
+
+    /// Position in the plane at the given time, less a whole number of boxes or not.
+    pub(crate) fn place(&self, who: u32, time: f64) -> Vector2<f64> {
+        self.cells.corner(self.home(who)) + self.all[who as usize].at(time)
+    }
+
+    /// Separation of the first from the second disk at a time, over the nearest image.
+    pub(crate) fn separation(&self, first: u32, second: u32, time: f64) -> Vector2<f64> {
+        let apart = self.all[first as usize].at(time) - self.all[second as usize].at(time);
+        self.cells
+            .nearest(apart + self.cells.between(self.home(first), self.home(second)))
+    }
+
+    /// Whether two touching disks approach no faster than their velocities are rounded: after a contact
+    /// with restitution 0 the normal part of their relative velocity is nothing but rounding.
+    #[cold]
+    fn at_rest(&self, first: u32, second: u32, time: f64) -> bool {
+        let separation = self.separation(first, second, time);
+        let velocity = |who: u32| self.all[who as usize].velocity;
+        let approach = -separation.dot(&(velocity(first) - velocity(second))) / separation.norm();
+        approach <= 8.0 * f64::EPSILON * (velocity(first).norm() + velocity(second).norm())
+    }
+
+    /// Calls `visit` with each disk in the given columns and rows of cells around a disk (0 before, 1
+    /// same, 2 after) and the position that a disk at rest with the first would have relative to the
+    /// corner of the other's cell. The disk itself is among them; in a box of fewer than three cells
+    /// disks are met once for each image.
+    #[inline(always)]
+    pub(crate) fn around<const C: usize, const R: usize>(
+        &self,
+        who: u32,
+        columns: [usize; C],
+        rows: [usize; R],
+        mut visit: impl FnMut(u32, &Disk, Vector2<f64>),
+    ) {
+        const RING: usize = 16;
+        let home = self.home(who);
+        let width = self.cells.width();
+        let own = self.all[who as usize].position;
+        let x = [own[0] + width[0], own[0], own[0] - width[0], 0.0];
+        let y = [own[1] + width[1], own[1], own[1] - width[1], 0.0];
+        // The lists of all cells are followed side by side, disk and cell in one number: at most nine are
+        // open at a time, and one loop over all has one end to be foreseen.
+        let mut open = [0_u64; RING];
+        let mut end = 0;
+        let places = self.cells.around(home);
+        for row in rows {
+            for column in columns {
+                let first = self.cells.first((places.0[column] + places.1[row]) as usize);
+                open[end % RING] = (4 * row + column) as u64 * TAG | u64::from(first);
+                end += usize::from(first != NONE);
+            }
+        }
+        let mut begin = 0;
+        while begin < end {
+            let entry = open[begin % RING];
+            begin += 1;
+            let (cell, other) = (entry / TAG, entry as u32);
+            let disk = &self.all[other as usize];
+            open[end % RING] = cell * TAG | u64::from(disk.next);
+            end += usize::from(disk.next != NONE);
+            let (column, row) = (cell as usize % 4, cell as usize / 4 % 4);
+            visit(other, disk, vector![x[column], y[row]]);
+        }
+    }
+
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the given
+    /// cells around it. The number of candidates looked at.
+    #[inline(always)]
+    pub(crate) fn search<const C: usize, const R: usize>(
+        &mut self,
+        candidates: &mut Candidates,
+        who: u32,
+        columns: [usize; C],
+        rows: [usize; R],
+        distance: impl Fn(u32) -> f64,
+    ) -> u64 {
+        let disk = &self.all[who as usize];
+        let (velocity, clock) = (disk.velocity, disk.clock);
+        let wait = disk.contact - clock;
+        let mut best: Option<(f64, u32)> = None;
+        let mut predictions = 0;
+        let evaluate = |candidates: &mut Candidates, best: &mut Option<(f64, u32)>| {
+            let limit = best.map_or(wait, |(time, _)| time);
+            let found = candidates.earliest(limit, |other| self.at_rest(who, other, clock));
+            *best = found.or(*best);
+        };
+        self.around(who, columns, rows, |other, candidate, position| {
+            let separation = position - candidate.at(clock);
+            let relative = velocity - candidate.velocity;
+            let distance = distance(other);
+            predictions += 1;
+            if candidates.add(other, separation, relative, distance * distance) {
+                evaluate(candidates, &mut best);
+            }
+        });
+        evaluate(candidates, &mut best);
+        if let Some((wait, partner)) = best {
+            let partner_count = self.all[partner as usize].count;
+            let disk = &mut self.all[who as usize];
+            // An overlap by rounding gives a time just before now.
+            disk.contact = disk.clock + wait.max(0.0);
+            disk.partner = partner;
+            disk.partner_count = partner_count;
+        }
+        predictions
+    }
+
+    /// Memory held \[bytes\].
+    pub(crate) fn bytes(&self) -> usize {
+        self.all.capacity() * size_of::<Disk>()
+            + self.homes.capacity() * size_of::<Cell>()
+            + self.cells.bytes()
+    }
+}
+
+impl Agenda for Disks {
+    fn disks(&self) -> u32 {
+        self.all.len() as u32
+    }
+
+    #[inline]
+    fn time(&self, disk: u32) -> f64 {
+        let disk = &self.all[disk as usize];
+        let exit = disk.exit(self.cells.width()).0;
+        if disk.contact <= exit {
+            disk.contact
+        } else {
+            exit
+        }
+    }
+
+    #[inline]
+    fn expect(&self, disk: u32, ahead: usize) {
+        if !self.far_from_processor {
+            return;
+        }
+        match ahead {
+            0 => {
+                let home = self.home(disk);
+                for row in 0..3 {
+                    for column in 0..3 {
+                        let first = self.cells.first(self.cells.place(home, column, row));
+                        memory::prefetch(&self.all, first as usize);
+                    }
+                }
+            }
+            1 => {
+                let home = self.home(disk);
+                for row in 0..3 {
+                    self.cells.prefetch(self.cells.place(home, 0, row));
+                    self.cells.prefetch(self.cells.place(home, 2, row));
+                }
+            }
+            2 => memory::prefetch(&self.all, self.all[disk as usize].partner as usize),
+            _ => {
+                memory::prefetch(&self.all, disk as usize);
+                memory::prefetch(&self.homes, disk as usize);
+            }
+        }
+    }
+}
