@@ -49,7 +49,12 @@ pub trait Agenda {
     /// Time of the next event of a disk; infinite if it has none.
     fn time(&self, disk: u32) -> f64;
 
-    /// A hint, free to be ignored: an event of this disk comes up in so many buckets.
+    /// Whether it wants to know what comes up.
+    fn foresighted(&self) -> bool {
+        false
+    }
+
+    /// An event of this disk comes up in so many buckets.
     fn expect(&self, _disk: u32, _ahead: usize) {}
 }
 
@@ -111,7 +116,7 @@ impl Calendar for Sorted {
 /// A ring of time buckets.
 ///
 /// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that names
-/// disks but no times: when it becomes the current one, each of its disks is asked for the time of its
+/// disks but no times, so that filing an event waits for nothing: the line is only written to. When it becomes the current one, each of its disks is asked for the time of its
 /// event, which also tells the stale ones, and those of this bucket are lined up. An event of the
 /// current bucket joins them, one beyond the ring goes to the far list, which is looked through four
 /// times a turn, and one that finds its bucket full to a heap. As the disks of the next buckets are
@@ -122,6 +127,8 @@ impl Calendar for Sorted {
 pub struct Buckets {
     inverse_width: f64,
     ring: Vec<Bucket>,
+    /// How many disks each bucket names.
+    counts: Vec<u8>,
     /// Number of the current bucket.
     current: u64,
     /// Its events, in no order: the first `few`.
@@ -141,16 +148,13 @@ pub struct Buckets {
 
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct Bucket {
-    count: u32,
-    disks: [u32; 15],
-}
+struct Bucket([u32; 16]);
 
 /// Events that a bucket should hold.
-const LOAD: f64 = 5.0;
+const LOAD: f64 = 4.0;
 
 /// Loads between which the width stays.
-const LOADS: [f64; 2] = [2.0, 9.0];
+const LOADS: [f64; 2] = [2.5, 7.0];
 
 /// Events whose earliest is found by comparing all.
 const FEW: usize = 24;
@@ -180,11 +184,11 @@ impl Buckets {
             self.line_up(entry);
         } else if number - self.current < self.ring.len() as u64 {
             self.near += 1;
-            let slot = number & self.mask();
-            let bucket = &mut self.ring[slot as usize];
-            if let Some(place) = bucket.disks.get_mut(bucket.count as usize) {
+            let slot = (number & self.mask()) as usize;
+            let count = &mut self.counts[slot];
+            if let Some(place) = self.ring[slot].0.get_mut(usize::from(*count)) {
                 *place = entry.disk;
-                bucket.count += 1;
+                *count += 1;
             } else {
                 self.spill.push((number, entry.disk));
             }
@@ -224,9 +228,7 @@ impl Buckets {
 
     /// Files all events anew, with the width for `LOAD` events a bucket at the given rate.
     fn rebuild(&mut self, rate: f64, agenda: &impl Agenda) {
-        for bucket in &mut self.ring {
-            bucket.count = 0;
-        }
+        self.counts.fill(0);
         self.few = 0;
         self.crowd.clear();
         self.spill.clear();
@@ -265,19 +267,20 @@ impl Buckets {
             }
             self.refile(agenda);
         }
-        let ring = self.ring.len();
         let slot = (self.current & self.mask()) as usize;
-        memory::prefetch(&self.ring, (slot + AHEAD + 2) & (ring - 1));
-        for ahead in (1..=AHEAD).rev() {
-            let bucket = &self.ring[(slot + ahead) & (ring - 1)];
-            for &disk in bucket.disks.iter().take(bucket.count as usize) {
-                agenda.expect(disk, ahead);
+        if agenda.foresighted() {
+            let mask = self.ring.len() - 1;
+            memory::prefetch(&self.ring, (slot + AHEAD + 2) & mask);
+            for ahead in (0..=AHEAD).rev() {
+                for &disk in self.named((slot + ahead) & mask) {
+                    agenda.expect(disk, ahead);
+                }
             }
         }
         let bucket = self.ring[slot];
-        self.ring[slot].count = 0;
-        self.near -= bucket.count as usize;
-        for &disk in bucket.disks.iter().take(bucket.count as usize) {
+        let count = usize::from(std::mem::take(&mut self.counts[slot]));
+        self.near -= count;
+        for &disk in bucket.0.iter().take(count) {
             self.admit(disk, agenda);
         }
         while let Some(&(number, disk)) = self.spill.peek() {
@@ -289,6 +292,12 @@ impl Buckets {
             self.admit(disk, agenda);
         }
         true
+    }
+
+    /// The disks that a bucket names.
+    fn named(&self, slot: usize) -> &[u32] {
+        let bucket = &self.ring[slot].0;
+        &bucket[..usize::from(self.counts[slot]).min(bucket.len())]
     }
 
     /// Lines up the event of a disk named in the current bucket, unless it is stale.
@@ -303,7 +312,6 @@ impl Buckets {
         } else if due {
             self.crowd.push(Entry { time, disk });
         }
-        agenda.expect(disk, 0);
     }
 
     /// Place of the earliest event of `soon`, if that is not empty.
@@ -312,8 +320,8 @@ impl Buckets {
         let (&first, others) = self.soon[..self.few].split_first()?;
         let (mut best, mut at) = (first, 0);
         for (place, &entry) in others.iter().enumerate() {
-            let earlier = (entry.time < best.time)
-                | ((entry.time == best.time) & (entry.disk < best.disk));
+            let earlier =
+                (entry.time < best.time) | ((entry.time == best.time) & (entry.disk < best.disk));
             at = select_unpredictable(earlier, place + 1, at);
             best.time = select_unpredictable(earlier, entry.time, best.time);
             best.disk = select_unpredictable(earlier, entry.disk, best.disk);
@@ -335,13 +343,10 @@ impl Calendar for Buckets {
         };
         let rate = if rate.is_finite() { rate } else { 1.0 };
         let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
-        let empty = Bucket {
-            count: 0,
-            disks: [0; 15],
-        };
         let mut calendar = Self {
             inverse_width: 1.0,
-            ring: memory::filled(empty, buckets),
+            ring: memory::filled(Bucket([0; 16]), buckets),
+            counts: memory::filled(0, buckets),
             current: 0,
             soon: [Entry { time: 0.0, disk: 0 }; FEW],
             few: 0,
@@ -395,8 +400,8 @@ impl Calendar for Buckets {
 
     fn bytes(&self) -> usize {
         self.ring.capacity() * size_of::<Bucket>()
-            + (self.far.capacity() + self.crowd.capacity())
-                * size_of::<Entry>()
+            + self.counts.capacity()
+            + (self.far.capacity() + self.crowd.capacity()) * size_of::<Entry>()
             + self.spill.capacity() * size_of::<(u64, u32)>()
     }
 }

@@ -16,7 +16,7 @@ const TILE: u32 = 3;
 
 /// Mean number of disks in a cell of a dilute gas: more, and more candidates are looked at in vain;
 /// fewer, and more boundaries are crossed.
-const OCCUPANCY: f64 = 0.46;
+const OCCUPANCY: f64 = 0.6;
 
 /// Periodic grid; each cell names the first of its disks.
 #[derive(Debug)]
@@ -52,7 +52,11 @@ impl Cells {
         let row = |y: u32| ((y >> TILE) * across) << (2 * TILE) | (y & inside) << TILE;
         let around = |count: u16, part: &dyn Fn(u32) -> u32| {
             let last = u32::from(count) - 1;
-            std::iter::once(last).chain(0..=last).chain([0]).map(part).collect()
+            std::iter::once(last)
+                .chain(0..=last)
+                .chain([0])
+                .map(part)
+                .collect()
         };
         let total = ((across * tiles(counts[1])) as usize) << (2 * TILE);
         Self {
@@ -124,7 +128,7 @@ impl Cells {
     }
 
     /// Vector from the corner of the second cell to that of the first, over the nearest image.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn between(&self, first: Cell, second: Cell) -> Vector2<f64> {
         let mut shift = Vector2::zeros();
         for axis in 0..2 {
@@ -141,7 +145,7 @@ impl Cells {
     }
 
     /// The nearest image of a separation, where the grid is too small for cells to tell images apart.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn nearest(&self, mut separation: Vector2<f64>) -> Vector2<f64> {
         for axis in 0..2 {
             if self.counts[axis] < 3 {

@@ -64,8 +64,8 @@ impl Candidates {
 
     pub(crate) fn new() -> Self {
         let none = Touching {
-            b: 0.0,
-            c: 0.0,
+            b: -1.0,
+            c: f64::INFINITY,
             discriminant: 0.0,
             disk: 0,
         };
@@ -109,7 +109,7 @@ impl Candidates {
         at_rest: impl Fn(u32) -> bool,
     ) -> Option<(f64, u32)> {
         let mut found = None;
-        for pair in &self.touching[..std::mem::take(&mut self.count)] {
+        for pair in &self.touching[..std::mem::take(&mut self.count).min(Self::ROOM)] {
             let time = pair.c / (pair.discriminant.sqrt() - pair.b);
             if time < limit && !(time <= 0.0 && at_rest(pair.disk)) {
                 limit = time;

@@ -1,6 +1,9 @@
 //! The disks in their cells: where they are, and what happens to each next.
 
+use std::ops::Range;
+
 use nalgebra::{Vector2, vector};
+use stosszahl_model::Sizes;
 
 use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE};
@@ -76,11 +79,17 @@ pub(crate) struct Disks {
     /// Cell of each disk.
     homes: Vec<Cell>,
     pub(crate) cells: Cells,
-    /// Whether the disks do not fit into the caches near the processor.
-    far_from_processor: bool,
+    /// Whether the disks do not fit into the caches near the processor, and not at all.
+    far_from_processor: [bool; 2],
 }
 
-/// Marks the cell in an entry of an open list: above the number of the disk.
+/// Lists of disks that are being followed: the next disk of each and, above it, where its cell is.
+type Open = [u64; RING];
+
+/// More than the nine that are open at a time.
+const RING: usize = 16;
+
+/// Puts the cell above the number of the disk.
 const TAG: u64 = 1 << 32;
 
 /// Disks that fit into a second-level cache of today, at a cache line each.
@@ -113,7 +122,7 @@ impl Disks {
             all: memory::reserved(count),
             homes: memory::reserved(count),
             cells,
-            far_from_processor: count > NEAR,
+            far_from_processor: [count > NEAR, count > 16 * NEAR],
         };
         for &(_, index) in &order {
             let (position, velocity) = body(index as usize);
@@ -169,6 +178,7 @@ impl Disks {
     }
 
     /// Separation of the first from the second disk at a time, over the nearest image.
+    #[inline(always)]
     pub(crate) fn separation(&self, first: u32, second: u32, time: f64) -> Vector2<f64> {
         let apart = self.all[first as usize].at(time) - self.all[second as usize].at(time);
         self.cells
@@ -185,81 +195,59 @@ impl Disks {
         approach <= 8.0 * f64::EPSILON * (velocity(first).norm() + velocity(second).norm())
     }
 
-    /// Calls `visit` with each disk in the given columns and rows of cells around a disk (0 before, 1
-    /// same, 2 after) and the position that a disk at rest with the first would have relative to the
-    /// corner of the other's cell. The disk itself is among them; in a box of fewer than three cells
-    /// disks are met once for each image.
+    /// Opens the lists of disks of some of the cells around one: columns and rows are numbered 0 before, 1 same,
+    /// 2 after. How many there are.
     #[inline(always)]
-    pub(crate) fn around<const C: usize, const R: usize>(
+    fn open(
         &self,
-        who: u32,
-        columns: [usize; C],
-        rows: [usize; R],
-        mut visit: impl FnMut(u32, &Disk, Vector2<f64>),
-    ) {
-        const RING: usize = 16;
-        let home = self.home(who);
-        let width = self.cells.width();
-        let own = self.all[who as usize].position;
-        let x = [own[0] + width[0], own[0], own[0] - width[0], 0.0];
-        let y = [own[1] + width[1], own[1], own[1] - width[1], 0.0];
-        // The lists of all cells are followed side by side, disk and cell in one number: at most nine are
-        // open at a time, and one loop over all has one end to be foreseen.
-        let mut open = [0_u64; RING];
+        home: Cell,
+        columns: Range<usize>,
+        rows: Range<usize>,
+        open: &mut Open,
+    ) -> usize {
+        let (x, y) = self.cells.around(home);
         let mut end = 0;
-        let places = self.cells.around(home);
         for row in rows {
-            for column in columns {
-                let first = self.cells.first((places.0[column] + places.1[row]) as usize);
+            for column in columns.clone() {
+                let first = self.cells.first((x[column] + y[row]) as usize);
                 open[end % RING] = (4 * row + column) as u64 * TAG | u64::from(first);
                 end += usize::from(first != NONE);
             }
         }
-        let mut begin = 0;
-        while begin < end {
-            let entry = open[begin % RING];
-            begin += 1;
-            let (cell, other) = (entry / TAG, entry as u32);
-            let disk = &self.all[other as usize];
-            open[end % RING] = cell * TAG | u64::from(disk.next);
-            end += usize::from(disk.next != NONE);
-            let (column, row) = (cell as usize % 4, cell as usize / 4 % 4);
-            visit(other, disk, vector![x[column], y[row]]);
-        }
+        end
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the given
-    /// cells around it. The number of candidates looked at.
+    /// Position of a disk relative to the corners of the columns and rows around its own.
     #[inline(always)]
-    pub(crate) fn search<const C: usize, const R: usize>(
+    fn relative_positions(&self, position: Vector2<f64>) -> [[f64; 4]; 2] {
+        let width = self.cells.width();
+        [0, 1].map(|axis| {
+            let here = position[axis];
+            [here + width[axis], here, here - width[axis], 0.0]
+        })
+    }
+
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells around
+    /// it, or in the three of them `beyond` an axis, to the side 0 before or 2 after. The number of candidates
+    /// looked at.
+    #[inline(always)]
+    pub(crate) fn search<S: Sizes>(
         &mut self,
         candidates: &mut Candidates,
         who: u32,
-        columns: [usize; C],
-        rows: [usize; R],
-        distance: impl Fn(u32) -> f64,
+        beyond: Option<(usize, usize)>,
+        sizes: &S,
+        tags: &[S::Tag],
     ) -> u64 {
-        let disk = &self.all[who as usize];
-        let (velocity, clock) = (disk.velocity, disk.clock);
-        let wait = disk.contact - clock;
-        let mut best: Option<(f64, u32)> = None;
-        let mut predictions = 0;
-        let evaluate = |candidates: &mut Candidates, best: &mut Option<(f64, u32)>| {
-            let limit = best.map_or(wait, |(time, _)| time);
-            let found = candidates.earliest(limit, |other| self.at_rest(who, other, clock));
-            *best = found.or(*best);
+        let mut open = [0; RING];
+        let home = self.home(who);
+        let opened = match beyond {
+            None => self.open(home, 0..3, 0..3, &mut open),
+            Some((0, side)) => self.open(home, side..side + 1, 0..3, &mut open),
+            Some((_, side)) => self.open(home, 0..3, side..side + 1, &mut open),
         };
-        self.around(who, columns, rows, |other, candidate, position| {
-            let separation = position - candidate.at(clock);
-            let relative = velocity - candidate.velocity;
-            let distance = distance(other);
-            predictions += 1;
-            if candidates.add(other, separation, relative, distance * distance) {
-                evaluate(candidates, &mut best);
-            }
-        });
-        evaluate(candidates, &mut best);
-        if let Some((wait, partner)) = best {
+        let (found, predictions) = self.earliest(&mut open, opened, candidates, who, sizes, tags);
+        if let Some((wait, partner)) = found {
             let partner_count = self.all[partner as usize].count;
             let disk = &mut self.all[who as usize];
             // An overlap by rounding gives a time just before now.
@@ -268,6 +256,105 @@ impl Disks {
             disk.partner_count = partner_count;
         }
         predictions
+    }
+
+    /// The innermost loop: the earliest contact with the disks of open lists, before the one already known,
+    /// and the number of candidates. The disk itself is among them: without relative motion it is no hit.
+    #[inline(always)]
+    fn earliest<S: Sizes>(
+        &self,
+        open: &mut Open,
+        mut end: usize,
+        candidates: &mut Candidates,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> (Option<(f64, u32)>, u64) {
+        let own = &self.all[who as usize];
+        let (velocity, clock) = (own.velocity, own.clock);
+        let [x, y] = self.relative_positions(own.position);
+        let radius = sizes.radius(tags[who as usize]);
+        let distance = |other: u32| match S::UNIFORM {
+            true => 2.0 * radius,
+            false => radius + sizes.radius(tags[other as usize]),
+        };
+        let mut limit = own.contact - clock;
+        let mut best = None;
+        let mut begin = 0;
+        loop {
+            // The lists of all cells are followed side by side, disk and cell in one number: at most nine are
+            // open at a time, and one loop over all has one end to be foreseen.
+            while begin < end {
+                let entry = open[begin % RING];
+                let (cell, other) = (entry / TAG, entry as u32);
+                let disk = &self.all[other as usize];
+                open[end % RING] = cell * TAG | u64::from(disk.next);
+                end += usize::from(disk.next != NONE);
+                begin += 1;
+                let flight = clock - disk.clock;
+                let separation = vector![
+                    x[cell as usize % 4] - (disk.position[0] + disk.velocity[0] * flight),
+                    y[cell as usize / 4 % 4] - (disk.position[1] + disk.velocity[1] * flight)
+                ];
+                let relative = velocity - disk.velocity;
+                let square = distance(other) * distance(other);
+                if candidates.add(other, separation, relative, square) {
+                    break;
+                }
+            }
+            let found = candidates.earliest(limit, |other| self.at_rest(who, other, clock));
+            if let Some((time, _)) = found {
+                limit = time;
+                best = found;
+            }
+            if begin == end {
+                return (best, begin as u64);
+            }
+        }
+    }
+
+    /// The deepest overlap of a disk with another at a time; 0 if there is none.
+    pub(crate) fn overlap(&self, who: u32, time: f64, distance: impl Fn(u32) -> f64) -> f64 {
+        let mut open = [0; RING];
+        let mut end = self.open(self.home(who), 0..3, 0..3, &mut open);
+        let [x, y] = self.relative_positions(self.all[who as usize].at(time));
+        let mut worst = 0.0_f64;
+        let mut begin = 0;
+        while begin < end {
+            let entry = open[begin % RING];
+            let (cell, other) = (entry / TAG, entry as u32);
+            let disk = &self.all[other as usize];
+            open[end % RING] = cell * TAG | u64::from(disk.next);
+            end += usize::from(disk.next != NONE);
+            begin += 1;
+            let at = vector![x[cell as usize % 4], y[cell as usize / 4 % 4]];
+            if other != who {
+                worst = worst.max(distance(other) - (at - disk.at(time)).norm());
+            }
+        }
+        worst
+    }
+
+    /// Calls up the lists of the cells around one.
+    #[inline(always)]
+    fn call_up_cells(&self, home: Cell) {
+        let (x, y) = self.cells.around(home);
+        for row in y {
+            self.cells.prefetch((x[0] + row) as usize);
+            self.cells.prefetch((x[2] + row) as usize);
+        }
+    }
+
+    /// Calls up the first disks of the cells around one.
+    #[inline(always)]
+    fn call_up_neighbours(&self, home: Cell) {
+        let (x, y) = self.cells.around(home);
+        for row in y {
+            for column in x {
+                let first = self.cells.first((column + row) as usize);
+                memory::prefetch(&self.all, first as usize);
+            }
+        }
     }
 
     /// Memory held \[bytes\].
@@ -295,28 +382,33 @@ impl Agenda for Disks {
     }
 
     #[inline]
+    fn foresighted(&self) -> bool {
+        self.far_from_processor[0]
+    }
+
+    #[inline]
     fn expect(&self, disk: u32, ahead: usize) {
-        if !self.far_from_processor {
-            return;
-        }
+        let partner = self.all[disk as usize].partner;
+        let partners = partner != NONE && self.far_from_processor[1];
         match ahead {
             0 => {
-                let home = self.home(disk);
-                for row in 0..3 {
-                    for column in 0..3 {
-                        let first = self.cells.first(self.cells.place(home, column, row));
-                        memory::prefetch(&self.all, first as usize);
-                    }
+                self.call_up_neighbours(self.home(disk));
+                if partners {
+                    self.call_up_neighbours(self.home(partner));
                 }
             }
             1 => {
-                let home = self.home(disk);
-                for row in 0..3 {
-                    self.cells.prefetch(self.cells.place(home, 0, row));
-                    self.cells.prefetch(self.cells.place(home, 2, row));
+                self.call_up_cells(self.home(disk));
+                if partners {
+                    self.call_up_cells(self.home(partner));
                 }
             }
-            2 => memory::prefetch(&self.all, self.all[disk as usize].partner as usize),
+            2 => {
+                memory::prefetch(&self.all, partner as usize);
+                if partners {
+                    memory::prefetch(&self.homes, partner as usize);
+                }
+            }
             _ => {
                 memory::prefetch(&self.all, disk as usize);
                 memory::prefetch(&self.homes, disk as usize);

@@ -401,15 +401,8 @@ where
     pub fn worst_overlap(&self) -> f64 {
         let mut worst = 0.0_f64;
         for who in 0..self.names.len() as u32 {
-            let disk = self.disks.all[who as usize];
-            let flown = disk.velocity * (self.now - disk.clock);
-            self.disks
-                .around(who, [0, 1, 2], [0, 1, 2], |other, candidate, position| {
-                    if other != who {
-                        let apart = position + flown - candidate.at(self.now);
-                        worst = worst.max(self.contact_distance(who, other) - apart.norm());
-                    }
-                });
+            let distance = |other| self.contact_distance(who, other);
+            worst = worst.max(self.disks.overlap(who, self.now, distance));
         }
         worst
     }
@@ -429,22 +422,17 @@ where
         sizes.radius(self.tags[first as usize]) + sizes.radius(self.tags[second as usize])
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the given
-    /// cells around it.
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells
+    /// around it, as [`Disks::search`].
     #[inline(always)]
-    fn search<const C: usize, const R: usize>(
-        &mut self,
-        who: u32,
-        columns: [usize; C],
-        rows: [usize; R],
-    ) {
-        let sizes = self.scene.sizes();
-        let tags = &self.tags;
-        let own = sizes.radius(tags[who as usize]);
-        let distance = |other: u32| own + sizes.radius(tags[other as usize]);
-        self.tally.predictions +=
-            self.disks
-                .search(&mut self.candidates, who, columns, rows, distance);
+    fn search(&mut self, who: u32, beyond: Option<(usize, usize)>) {
+        self.tally.predictions += self.disks.search(
+            &mut self.candidates,
+            who,
+            beyond,
+            self.scene.sizes(),
+            &self.tags,
+        );
     }
 
     /// Predicts the next contact of a disk that is up to date, from nothing.
@@ -452,7 +440,7 @@ where
         let disk = &mut self.disks.all[who as usize];
         disk.contact = f64::INFINITY;
         disk.partner = NONE;
-        self.search(who, [0, 1, 2], [0, 1, 2]);
+        self.search(who, None);
     }
 
     fn predict(&mut self, who: u32) {
@@ -472,16 +460,8 @@ where
     /// Moves a disk into the next cell and looks at the three cells that come into its reach.
     fn cross(&mut self, who: u32, axis: usize) {
         self.tally.crossings += 1;
-        let side = if self.disks.cross(who, axis, self.now) {
-            2
-        } else {
-            0
-        };
-        if axis == 0 {
-            self.search(who, [side], [0, 1, 2]);
-        } else {
-            self.search(who, [0, 1, 2], [side]);
-        }
+        let forward = self.disks.cross(who, axis, self.now);
+        self.search(who, Some((axis, if forward { 2 } else { 0 })));
         self.schedule(who);
     }
 
@@ -504,7 +484,11 @@ where
             masses,
             line,
         };
-        for (who, velocity) in [first, second].into_iter().zip(collide(&self.scene, &pair, restitution)) {
+        for (who, velocity) in
+            [first, second]
+                .into_iter()
+                .zip(collide(&self.scene, &pair, restitution))
+        {
             self.disks.all[who as usize].velocity = velocity;
         }
         watch.collision(&Collision {

@@ -33,7 +33,13 @@ pub(crate) fn reserved<T>(capacity: usize) -> Vec<T> {
         if last >= first + LARGE {
             // SAFETY: whole pages inside one live allocation; the advice changes how they are backed, not what they
             // hold. A refusal is of no consequence.
-            unsafe { libc::madvise(first as *mut libc::c_void, last - first, libc::MADV_HUGEPAGE) };
+            unsafe {
+                libc::madvise(
+                    first as *mut libc::c_void,
+                    last - first,
+                    libc::MADV_HUGEPAGE,
+                )
+            };
         }
     }
     vector
