@@ -8,11 +8,11 @@ use stosszahl_analysis::windows::Dissipation;
 use stosszahl_model::kinetic;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
-use crate::run::{Finished, Replica};
+use crate::run::{Finished, PARTS, Replica};
 use crate::setup::Setup;
 use crate::tables::{
     ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
+    PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// All tables of a case.
@@ -32,6 +32,8 @@ pub struct Tables {
     pub pairs: Vec<PairCorrelationRow>,
     /// The dissipation identity.
     pub dissipation: Vec<DissipationRow>,
+    /// Quarters of a driven run; empty in a gas that cools freely.
+    pub steady: Vec<SteadyRow>,
     /// Single replicas.
     pub replicas: Vec<ReplicaRow>,
 }
@@ -61,6 +63,7 @@ impl Tables {
             if setup.has_theory() {
                 tables.dissipation.extend(dissipation(setup, engine, runs));
             }
+            tables.steady.extend(steady(setup, engine, runs));
             for (replica, run) in runs.iter().enumerate() {
                 let samples = run.record.energies.iter().enumerate();
                 tables
@@ -168,11 +171,11 @@ impl Tables {
         }
     }
 
-    /// Writes all tables into a folder.
+    /// Writes the tables of a case into a folder.
     ///
     /// # Errors
     /// [`SnapshotError`] names the file that cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), SnapshotError> {
+    pub fn write(&self, setup: &Setup, folder: &Path) -> Result<(), SnapshotError> {
         write_table(folder, &self.energy)?;
         write_table(folder, &self.comparison)?;
         write_table(folder, &self.impact)?;
@@ -180,6 +183,9 @@ impl Tables {
         write_table(folder, &self.structure)?;
         write_table(folder, &self.pairs)?;
         write_table(folder, &self.dissipation)?;
+        if setup.case.drive.is_some() {
+            write_table(folder, &self.steady)?;
+        }
         write_table(folder, &self.replicas)
     }
 }
@@ -348,6 +354,29 @@ fn dissipation(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<Dissipati
                 correlation_ratio_se: correlation.1,
                 dissipation_ratio: total.0,
                 dissipation_ratio_se: total.1,
+                replicas: runs.len() as u64,
+            }
+        })
+        .collect()
+}
+
+fn steady(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<SteadyRow> {
+    if setup.case.drive.is_none() {
+        return Vec::new();
+    }
+    let edge = |part: usize| setup.case.run.until * part as f64 / PARTS as f64;
+    (0..PARTS)
+        .map(|part| {
+            let ratio = over(runs, |run| {
+                run.record.driven.as_ref()?.temperature(part, part + 1)
+            });
+            SteadyRow {
+                engine: engine.to_owned(),
+                window_start: edge(part),
+                window_end: edge(part + 1),
+                temperature_ratio: ratio.0,
+                temperature_ratio_se: ratio.1,
+                theory_ratio: setup.steady_temperature(),
                 replicas: runs.len() as u64,
             }
         })

@@ -113,6 +113,9 @@ pub struct Case {
     pub start: Start,
     /// How long to run and when to sample.
     pub run: Run,
+    /// What keeps the gas in motion; none leaves it to cool freely.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
     /// The engines to run, at least one and each at most once, in the order ed, dsmc-boltzmann,
     /// dsmc-free-volume, dsmc-enskog.
     pub engines: Vec<Engine>,
@@ -252,6 +255,15 @@ pub struct Run {
     pub samples_per_decade: usize,
     /// Seconds of computing between two checkpoints, above 0.
     pub checkpoint_seconds: f64,
+}
+
+/// Random kicks that keep the gas in motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Drive {
+    /// Energy that each disk gains on average, in temperatures of the start per `t0`, above 0.
+    pub heating: f64,
+    /// Time between two kicks in units of `t0`, above 0 and below `run.until`.
+    pub interval: f64,
 }
 
 /// An engine to run.

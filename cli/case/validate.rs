@@ -11,10 +11,13 @@ use super::error::Problem;
 use super::locate::{KeyPath, Step};
 use super::written::{self, Written};
 use super::{
-    Bodies, Case, ContactValue, Domain, Dsmc, Engine, EventDriven, Gas, Measure, Neighbourhood,
+    Bodies, Case, ContactValue, Domain, Drive, Dsmc, Engine, EventDriven, Gas, Measure, Neighbourhood,
     Restitution, Run, Start, StartFile, StartFileKind, Structure, Units, Velocities, Verdict,
     schema,
 };
+
+/// Most kicks of a run.
+const MOST_KICKS: f64 = 1e9;
 
 /// Checks a table and gives the case that it means. `folder` holds the case file.
 pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
@@ -36,6 +39,7 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
         },
         start,
         run: check.run(&written.run)?,
+        drive: check.drive(written.drive, until)?,
         engines: check.engines(written.engine)?,
         measure: check.measure(written.measure, until)?,
         verdict: Verdict {
@@ -277,6 +281,18 @@ impl Check<'_> {
             samples_per_decade: run.samples_per_decade as usize,
             checkpoint_seconds: run.checkpoint_seconds,
         })
+    }
+
+    fn drive(&self, drive: Option<written::Drive>, until: f64) -> Result<Option<Drive>, Problem> {
+        let Some(written::Drive { heating, interval }) = drive else {
+            return Ok(None);
+        };
+        if !(interval < until && until / interval <= MOST_KICKS) {
+            let key = "drive.interval";
+            let allowed = format!("{}; run.until = {until}", schema::sentence(key));
+            return Err(self.refuse(key, allowed));
+        }
+        Ok(Some(Drive { heating, interval }))
     }
 
     fn engines(&self, engines: written::Engines) -> Result<Vec<Engine>, Problem> {

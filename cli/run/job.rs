@@ -11,7 +11,7 @@ use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::windows::Windows;
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Sizes, State, snapshot};
+use stosszahl_model::{Drive, Sizes, State, snapshot};
 
 use super::record::{Moment, Record, Structure, schedule};
 use super::{Control, RunError, leg_collisions};
@@ -55,6 +55,8 @@ trait Gas: Sized {
     fn scene(&self) -> &Self::Physics;
     fn collisions(&self) -> u64;
     fn weight(&self) -> f64;
+    /// Gives each disk or simulator its kick.
+    fn kick(&mut self, drive: Drive, number: u64, streams: &Streams);
     fn checkpoint(&self) -> Self::Checkpoint;
     fn work(&self) -> BTreeMap<String, f64>;
 }
@@ -101,6 +103,13 @@ impl<P: Planar> Gas for Exact<P> {
     fn weight(&self) -> f64 {
         1.0
     }
+    fn kick(&mut self, drive: Drive, number: u64, streams: &Streams) {
+        let bodies = &mut self.gas.state.bodies;
+        let kicks = drive.kicks(&self.scene, bodies.len(), 1, number, streams);
+        for (body, kick) in bodies.iter_mut().zip(kicks) {
+            body.velocity += kick;
+        }
+    }
     fn checkpoint(&self) -> Self::Checkpoint {
         self.gas.clone()
     }
@@ -145,6 +154,11 @@ impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
     }
     fn weight(&self) -> f64 {
         self.weight()
+    }
+    fn kick(&mut self, drive: Drive, number: u64, streams: &Streams) {
+        let copies = (1.0 / self.weight()).round() as usize;
+        let kicks = drive.kicks(self.scene(), self.simulators(), copies, number, streams);
+        stosszahl_dsmc::Engine::kick(self, &kicks);
     }
     fn checkpoint(&self) -> Self::Checkpoint {
         self.checkpoint()
@@ -211,6 +225,8 @@ pub(super) fn run_engine<P: Planar>(
     control: &Control<'_, ()>,
     snapshots: Option<&Path>,
 ) -> Result<Finished, RunError> {
+    // All engines of a replica draw the same kicks.
+    let noise = setup.drive()?.map(|drive| (drive, streams));
     match engine {
         Engine::Ed(EventDriven {
             contact_time,
@@ -230,7 +246,7 @@ pub(super) fn run_engine<P: Planar>(
                     gas,
                 })
             };
-            follow(setup, engine, begin, &control.with(), snapshots)
+            follow(setup, engine, noise, begin, &control.with(), snapshots)
         }
         Engine::Dsmc(dsmc) => {
             let parameters = setup.dsmc_parameters(dsmc);
@@ -247,7 +263,7 @@ pub(super) fn run_engine<P: Planar>(
                     None => stosszahl_dsmc::Engine::new(scene, parameters, start, streams)?,
                 })
             };
-            follow(setup, engine, begin, &control.with(), snapshots)
+            follow(setup, engine, noise, begin, &control.with(), snapshots)
         }
     }
 }
@@ -264,6 +280,7 @@ fn scheme_number(dsmc: &Dsmc) -> u64 {
 fn follow<G: Gas>(
     setup: &Setup,
     engine: &Engine,
+    noise: Option<(Drive, Streams)>,
     begin: impl FnOnce(Option<G::Checkpoint>) -> Result<G, RunError>,
     control: &Control<'_, Progress<G::Checkpoint>>,
     snapshots: Option<&Path>,
@@ -311,8 +328,11 @@ fn follow<G: Gas>(
     let mut record = record.expect("just made");
     while let Some(moment) = schedule.get(next) {
         let before = gas.collisions();
-        let reached = gas.leg(moment.time_over_t0 * setup.time, &mut record.windows)?;
-        if reached {
+        let kick = kick_after(setup, &record);
+        // What is measured at the time of a kick is measured before it.
+        let until = kick.map_or(moment.time_over_t0, |kick| kick.min(moment.time_over_t0));
+        let reached = gas.leg(until * setup.time, &mut record.windows)?;
+        if reached && until == moment.time_over_t0 {
             sample(
                 setup,
                 engine,
@@ -323,6 +343,8 @@ fn follow<G: Gas>(
                 snapshots,
             )?;
             next += 1;
+        } else if let (true, Some((drive, streams))) = (reached, &noise) {
+            kick_now(setup, &mut gas, *drive, streams, &mut record);
         }
         control.tell(share(setup, gas.time()), gas.collisions() - before);
         if next < schedule.len() {
@@ -354,6 +376,34 @@ fn follow<G: Gas>(
         work,
         seconds,
     })
+}
+
+/// Time of the next kick, in units of `t_0`.
+fn kick_after(setup: &Setup, record: &Record) -> Option<f64> {
+    let number = record.driven.as_ref()?.kicks + 1;
+    Some(number as f64 * setup.case.drive?.interval)
+}
+
+fn kick_now<G: Gas>(
+    setup: &Setup,
+    gas: &mut G,
+    drive: Drive,
+    streams: &Streams,
+    record: &mut Record,
+) {
+    let Some(driven) = &mut record.driven else {
+        return;
+    };
+    let before = gas.state().temperature(gas.scene());
+    gas.kick(drive, driven.kicks, streams);
+    let after = gas.state().temperature(gas.scene());
+    let middle = gas.time() - 0.5 * drive.interval();
+    driven.kick(
+        middle / (setup.case.run.until * setup.time),
+        before,
+        after,
+    );
+    record.windows.synchronise(gas.time(), after);
 }
 
 /// The share of a run that is done, by the collisions that theory expects.

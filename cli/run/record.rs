@@ -8,6 +8,7 @@ use stosszahl_analysis::structure_factor::{StructureFactor, StructureFactorPlan}
 use stosszahl_analysis::windows::Windows;
 use stosszahl_model::State;
 
+use super::driven::Driven;
 use crate::dispatch::Planar;
 use crate::setup::{Setup, structure_options};
 
@@ -64,6 +65,8 @@ pub struct Record {
     pub structure: Vec<(f64, StructureFactor)>,
     /// g(r) by time over `t_0`.
     pub pairs: Vec<(f64, PairCorrelation)>,
+    /// Kicks and the temperature between them; none in a gas that cools freely.
+    pub driven: Option<Driven>,
 }
 
 impl Record {
@@ -88,6 +91,7 @@ impl Record {
             windows,
             structure: Vec::new(),
             pairs: Vec::new(),
+            driven: setup.case.drive.map(|_| Driven::new(temperature)),
         }
     }
 }

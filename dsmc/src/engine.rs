@@ -408,6 +408,17 @@ where
         &self.scene
     }
 
+    /// Adds to the velocity of each simulator, in the order of [`Engine::state`]; further simulators stay as they
+    /// are.
+    pub fn kick(&mut self, changes: &[Vector2<f64>]) {
+        for (order, simulator) in self.simulators.iter_mut().enumerate() {
+            if let Some(change) = changes.get(P::Sizes::index(simulator.tag, order)) {
+                simulator.velocity += change;
+            }
+        }
+        self.take_stock();
+    }
+
     /// Everything needed to go on from here.
     pub fn checkpoint(&self) -> Checkpoint<P> {
         Checkpoint {
