@@ -64,7 +64,10 @@ impl Setup {
             return Vec::new();
         };
         let mut list = vec![
-            ("kicks".to_owned(), (self.case.run.until / drive.interval).ceil() - 1.0),
+            (
+                "kicks".to_owned(),
+                (self.case.run.until / drive.interval).ceil() - 1.0,
+            ),
             (
                 "heating_per_particle_and_time".to_owned(),
                 drive.heating * self.scale.energy / (self.time * self.scale.time()),
@@ -85,7 +88,8 @@ impl Setup {
         };
         let Some(temperature) = self.steady_guess() else {
             return vec![
-                "drive: nothing is lost at gas.restitution = 1, so the gas heats up without end".into(),
+                "drive: nothing is lost at gas.restitution = 1, so the gas heats up without end"
+                    .into(),
             ];
         };
         let mut list = Vec::new();

@@ -240,14 +240,15 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         "simulators_per_disk",
         "steps_per_crossing",
     ];
-    let tables: [(&str, &[&str]); 13] = [
+    let tables: [(&str, &[&str]); 14] = [
         (
             "",
             &[
                 "format", "title", "units", "seed", "replicas", "gas", "box", "start", "run",
-                "engine", "measure", "verdict", "sweep",
+                "drive", "engine", "measure", "verdict", "sweep",
             ],
         ),
+        ("drive.", &["heating", "interval"]),
         (
             "gas.",
             &[
@@ -478,6 +479,32 @@ fn suspicious_cases_are_valid_with_a_warning() {
     assert!(
         few.contains("dsmc-enskog: 1.") && few.contains("simulators per cell"),
         "{few}"
+    );
+    let driven = |heating: f64, interval: f64, others: &[&str]| {
+        let (heating, interval) = (
+            format!("drive.heating={heating}"),
+            format!("drive.interval={interval}"),
+        );
+        let all: Vec<&str> = [heating.as_str(), interval.as_str()]
+            .iter()
+            .chain(others)
+            .copied()
+            .collect();
+        setup(&all)
+    };
+    assert!(!driven(2.0, 0.01, &[]).contains("drive:"));
+    let endless = driven(2.0, 0.01, &["gas.restitution=1"]);
+    assert!(endless.contains("heats up without end"), "{endless}");
+    let coarse = driven(2.0, 0.2, &[]);
+    assert!(
+        coarse.contains("each kick adds 0.40 of the steady temperature"),
+        "{coarse}"
+    );
+    // The relaxation time is 1/(3 sqrt(T)) and T = (h/2)^(2/3), so 40 t0 are 12 of them at h = 2e-3.
+    let short = driven(2e-3, 0.1, &[]);
+    assert!(
+        short.contains("run.until is 12.0 times the relaxation time"),
+        "{short}"
     );
     let refined = setup(&[
         "engine.dsmc-enskog.cell_size=1",

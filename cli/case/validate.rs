@@ -11,9 +11,9 @@ use super::error::Problem;
 use super::locate::{KeyPath, Step};
 use super::written::{self, Written};
 use super::{
-    Bodies, Case, ContactValue, Domain, Drive, Dsmc, Engine, EventDriven, Gas, Measure, Neighbourhood,
-    Restitution, Run, Start, StartFile, StartFileKind, Structure, Units, Velocities, Verdict,
-    schema,
+    Bodies, Case, ContactValue, Domain, Drive, Dsmc, Engine, EventDriven, Gas, Measure,
+    Neighbourhood, Restitution, Run, Start, StartFile, StartFileKind, Structure, Units, Velocities,
+    Verdict, schema,
 };
 
 /// Most kicks of a run.
@@ -39,7 +39,7 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
         },
         start,
         run: check.run(&written.run)?,
-        drive: check.drive(written.drive, until)?,
+        drive: check.drive(written.drive.as_ref(), until)?,
         engines: check.engines(written.engine)?,
         measure: check.measure(written.measure, until)?,
         verdict: Verdict {
@@ -283,8 +283,8 @@ impl Check<'_> {
         })
     }
 
-    fn drive(&self, drive: Option<written::Drive>, until: f64) -> Result<Option<Drive>, Problem> {
-        let Some(written::Drive { heating, interval }) = drive else {
+    fn drive(&self, drive: Option<&written::Drive>, until: f64) -> Result<Option<Drive>, Problem> {
+        let Some(&written::Drive { heating, interval }) = drive else {
             return Ok(None);
         };
         if !(interval < until && until / interval <= MOST_KICKS) {

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use super::plot::{Axis, Chart, Curve, Mark, Point, Stroke, power};
 use crate::tables::{
-    ComparisonRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow, PairCorrelationRow,
+    ComparisonRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow, PairCorrelationRow, SteadyRow,
     StructureFactorRow,
 };
 
@@ -195,8 +195,9 @@ fn theory(label: &str, points: Vec<Point>) -> Curve {
     }
 }
 
-/// Energy against time.
-pub(crate) fn energy(rows: &[EnergyRow]) -> Option<Figure> {
+/// Energy against time; `steady` holds the quarters of a driven run.
+pub(crate) fn energy(rows: &[EnergyRow], steady: Option<&[SteadyRow]>) -> Option<Figure> {
+    let level = steady.and_then(|rows| rows.iter().find_map(|row| row.theory_ratio));
     let names = engines(rows.iter().map(|row| &row.engine));
     let mut curves: Vec<Curve> = Vec::new();
     let law = ordered(rows.iter().filter_map(|row| {
@@ -254,15 +255,27 @@ pub(crate) fn energy(rows: &[EnergyRow]) -> Option<Figure> {
     if has_law {
         caption += "Points above the dashed line cool more slowly than a homogeneous gas.";
     }
+    if let Some(level) = level {
+        let _ = write!(
+            caption,
+            "The dashed line at {} is where Enskog’s theory balances heating and dissipation.",
+            number(level, 4)
+        );
+    }
+    let title = if steady.is_some() {
+        "Energy of the driven gas"
+    } else {
+        "Cooling"
+    };
     Figure {
-        title: "Cooling".to_owned(),
+        title: title.to_owned(),
         panels: vec![(
             String::new(),
             Chart {
                 x: Axis::logarithmic(TIME),
                 y: Axis::logarithmic("K(t) / K(0)"),
                 curves,
-                level: None,
+                level,
             },
         )],
         caption,

@@ -19,6 +19,7 @@
 //! Plots are static SVG and not a script library, which would weigh megabytes in every report and print badly.
 
 mod figures;
+mod optional;
 mod page;
 mod plot;
 mod read;
@@ -34,7 +35,7 @@ use thiserror::Error;
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE};
 use crate::tables::{
     ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
+    PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// Name of the page inside the folder.
@@ -169,6 +170,8 @@ pub(crate) struct Results {
     pub pair: Option<Vec<PairCorrelationRow>>,
     /// Dissipation identity.
     pub dissipation: Option<Vec<DissipationRow>>,
+    /// Quarters of a driven run; none in a gas that cools freely.
+    pub steady: Option<Vec<SteadyRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -208,6 +211,7 @@ impl Results {
             structure: read::table(folder)?,
             pair: read::table(folder)?,
             dissipation: read::table(folder)?,
+            steady: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }

@@ -56,7 +56,7 @@ trait Gas: Sized {
     fn collisions(&self) -> u64;
     fn weight(&self) -> f64;
     /// Gives each disk or simulator its kick.
-    fn kick(&mut self, drive: Drive, number: u64, streams: &Streams);
+    fn kick(&mut self, drive: Drive, number: u64, streams: Streams);
     fn checkpoint(&self) -> Self::Checkpoint;
     fn work(&self) -> BTreeMap<String, f64>;
 }
@@ -103,9 +103,9 @@ impl<P: Planar> Gas for Exact<P> {
     fn weight(&self) -> f64 {
         1.0
     }
-    fn kick(&mut self, drive: Drive, number: u64, streams: &Streams) {
+    fn kick(&mut self, drive: Drive, number: u64, streams: Streams) {
         let bodies = &mut self.gas.state.bodies;
-        let kicks = drive.kicks(&self.scene, bodies.len(), 1, number, streams);
+        let kicks = drive.kicks(&self.scene, bodies.len(), 1, number, &streams);
         for (body, kick) in bodies.iter_mut().zip(kicks) {
             body.velocity += kick;
         }
@@ -155,9 +155,9 @@ impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
     fn weight(&self) -> f64 {
         self.weight()
     }
-    fn kick(&mut self, drive: Drive, number: u64, streams: &Streams) {
+    fn kick(&mut self, drive: Drive, number: u64, streams: Streams) {
         let copies = (1.0 / self.weight()).round() as usize;
-        let kicks = drive.kicks(self.scene(), self.simulators(), copies, number, streams);
+        let kicks = drive.kicks(self.scene(), self.simulators(), copies, number, &streams);
         stosszahl_dsmc::Engine::kick(self, &kicks);
     }
     fn checkpoint(&self) -> Self::Checkpoint {
@@ -343,8 +343,8 @@ fn follow<G: Gas>(
                 snapshots,
             )?;
             next += 1;
-        } else if let (true, Some((drive, streams))) = (reached, &noise) {
-            kick_now(setup, &mut gas, *drive, streams, &mut record);
+        } else if let (true, Some((drive, streams))) = (reached, noise) {
+            kick_now(setup, &mut gas, drive, streams, &mut record);
         }
         control.tell(share(setup, gas.time()), gas.collisions() - before);
         if next < schedule.len() {
@@ -388,7 +388,7 @@ fn kick_now<G: Gas>(
     setup: &Setup,
     gas: &mut G,
     drive: Drive,
-    streams: &Streams,
+    streams: Streams,
     record: &mut Record,
 ) {
     let Some(driven) = &mut record.driven else {
@@ -398,11 +398,7 @@ fn kick_now<G: Gas>(
     gas.kick(drive, driven.kicks, streams);
     let after = gas.state().temperature(gas.scene());
     let middle = gas.time() - 0.5 * drive.interval();
-    driven.kick(
-        middle / (setup.case.run.until * setup.time),
-        before,
-        after,
-    );
+    driven.kick(middle / (setup.case.run.until * setup.time), before, after);
     record.windows.synchronise(gas.time(), after);
 }
 

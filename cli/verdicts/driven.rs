@@ -28,7 +28,11 @@ fn temperatures(runs: &[&Finished], first: usize, end: usize) -> Option<Vec<f64>
 fn unsteady(setup: &Setup, engine: &str, runs: &[&Finished]) -> Option<Verdict> {
     let before = temperatures(runs, PARTS - 2, PARTS - 1)?;
     let last = temperatures(runs, PARTS - 1, PARTS)?;
-    let growth: Vec<f64> = last.iter().zip(&before).map(|(b, a)| (b / a).ln()).collect();
+    let growth: Vec<f64> = last
+        .iter()
+        .zip(&before)
+        .map(|(b, a)| (b / a).ln())
+        .collect();
     let test = student_t_test(&growth, 0.0)?;
     let mean = growth.iter().sum::<f64>() / growth.len() as f64;
     (test.p_value < setup.case.verdict.false_alarm).then(|| Verdict {

@@ -152,9 +152,9 @@ pub fn heated_fourth_cumulant(dimension: usize, restitution: f64) -> f64 {
 /// Temperature at which disks that are heated by `heating`, an energy per disk and Haff's time of the temperature
 /// one, lose what they gain.
 ///
-/// A disk of a gas at temperature T collides omega times, `(1 - r^2) T (1 + ...)/2` lost at each, which is
-/// `dT/dt = heating - 2 (1 + 3 a2/16) T^(3/2)` in these units: Haff's law without heating. It balances at
-/// `T = (heating/(2 (1 + 3 a2/16)))^(2/3)` with the a2 of [`heated_fourth_cumulant`].
+/// Haff's law is the solution of `dT/dt = -2 (1 + 3 a2/16) T^(3/2)` in these units. With heating,
+/// `dT/dt = heating - 2 (1 + 3 a2/16) T^(3/2)`, as the energy of a disk is T; both sides balance at
+/// `T = (heating/(2 (1 + 3 a2/16)))^(2/3)`, with the a2 of [`heated_fourth_cumulant`].
 ///
 /// ```
 /// // The loss of a Maxwellian gas at temperature one is two.

@@ -315,6 +315,12 @@ pub const BAD_CASES: &[BadCase] = &[
     replace("window of one", "[[0, 1], [1, 5]]", "[[0, 1], [5]]", 36, &["measure.impact_windows[1] = [5]", "[start, end]"]),
     replace("window before zero", "[[0, 1], [1, 5]]", "[[-1, 1]]", 36, &["measure.impact_windows[0][0] = -1", "0 <= start"]),
     replace("no window", "[[0, 1], [1, 5]]", "[]", 36, &["measure.impact_windows = []", "[start, end]"]),
+    append("drive without an interval", "[drive]\nheating = 2\n", 41, &["drive.interval is missing", "below run.until"]),
+    append("drive that cools", "[drive]\nheating = -2\ninterval = 0.1\n", 42, &["drive.heating = -2", "above 0"]),
+    append("drive of nan", "[drive]\nheating = nan\ninterval = 0.1\n", 42, &["drive.heating = nan", "above 0"]),
+    append("drive without kicks", "[drive]\nheating = 2\ninterval = 40\n", 43, &["drive.interval = 40", "run.until = 40"]),
+    append("endless kicks", "[drive]\nheating = 2\ninterval = 1e-9\n", 43, &["drive.interval = 1e-9", "1000000000 kicks"]),
+    append("misspelt heating", "[drive]\nheatin = 2\ninterval = 1\n", 42, &["unknown key drive.heatin", "did you mean heating?"]),
     // Sweeps.
     append("bad value in a sweep", "[[sweep]]\n\"gas.mass\" = [1, 2]\n\"gas.packing_fraction\" = [0.1, 1.2]\n", 43, &["gas.packing_fraction = 1.2", "0.9069"]),
     append("unknown key in a sweep", "[[sweep]]\n\"gas.masss\" = [1]\n", 42, &["unknown key gas.masss", "did you mean mass?"]),
