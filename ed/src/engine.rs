@@ -51,6 +51,10 @@ pub struct Checkpoint<P: Physics> {
     pub state: State<P>,
     /// Time of each disk's last contact; empty unless the TC model asks for it.
     pub last_contact: Vec<f64>,
+    /// How often each disk has left the box on the right and at the top, less how often on the left and at the bottom;
+    /// the position plus so many sides of the box is that of a disk that was never wrapped. Empty unless asked for,
+    /// by a start that has one for each disk.
+    pub windings: Vec<[i32; 2]>,
     /// What was done so far.
     pub tally: Tally,
     /// Collisions since time last advanced noticeably.
@@ -62,6 +66,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
         Self {
             state: self.state.clone(),
             last_contact: self.last_contact.clone(),
+            windings: self.windings.clone(),
             tally: self.tally,
             stalled: self.stalled,
         }
@@ -73,6 +78,7 @@ impl<P: Physics> From<State<P>> for Checkpoint<P> {
         Self {
             state,
             last_contact: Vec::new(),
+            windings: Vec::new(),
             tally: Tally::default(),
             stalled: 0,
         }
@@ -100,6 +106,14 @@ pub enum EngineError {
         quantity: &'static str,
         /// What was found.
         value: [f64; 2],
+    },
+    /// Not one winding for each disk.
+    #[error("{windings} windings for {disks} disks; allowed are none, or one for each disk")]
+    BadWindings {
+        /// How many were given.
+        windings: usize,
+        /// How many disks there are.
+        disks: usize,
     },
     /// More disks than the engine can number.
     #[error("{disks} disks; allowed are up to {}", u32::MAX - 1)]
@@ -183,6 +197,39 @@ fn at_rest(separation: Vector2<f64>, first: Vector2<f64>, second: Vector2<f64>) 
     approach <= 8.0 * f64::EPSILON * (first.norm() + second.norm())
 }
 
+/// Sides of the box that [`Domain::wrap`] takes off a position.
+fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> [i32; 2] {
+    let (inside, lengths) = (domain.wrap(position), domain.lengths());
+    // A tiny negative position is wrapped to zero, which is no side of the box.
+    [0, 1].map(|axis| ((position[axis] - inside[axis]) / lengths[axis]).round() as i32)
+}
+
+/// The windings of a start by disk, for positions wrapped into the box.
+fn follow<P: Physics<Space = Plane>>(
+    state: &State<P>,
+    windings: &[[i32; 2]],
+    names: &[u32],
+) -> Result<Vec<[i32; 2]>, EngineError> {
+    if windings.is_empty() {
+        return Ok(Vec::new());
+    }
+    if windings.len() != names.len() {
+        return Err(EngineError::BadWindings {
+            windings: windings.len(),
+            disks: names.len(),
+        });
+    }
+    let winding = |&name: &u32| {
+        let at = state.bodies[name as usize].position;
+        add(windings[name as usize], wound(&state.domain, at))
+    };
+    Ok(names.iter().map(winding).collect())
+}
+
+fn add(one: [i32; 2], other: [i32; 2]) -> [i32; 2] {
+    [0, 1].map(|axis| one[axis].wrapping_add(other[axis]))
+}
+
 /// Collisions without progress of time, beyond those that many disks may have at once, that are called
 /// a collapse.
 const COLLAPSE: u64 = 20_000;
@@ -202,6 +249,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Index in the state of each disk; disks are stored in cell order.
     names: Vec<u32>,
     last_contact: Vec<f64>,
+    /// Box crossings along each axis, by disk; empty unless asked for.
+    windings: Vec<[i32; 2]>,
     calendar: Q,
     /// Absolute time at which the engine's own time is zero.
     epoch: f64,
@@ -234,6 +283,7 @@ where
         let Checkpoint {
             state,
             last_contact,
+            windings,
             tally,
             stalled,
         } = start.into();
@@ -293,6 +343,7 @@ where
                 .collect(),
             _ => Vec::new(),
         };
+        let windings = follow(&state, &windings, &names)?;
         let speed = state
             .bodies
             .iter()
@@ -313,6 +364,7 @@ where
             tags,
             names,
             last_contact,
+            windings,
             calendar: Q::new(Vec::new(), 0),
             epoch: state.time,
             now: 0.0,
@@ -394,9 +446,16 @@ where
         for (&last, &name) in self.last_contact.iter().zip(&self.names) {
             last_contact[name as usize] = last + self.epoch;
         }
+        let mut windings = vec![[0; 2]; self.windings.len()];
+        for ((&winding, disk), &name) in self.windings.iter().zip(&self.disks).zip(&self.names) {
+            // Where the state wraps a position, the winding follows.
+            let position = self.cells.corner(disk.cell) + disk.at(self.now);
+            windings[name as usize] = add(winding, wound(&self.domain, position));
+        }
         Checkpoint {
             state: self.state(),
             last_contact,
+            windings,
             tally: self.tally,
             stalled: self.tally.collisions - self.progress.1,
         }
@@ -433,6 +492,7 @@ where
             + self.calendar.bytes()
             + self.names.capacity() * 4
             + self.last_contact.capacity() * 8
+            + self.windings.capacity() * size_of::<[i32; 2]>()
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
@@ -558,6 +618,10 @@ where
         disk.position[axis] -= f64::from(step) * width[axis];
         disk.cell[axis] = self.cells.shifted(old[axis], axis, step);
         let new = disk.cell;
+        if !self.windings.is_empty() && i32::from(new[axis]) != i32::from(old[axis]) + step {
+            let winding = &mut self.windings[who as usize][axis];
+            *winding = winding.wrapping_add(step);
+        }
         self.cells.remove(who, old);
         self.cells.insert(who, new);
         if axis == 0 {
