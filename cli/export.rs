@@ -11,8 +11,8 @@ use stosszahl_model::snapshot::{SnapshotError, write_whole};
 use crate::run::{Finished, PARTS, Replica};
 use crate::setup::Setup;
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// All tables of a case.
@@ -34,6 +34,8 @@ pub struct Tables {
     pub dissipation: Vec<DissipationRow>,
     /// Quarters of a driven run; empty in a gas that cools freely.
     pub steady: Vec<SteadyRow>,
+    /// Mean squared displacement; empty unless it is measured.
+    pub displacements: Vec<DisplacementRow>,
     /// Single replicas.
     pub replicas: Vec<ReplicaRow>,
 }
@@ -64,6 +66,9 @@ impl Tables {
                 tables.dissipation.extend(dissipation(setup, engine, runs));
             }
             tables.steady.extend(steady(setup, engine, runs));
+            tables
+                .displacements
+                .extend(displacements(setup, engine, runs));
             for (replica, run) in runs.iter().enumerate() {
                 let samples = run.record.energies.iter().enumerate();
                 tables
@@ -185,6 +190,9 @@ impl Tables {
         write_table(folder, &self.dissipation)?;
         if setup.case.drive.is_some() {
             write_table(folder, &self.steady)?;
+        }
+        if setup.case.measure.displacement_start.is_some() {
+            write_table(folder, &self.displacements)?;
         }
         write_table(folder, &self.replicas)
     }
@@ -381,6 +389,23 @@ fn steady(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<SteadyRow> {
             }
         })
         .collect()
+}
+
+fn displacements(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<DisplacementRow> {
+    let times = setup.case.displacement_times();
+    let rows = times.iter().enumerate().map(|(index, &(time, elapsed))| {
+        let square = over(runs, |run| Some(run.record.displacements[index].1));
+        DisplacementRow {
+            engine: engine.to_owned(),
+            time_over_t0: time,
+            elapsed_over_t0: elapsed,
+            displacement_square_over_d2: square.0.unwrap_or(f64::NAN),
+            displacement_square_over_d2_se: square.1,
+            theory_over_d2: setup.displacement_theory(elapsed),
+            replicas: runs.len() as u64,
+        }
+    });
+    rows.collect()
 }
 
 /// The quotients of an engine's energies and Haff's law; empty where there is no law.

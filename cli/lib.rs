@@ -16,6 +16,7 @@ pub mod bench;
 pub mod case;
 pub mod commands;
 pub mod dispatch;
+mod displacement;
 mod driven;
 pub mod export;
 pub mod manifest;

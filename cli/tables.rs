@@ -231,6 +231,26 @@ row! {
 }
 
 row! {
+    /// Mean squared displacement of the disks at one time (`mean_squared_displacement.csv`).
+    DisplacementRow in "mean_squared_displacement.csv" {
+        /// Engine.
+        engine: String,
+        /// Time `t/t0` \[1\].
+        time_over_t0: f64,
+        /// Time since the start of the measurement, over `t0` \[1\].
+        elapsed_over_t0: f64,
+        /// Mean squared displacement over the squared diameter \[1\].
+        displacement_square_over_d2: f64,
+        /// Standard error of `displacement_square_over_d2` \[1\].
+        displacement_square_over_d2_se: Option<f64>,
+        /// The same by Enskog's theory in first Sonine order \[1\]; empty where it does not apply.
+        theory_over_d2: Option<f64>,
+        /// Replicas that the average runs over.
+        replicas: u64,
+    }
+}
+
+row! {
     /// Raw sample of one replica (`replicas.csv`).
     ReplicaRow in "replicas.csv" {
         /// Number of the replica, from zero.

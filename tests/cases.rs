@@ -304,6 +304,8 @@ fn the_schema_has_every_key_and_a_description_for_each() {
                 "largest_wave_number",
                 "pair_correlation_range",
                 "snapshot_times",
+                "mean_squared_displacement",
+                "displacement_start",
             ],
         ),
         ("verdict.", &["false_alarm"]),

@@ -357,6 +357,9 @@ pub struct Measure {
     pub pair_correlation_range: f64,
     /// When all positions and velocities are written, from 0 to `until`, rising; may be empty.
     pub snapshot_times: Vec<f64>,
+    /// From when on displacements are measured, from 0 to below `until - first_sample`; none leaves them out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_start: Option<f64>,
 }
 
 /// The structure factor.
@@ -398,19 +401,40 @@ impl Case {
     ///
     /// A point of the grid that all but coincides with the end is left out.
     pub fn sample_times(&self) -> Vec<f64> {
+        std::iter::once(0.0)
+            .chain(self.grid(self.run.until))
+            .collect()
+    }
+
+    /// Times in units of `t0` at which displacements are measured, with the time that has passed since their start: a
+    /// logarithmic grid as that of the samples, and last the end of the run exactly; empty unless they are measured.
+    pub fn displacement_times(&self) -> Vec<(f64, f64)> {
+        let Some(start) = self.measure.displacement_start else {
+            return Vec::new();
+        };
+        let until = self.run.until;
+        // Late starts may leave no room between two times of the grid.
+        let mut times: Vec<(f64, f64)> = self
+            .grid(until - start)
+            .map(|elapsed| (start + elapsed, elapsed))
+            .filter(|&(time, _)| start < time && time < until)
+            .chain([(until, until - start)])
+            .collect();
+        times.dedup_by_key(|moment| moment.0);
+        times
+    }
+
+    /// A logarithmic grid from the first sample on, and last the end exactly.
+    fn grid(&self, until: f64) -> impl Iterator<Item = f64> {
         let Run {
-            until,
             first_sample,
             samples_per_decade,
             ..
         } = self.run;
-        let grid = (0..)
-            .map(|i| first_sample * 10_f64.powf(f64::from(i) / samples_per_decade as f64))
-            .take_while(|&time| time < until * (1.0 - 1e-9));
-        std::iter::once(0.0)
-            .chain(grid)
+        (0..)
+            .map(move |i| first_sample * 10_f64.powf(f64::from(i) / samples_per_decade as f64))
+            .take_while(move |&time| time < until * (1.0 - 1e-9))
             .chain(std::iter::once(until))
-            .collect()
     }
 
     /// What is allowed but deserves a second look.

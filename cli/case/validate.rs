@@ -26,7 +26,7 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
         .map_err(|error| misread(table, &error))?;
     let check = Check { table, folder };
     let start = check.start(&written)?;
-    let until = written.run.until;
+    let run = check.run(&written.run)?;
     Ok(Case {
         title: written.title,
         units: written.units,
@@ -38,10 +38,10 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
             boundary: written.domain.boundary,
         },
         start,
-        run: check.run(&written.run)?,
-        drive: check.drive(written.drive.as_ref(), until)?,
+        run,
+        drive: check.drive(written.drive.as_ref(), run.until)?,
         engines: check.engines(written.engine)?,
-        measure: check.measure(written.measure, until)?,
+        measure: check.measure(written.measure, run)?,
         verdict: Verdict {
             false_alarm: written.verdict.false_alarm,
         },
@@ -350,7 +350,8 @@ impl Check<'_> {
         Ok(list)
     }
 
-    fn measure(&self, measure: written::Measure, until: f64) -> Result<Measure, Problem> {
+    fn measure(&self, measure: written::Measure, run: Run) -> Result<Measure, Problem> {
+        let until = run.until;
         let impact_windows = match measure.impact_windows {
             None => default_windows(until),
             Some(written::Windows::Whole(written::WholeRun::WholeRun)) => vec![[0.0, until]],
@@ -377,6 +378,11 @@ impl Check<'_> {
             &[until],
             until,
         )?;
+        let displacement_start = self.displacement_start(
+            measure.mean_squared_displacement,
+            measure.displacement_start,
+            run,
+        )?;
         Ok(Measure {
             impact_windows,
             impact_bins: measure.impact_bins as usize,
@@ -388,7 +394,29 @@ impl Check<'_> {
             },
             pair_correlation_range: measure.pair_correlation_range,
             snapshot_times,
+            displacement_start,
         })
+    }
+
+    /// From when on displacements are measured.
+    fn displacement_start(
+        &self,
+        asked: bool,
+        start: Option<f64>,
+        run: Run,
+    ) -> Result<Option<f64>, Problem> {
+        let last = run.until - run.first_sample;
+        match start {
+            Some(start) if !(asked && start < last) => {
+                let key = "measure.displacement_start";
+                let allowed = format!(
+                    "{}; run.until - run.first_sample = {last}",
+                    schema::sentence(key)
+                );
+                Err(self.refuse(key, allowed))
+            }
+            _ => Ok(asked.then(|| start.unwrap_or(0.0))),
+        }
     }
 
     /// Times within the run, in order and each once.

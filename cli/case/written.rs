@@ -446,6 +446,12 @@ pub struct Measure {
         "x-allowed" = "snapshot times are a list of times from 0 to run.until, in units of t0; none is a time before zero"
     ))]
     pub snapshot_times: Option<Vec<f64>>,
+    /// Measure the mean squared displacement of the disks.
+    #[schemars(extend("x-allowed" = "mean_squared_displacement is true or false"))]
+    pub mean_squared_displacement: bool,
+    /// Time from which displacements are measured, in units of `t0`. Default: 0.
+    #[schemars(extend("minimum" = 0.0, "x-allowed" = "the start of the displacements lies from 0 to below run.until less run.first_sample, in units of t0, and measure.mean_squared_displacement is true"))]
+    pub displacement_start: Option<f64>,
 }
 
 impl Default for Measure {
@@ -459,6 +465,8 @@ impl Default for Measure {
             largest_wave_number: 64,
             pair_correlation_range: 6.0,
             snapshot_times: None,
+            mean_squared_displacement: false,
+            displacement_start: None,
         }
     }
 }

@@ -31,7 +31,7 @@ pub(crate) struct Figure {
 
 impl Figure {
     /// Keeps the figure only if there is something to draw.
-    fn drawable(mut self) -> Option<Self> {
+    pub(crate) fn drawable(mut self) -> Option<Self> {
         self.panels.retain(|(_, chart)| !chart.is_empty());
         (!self.panels.is_empty()).then_some(self)
     }
@@ -162,7 +162,7 @@ pub(crate) fn with_error(value: Option<f64>, error: Option<f64>) -> String {
 }
 
 /// Points of the rows of one engine.
-fn curve<R>(
+pub(crate) fn curve<R>(
     engine: &str,
     stroke: Stroke,
     rows: &[R],
@@ -178,14 +178,14 @@ fn curve<R>(
 }
 
 /// The points by increasing abscissa.
-fn ordered(points: impl Iterator<Item = Point>) -> Vec<Point> {
+pub(crate) fn ordered(points: impl Iterator<Item = Point>) -> Vec<Point> {
     let mut points: Vec<Point> = points.collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     points
 }
 
 /// A dashed curve of theory.
-fn theory(label: &str, points: Vec<Point>) -> Curve {
+pub(crate) fn theory(label: &str, points: Vec<Point>) -> Curve {
     Curve {
         label: label.to_owned(),
         colour: "var(--ink)".to_owned(),

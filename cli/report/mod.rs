@@ -34,8 +34,8 @@ use thiserror::Error;
 
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE};
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// Name of the page inside the folder.
@@ -172,6 +172,8 @@ pub(crate) struct Results {
     pub dissipation: Option<Vec<DissipationRow>>,
     /// Quarters of a driven run; none in a gas that cools freely.
     pub steady: Option<Vec<SteadyRow>>,
+    /// Mean squared displacement; none unless it was measured.
+    pub displacements: Option<Vec<DisplacementRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -212,6 +214,7 @@ impl Results {
             pair: read::table(folder)?,
             dissipation: read::table(folder)?,
             steady: read::table(folder)?,
+            displacements: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }

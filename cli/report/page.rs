@@ -294,6 +294,10 @@ fn plots(results: &Results, counter: &mut Counter) -> Markup {
                 (figure(results.comparison.as_ref().and_then(|rows| figures::quotient(rows)), counter)
                     .unwrap_or_else(|| absent::<ComparisonRow>(results.comparison.as_ref())))
             }
+            @if let Some(rows) = &results.displacements {
+                h2 { "Diffusion" }
+                (figure(optional::displacement(rows), counter).unwrap_or_else(|| absent(Some(rows))))
+            }
             h2 { "Impact parameter" }
             (figure(results.impact.as_ref().and_then(|rows| figures::impact(rows, summary)), counter)
                 .unwrap_or_else(|| absent::<ImpactParameterRow>(results.impact.as_ref())))

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
+use nalgebra::{Vector2, vector};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::energy::EnergySample;
@@ -55,6 +56,10 @@ trait Gas: Sized {
     fn scene(&self) -> &Self::Physics;
     fn collisions(&self) -> u64;
     fn weight(&self) -> f64;
+    /// Follows displacements from now on.
+    fn follow_displacements(&mut self);
+    /// Their mean square \[length^2\]; 0 unless they are followed.
+    fn mean_squared_displacement(&self) -> f64;
     /// Gives each disk or simulator its kick.
     fn kick(&mut self, drive: Drive, number: u64, streams: Streams);
     fn checkpoint(&self) -> Self::Checkpoint;
@@ -66,11 +71,21 @@ struct Exact<P: Planar> {
     dissipation: Dissipation,
     limit: Option<u64>,
     gas: stosszahl_ed::Checkpoint<P>,
+    origin: Vec<Vector2<f64>>,
+}
+
+/// Everything needed to continue a run of exact dynamics.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct ExactCheckpoint<P: Planar> {
+    gas: stosszahl_ed::Checkpoint<P>,
+    /// Where each disk was when displacements began; empty unless they are followed.
+    origin: Vec<Vector2<f64>>,
 }
 
 impl<P: Planar> Gas for Exact<P> {
     type Physics = P;
-    type Checkpoint = stosszahl_ed::Checkpoint<P>;
+    type Checkpoint = ExactCheckpoint<P>;
 
     fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
         if self
@@ -103,6 +118,20 @@ impl<P: Planar> Gas for Exact<P> {
     fn weight(&self) -> f64 {
         1.0
     }
+    fn follow_displacements(&mut self) {
+        let bodies = &self.gas.state.bodies;
+        self.gas.windings = vec![[0; 2]; bodies.len()];
+        self.origin = bodies.iter().map(|body| body.position).collect();
+    }
+    fn mean_squared_displacement(&self) -> f64 {
+        let sides = self.gas.state.domain.lengths();
+        let disks = self.gas.state.bodies.iter().zip(&self.gas.windings);
+        let squares = disks.zip(&self.origin).map(|((body, winding), origin)| {
+            let turns = vector![f64::from(winding[0]), f64::from(winding[1])];
+            (body.position - origin + turns.component_mul(&sides)).norm_squared()
+        });
+        squares.sum::<f64>() / self.origin.len().max(1) as f64
+    }
     fn kick(&mut self, drive: Drive, number: u64, streams: Streams) {
         let bodies = &mut self.gas.state.bodies;
         let kicks = drive.kicks(&self.scene, bodies.len(), 1, number, &streams);
@@ -111,7 +140,10 @@ impl<P: Planar> Gas for Exact<P> {
         }
     }
     fn checkpoint(&self) -> Self::Checkpoint {
-        self.gas.clone()
+        ExactCheckpoint {
+            gas: self.gas.clone(),
+            origin: self.origin.clone(),
+        }
     }
     fn work(&self) -> BTreeMap<String, f64> {
         let tally = self.gas.tally;
@@ -154,6 +186,13 @@ impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
     }
     fn weight(&self) -> f64 {
         self.weight()
+    }
+    fn follow_displacements(&mut self) {
+        self.follow_displacements();
+    }
+    fn mean_squared_displacement(&self) -> f64 {
+        let all = self.displacements();
+        all.iter().map(Vector2::norm_squared).sum::<f64>() / all.len().max(1) as f64
     }
     fn kick(&mut self, drive: Drive, number: u64, streams: Streams) {
         let copies = (1.0 / self.weight()).round() as usize;
@@ -237,13 +276,18 @@ pub(super) fn run_engine<P: Planar>(
             } else {
                 Dissipation::Scene
             };
-            let begin = |checkpoint: Option<stosszahl_ed::Checkpoint<P>>| {
-                let gas = checkpoint.unwrap_or_else(|| start.clone().into());
+            let begin = |checkpoint: Option<ExactCheckpoint<P>>| {
+                let checkpoint = checkpoint.unwrap_or_else(|| ExactCheckpoint {
+                    gas: start.clone().into(),
+                    origin: Vec::new(),
+                });
+                let ExactCheckpoint { gas, origin } = checkpoint;
                 Ok(Exact {
                     scene: scene.clone(),
                     dissipation,
                     limit: *collision_limit,
                     gas,
+                    origin,
                 })
             };
             follow(setup, engine, noise, begin, &control.with(), snapshots)
@@ -333,6 +377,9 @@ fn follow<G: Gas>(
         let until = kick.map_or(moment.time_over_t0, |kick| kick.min(moment.time_over_t0));
         let reached = gas.leg(until * setup.time, &mut record.windows)?;
         if reached && until == moment.time_over_t0 {
+            if moment.displacement_start {
+                gas.follow_displacements();
+            }
             sample(
                 setup,
                 engine,
@@ -422,6 +469,10 @@ fn sample<G: Gas>(
     let time = moment.time_over_t0;
     if moment.energy {
         record.energies.push((time, energy));
+    }
+    if let Some(elapsed) = moment.displacement {
+        let square = gas.mean_squared_displacement();
+        record.displacements.push((elapsed, square));
     }
     if let (true, Some(structure)) = (moment.structure, structure) {
         let (factor, pairs) = structure.measure(&state, gas.weight())?;

@@ -26,6 +26,10 @@ pub struct Moment {
     pub structure: bool,
     /// All disks into a file.
     pub snapshot: bool,
+    /// Displacements begin here.
+    pub displacement_start: bool,
+    /// The mean squared displacement, with the time since its start.
+    pub displacement: Option<f64>,
 }
 
 /// All moments of a case, in order.
@@ -34,12 +38,16 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
     let (structure, snapshot) = (&case.measure.structure.times, &case.measure.snapshot_times);
     // Windows begin and end between legs, so that no step of a Monte Carlo engine lies across an edge.
     let edges = case.measure.impact_windows.as_flattened();
+    let displacements = case.displacement_times();
+    let origin = case.measure.displacement_start;
     let mut times: Vec<f64> = energy
         .iter()
         .chain(structure)
         .chain(snapshot)
         .chain(edges)
         .copied()
+        .chain(displacements.iter().map(|&(time, _)| time))
+        .chain(origin)
         .collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -50,6 +58,11 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
             energy: energy.contains(&time_over_t0),
             structure: structure.contains(&time_over_t0),
             snapshot: snapshot.contains(&time_over_t0),
+            displacement_start: origin == Some(time_over_t0),
+            displacement: displacements
+                .iter()
+                .find(|&&(time, _)| time == time_over_t0)
+                .map(|&(_, elapsed)| elapsed),
         })
         .collect()
 }
@@ -65,6 +78,8 @@ pub struct Record {
     pub structure: Vec<(f64, StructureFactor)>,
     /// g(r) by time over `t_0`.
     pub pairs: Vec<(f64, PairCorrelation)>,
+    /// Mean squared displacement in d^2 by the time since its start over `t_0`.
+    pub displacements: Vec<(f64, f64)>,
     /// Kicks and the temperature between them; none in a gas that cools freely.
     pub driven: Option<Driven>,
 }
@@ -91,6 +106,7 @@ impl Record {
             windows,
             structure: Vec::new(),
             pairs: Vec::new(),
+            displacements: Vec::new(),
             driven: setup.case.drive.map(|_| Driven::new(temperature)),
         }
     }

@@ -315,6 +315,8 @@ pub const BAD_CASES: &[BadCase] = &[
     replace("window of one", "[[0, 1], [1, 5]]", "[[0, 1], [5]]", 36, &["measure.impact_windows[1] = [5]", "[start, end]"]),
     replace("window before zero", "[[0, 1], [1, 5]]", "[[-1, 1]]", 36, &["measure.impact_windows[0][0] = -1", "0 <= start"]),
     replace("no window", "[[0, 1], [1, 5]]", "[]", 36, &["measure.impact_windows = []", "[start, end]"]),
+    replace("displacements not asked for", "structure_times = [0, 10, 20]", "displacement_start = 1", 37, &["measure.displacement_start = 1", "mean_squared_displacement is true"]),
+    replace("late displacements", "structure_times = [0, 10, 20]", "mean_squared_displacement = true\ndisplacement_start = 40", 38, &["measure.displacement_start = 40", "run.until - run.first_sample = 39.9"]),
     append("drive without an interval", "[drive]\nheating = 2\n", 41, &["drive.interval is missing", "below run.until"]),
     append("drive that cools", "[drive]\nheating = -2\ninterval = 0.1\n", 42, &["drive.heating = -2", "above 0"]),
     append("drive of nan", "[drive]\nheating = nan\ninterval = 0.1\n", 42, &["drive.heating = nan", "above 0"]),
