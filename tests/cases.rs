@@ -318,6 +318,10 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         }
     }
     assert_eq!(found, documented);
+}
+
+#[test]
+fn the_schema_has_types_ranges_and_defaults() {
     let schema = schema();
     let packing = &schema["properties"]["gas"]["properties"]["packing_fraction"];
     assert_eq!(packing["type"], "number");

@@ -85,7 +85,7 @@ fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     found
 }
 
-/// A run that is stopped at every leg and continued, against one that is not.
+/// A run that is killed and continued, against one that is not; displacements are measured too.
 #[test]
 fn a_driven_run_continues_to_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -98,6 +98,8 @@ fn a_driven_run_continues_to_the_same_bytes() {
             .arg(&case)
             .args(["--replicas", "2", "--until", "8", "--out", out])
             .args(["--set", "run.checkpoint_seconds=1e-9"])
+            .args(["--set", "measure.mean_squared_displacement=true"])
+            .args(["--set", "measure.displacement_start=2"])
             .args(resume);
         command
     };
@@ -127,6 +129,8 @@ fn a_driven_run_continues_to_the_same_bytes() {
         tables(&folder.path().join("whole")),
         tables(&folder.path().join("pieces")),
     );
-    assert!(whole.iter().any(|(name, _)| name == "steady_state.csv"));
+    for table in ["steady_state.csv", "mean_squared_displacement.csv"] {
+        assert!(whole.iter().any(|(name, _)| name == table), "{table}");
+    }
     assert!(whole == pieces);
 }

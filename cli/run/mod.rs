@@ -5,6 +5,7 @@
 //! written after a leg depends on the clock.
 
 mod driven;
+mod gas;
 mod job;
 mod prepare;
 mod record;

@@ -26,9 +26,7 @@ pub struct Moment {
     pub structure: bool,
     /// All disks into a file.
     pub snapshot: bool,
-    /// Displacements begin here.
-    pub displacement_start: bool,
-    /// The mean squared displacement, with the time since its start.
+    /// The mean squared displacement: the time since its start, which is where this is zero.
     pub displacement: Option<f64>,
 }
 
@@ -38,8 +36,9 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
     let (structure, snapshot) = (&case.measure.structure.times, &case.measure.snapshot_times);
     // Windows begin and end between legs, so that no step of a Monte Carlo engine lies across an edge.
     let edges = case.measure.impact_windows.as_flattened();
-    let displacements = case.displacement_times();
-    let origin = case.measure.displacement_start;
+    let origin = case.measure.displacement_start.map(|start| (start, 0.0));
+    let mut displacements = case.displacement_times();
+    displacements.extend(origin);
     let mut times: Vec<f64> = energy
         .iter()
         .chain(structure)
@@ -47,7 +46,6 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
         .chain(edges)
         .copied()
         .chain(displacements.iter().map(|&(time, _)| time))
-        .chain(origin)
         .collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -58,11 +56,10 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
             energy: energy.contains(&time_over_t0),
             structure: structure.contains(&time_over_t0),
             snapshot: snapshot.contains(&time_over_t0),
-            displacement_start: origin == Some(time_over_t0),
             displacement: displacements
                 .iter()
-                .find(|&&(time, _)| time == time_over_t0)
-                .map(|&(_, elapsed)| elapsed),
+                .find(|moment| moment.0 == time_over_t0)
+                .map(|moment| moment.1),
         })
         .collect()
 }

@@ -669,12 +669,7 @@ where
                 .domain
                 .distance(members[i].position, members[j].position);
             if self.parameters.displacement {
-                members[i].position += line;
-                members[j].position -= line;
-                if !followed.is_empty() {
-                    followed[i] += line;
-                    followed[j] -= line;
-                }
+                displace(members, followed, [i, j], line);
             }
             watch.collision(&Collision {
                 time: self.time + 0.5 * step,
@@ -694,6 +689,22 @@ where
             .tally
             .busiest_cell
             .max(2.0 * collisions as f64 / count as f64);
+    }
+}
+
+/// Moves two partners apart by the vector `line` each, and notes it where displacements are followed.
+#[inline]
+fn displace<T>(
+    members: &mut [Simulator<T>],
+    followed: &mut [Vector2<f64>],
+    [i, j]: [usize; 2],
+    line: Vector2<f64>,
+) {
+    members[i].position += line;
+    members[j].position -= line;
+    if !followed.is_empty() {
+        followed[i] += line;
+        followed[j] -= line;
     }
 }
 

@@ -209,7 +209,7 @@ pub fn steady_displacement(temperature: f64, decay: f64, time: f64) -> f64 {
 /// time `time_over_haff` in units of Haff's time `t_0`:
 /// `(4/beta) (l - (1 - exp(-beta l))/beta)` with `l = ln(1 + t/t_0)` and `beta = (1 + r)/(1 - r)`.
 ///
-/// With dl = dt/(t_0 + t), both the speed and the rate of its decay become constant: velocities decay as
+/// With `dl = dt/(t_0 + t)`, both the speed and the rate of its decay become constant: velocities decay as
 /// `exp(-2 l/(1 - r))` and cooling slows all by `exp(-l)`, so relative to it they decay at the rate beta. The gas
 /// spreads ever more slowly, as the logarithm of time. First Sonine order, a2 left out.
 pub fn cooling_displacement(restitution: f64, time_over_haff: f64) -> f64 {
