@@ -358,6 +358,31 @@ fn every_key_has_a_sentence_on_what_is_allowed() {
 }
 
 #[test]
+fn displacements_are_measured_at_rising_times_after_their_start() {
+    let times = |overrides: &[&str]| {
+        let mut all = vec!["measure.mean_squared_displacement=true"];
+        all.extend(overrides);
+        one(from_text(GOOD, &all).expect("a valid case")).displacement_times()
+    };
+    let case = one(from_text(GOOD, &[]).expect("a valid case"));
+    assert!(case.displacement_times().is_empty());
+    // From the start, the samples but for the first; later, the same grid from there.
+    let plain: Vec<f64> = times(&[]).iter().map(|moment| moment.0).collect();
+    assert_eq!(plain, case.sample_times()[1..]);
+    let late = times(&["measure.displacement_start=10"]);
+    assert_eq!(late[0], (10.1, 0.1));
+    assert_eq!(late.last(), Some(&(40.0, 30.0)));
+    // A grid finer than the rounding of a late start loses its first times.
+    let fine = times(&[
+        "run.until=1e9",
+        "run.first_sample=1e-9",
+        "measure.displacement_start=999999999",
+    ]);
+    assert!(fine.is_sorted_by(|a, b| a.0 < b.0));
+    assert!(fine[0].0 > 999_999_999.0 && fine.len() < 9 * 12);
+}
+
+#[test]
 fn overrides_replace_what_is_written() {
     let case = one(from_text(
         GOOD,
