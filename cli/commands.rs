@@ -446,7 +446,7 @@ fn run_point(
         })?
     };
     let tables = Tables::new(setup, &replicas);
-    tables.write(folder)?;
+    tables.write(setup, folder)?;
     let manifest = describe(
         file,
         setup,

@@ -8,11 +8,11 @@ use stosszahl_analysis::windows::Dissipation;
 use stosszahl_model::kinetic;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
-use crate::run::{Finished, Replica};
+use crate::run::{Finished, PARTS, Replica};
 use crate::setup::Setup;
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// All tables of a case.
@@ -32,6 +32,10 @@ pub struct Tables {
     pub pairs: Vec<PairCorrelationRow>,
     /// The dissipation identity.
     pub dissipation: Vec<DissipationRow>,
+    /// Quarters of a driven run; empty in a gas that cools freely.
+    pub steady: Vec<SteadyRow>,
+    /// Mean squared displacement; empty unless it is measured.
+    pub displacements: Vec<DisplacementRow>,
     /// Single replicas.
     pub replicas: Vec<ReplicaRow>,
 }
@@ -61,6 +65,10 @@ impl Tables {
             if setup.has_theory() {
                 tables.dissipation.extend(dissipation(setup, engine, runs));
             }
+            tables.steady.extend(steady(setup, engine, runs));
+            tables
+                .displacements
+                .extend(displacements(setup, engine, runs));
             for (replica, run) in runs.iter().enumerate() {
                 let samples = run.record.energies.iter().enumerate();
                 tables
@@ -168,11 +176,11 @@ impl Tables {
         }
     }
 
-    /// Writes all tables into a folder.
+    /// Writes the tables of a case into a folder.
     ///
     /// # Errors
     /// [`SnapshotError`] names the file that cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), SnapshotError> {
+    pub fn write(&self, setup: &Setup, folder: &Path) -> Result<(), SnapshotError> {
         write_table(folder, &self.energy)?;
         write_table(folder, &self.comparison)?;
         write_table(folder, &self.impact)?;
@@ -180,6 +188,12 @@ impl Tables {
         write_table(folder, &self.structure)?;
         write_table(folder, &self.pairs)?;
         write_table(folder, &self.dissipation)?;
+        if setup.case.drive.is_some() {
+            write_table(folder, &self.steady)?;
+        }
+        if setup.case.measure.displacement_start.is_some() {
+            write_table(folder, &self.displacements)?;
+        }
         write_table(folder, &self.replicas)
     }
 }
@@ -352,6 +366,46 @@ fn dissipation(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<Dissipati
             }
         })
         .collect()
+}
+
+fn steady(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<SteadyRow> {
+    if setup.case.drive.is_none() {
+        return Vec::new();
+    }
+    let edge = |part: usize| setup.case.run.until * part as f64 / PARTS as f64;
+    (0..PARTS)
+        .map(|part| {
+            let ratio = over(runs, |run| {
+                run.record.driven.as_ref()?.temperature(part, part + 1)
+            });
+            SteadyRow {
+                engine: engine.to_owned(),
+                window_start: edge(part),
+                window_end: edge(part + 1),
+                temperature_ratio: ratio.0,
+                temperature_ratio_se: ratio.1,
+                theory_ratio: setup.steady_temperature(),
+                replicas: runs.len() as u64,
+            }
+        })
+        .collect()
+}
+
+fn displacements(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<DisplacementRow> {
+    let times = setup.case.displacement_times();
+    let rows = times.iter().enumerate().map(|(index, &(time, elapsed))| {
+        let square = over(runs, |run| Some(run.record.displacements[index].1));
+        DisplacementRow {
+            engine: engine.to_owned(),
+            time_over_t0: time,
+            elapsed_over_t0: elapsed,
+            displacement_square_over_d2: square.0.unwrap_or(f64::NAN),
+            displacement_square_over_d2_se: square.1,
+            theory_over_d2: setup.displacement_theory(elapsed),
+            replicas: runs.len() as u64,
+        }
+    });
+    rows.collect()
 }
 
 /// The quotients of an engine's energies and Haff's law; empty where there is no law.

@@ -16,6 +16,8 @@ pub mod bench;
 pub mod case;
 pub mod commands;
 pub mod dispatch;
+mod displacement;
+mod driven;
 pub mod export;
 pub mod manifest;
 pub mod progress;

@@ -394,7 +394,7 @@ impl Setup {
                 TimeUnit::MeanFreeTime,
             )
         };
-        Ok(Self {
+        let setup = Self {
             case: case.clone(),
             scale,
             disks,
@@ -407,7 +407,10 @@ impl Setup {
             contact_value,
             time,
             time_unit,
-        })
+        };
+        // Whether the drive has a meaning is known before anything is written.
+        setup.drive()?;
+        Ok(setup)
     }
 
     /// The arrangement to place; `None` with a start file.
@@ -420,14 +423,18 @@ impl Setup {
         }
     }
 
-    /// Whether Haff's law with its Sonine correction applies: equal disks with one coefficient.
+    /// Whether Enskog's theory with its Sonine correction applies: equal disks with one coefficient.
     pub fn has_theory(&self) -> bool {
         self.sizes.is_none() && matches!(self.case.gas.restitution, Restitution::Constant(_))
     }
 
-    /// Fourth cumulant of the homogeneous cooling state; 0 for an elastic gas.
+    /// Fourth cumulant of the homogeneous cooling state, or of the steady state of a driven gas; 0 for an elastic gas.
     pub fn fourth_cumulant(&self) -> f64 {
-        kinetic::fourth_cumulant(2, self.restitution)
+        if self.case.drive.is_some() {
+            kinetic::heated_fourth_cumulant(2, self.restitution)
+        } else {
+            kinetic::fourth_cumulant(2, self.restitution)
+        }
     }
 
     /// Enskog's collision rate per particle, in units of sqrt(T/m)/d.
@@ -439,9 +446,11 @@ impl Setup {
         )
     }
 
-    /// Energy over that of the start at the time `time_over_t0`, by Haff's law; `None` where it does not apply.
+    /// Energy over that of the start at the time `time_over_t0`, by Haff's law; `None` where it does not apply, as for a
+    /// driven gas.
     pub fn haff_ratio(&self, time_over_t0: f64) -> Option<f64> {
-        self.has_theory().then(|| match self.time_unit {
+        let free = self.case.drive.is_none();
+        (free && self.has_theory()).then(|| match self.time_unit {
             TimeUnit::Haff => kinetic::haff_law(time_over_t0, self.fourth_cumulant()),
             TimeUnit::MeanFreeTime => 1.0,
         })
@@ -449,6 +458,9 @@ impl Setup {
 
     /// Collisions per particle that theory expects up to a time.
     pub fn expected_collisions(&self, time_over_t0: f64) -> f64 {
+        if let Some(drive) = self.case.drive {
+            return self.driven_collisions(drive.heating, time_over_t0);
+        }
         match self.time_unit {
             TimeUnit::Haff => kinetic::haff_collisions(2, self.restitution, time_over_t0),
             TimeUnit::MeanFreeTime => time_over_t0,
@@ -494,6 +506,7 @@ impl Setup {
             .iter()
             .map(ToString::to_string)
             .collect();
+        list.extend(self.driven_warnings());
         let path = kinetic::mean_free_path(self.packing_fraction, self.contact_value);
         for engine in &self.case.engines {
             let Engine::Dsmc(dsmc) = engine else { continue };
@@ -577,6 +590,7 @@ impl Setup {
         if self.has_theory() {
             list.push(("fourth_cumulant_theory".to_owned(), self.fourth_cumulant()));
         }
+        list.extend(self.driven_quantities());
         for engine in &self.case.engines {
             if let Engine::Dsmc(dsmc) = engine {
                 let side = self.cell_size(dsmc);

@@ -211,6 +211,46 @@ row! {
 }
 
 row! {
+    /// Temperature of a driven gas, averaged over one quarter of the run (`steady_state.csv`).
+    SteadyRow in "steady_state.csv" {
+        /// Engine.
+        engine: String,
+        /// Start of the quarter, `t/t0` \[1\].
+        window_start: f64,
+        /// End of the quarter, `t/t0` \[1\].
+        window_end: f64,
+        /// Mean temperature over that of the start \[1\]; empty without a kick in the quarter.
+        temperature_ratio: Option<f64>,
+        /// Standard error of `temperature_ratio` \[1\].
+        temperature_ratio_se: Option<f64>,
+        /// Steady temperature over that of the start, by Enskog's theory \[1\]; empty where it does not apply.
+        theory_ratio: Option<f64>,
+        /// Replicas that the average runs over.
+        replicas: u64,
+    }
+}
+
+row! {
+    /// Mean squared displacement of the disks at one time (`mean_squared_displacement.csv`).
+    DisplacementRow in "mean_squared_displacement.csv" {
+        /// Engine.
+        engine: String,
+        /// Time `t/t0` \[1\].
+        time_over_t0: f64,
+        /// Time since the start of the measurement, over `t0` \[1\].
+        elapsed_over_t0: f64,
+        /// Mean squared displacement over the squared diameter \[1\].
+        displacement_square_over_d2: f64,
+        /// Standard error of `displacement_square_over_d2` \[1\].
+        displacement_square_over_d2_se: Option<f64>,
+        /// The same by Enskog's theory in first Sonine order \[1\]; empty where it does not apply.
+        theory_over_d2: Option<f64>,
+        /// Replicas that the average runs over.
+        replicas: u64,
+    }
+}
+
+row! {
     /// Raw sample of one replica (`replicas.csv`).
     ReplicaRow in "replicas.csv" {
         /// Number of the replica, from zero.

@@ -1,5 +1,7 @@
 //! The verdict in words.
 
+mod driven;
+
 use stosszahl_analysis::compare::Verdict as Test;
 
 use crate::export::{Tables, theory_quotients};
@@ -59,6 +61,7 @@ pub fn verdicts(setup: &Setup, replicas: &[Replica], tables: &Tables) -> Vec<Ver
             .map(|replica| &replica.engines[index])
             .collect();
         list.extend(theory(setup, &title(engine.name()), &runs));
+        list.extend(driven::verdicts(setup, &title(engine.name()), &runs));
     }
     for engine in &setup.case.engines {
         let rows: Vec<&ImpactSummaryRow> = tables

@@ -240,14 +240,15 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         "simulators_per_disk",
         "steps_per_crossing",
     ];
-    let tables: [(&str, &[&str]); 13] = [
+    let tables: [(&str, &[&str]); 14] = [
         (
             "",
             &[
                 "format", "title", "units", "seed", "replicas", "gas", "box", "start", "run",
-                "engine", "measure", "verdict", "sweep",
+                "drive", "engine", "measure", "verdict", "sweep",
             ],
         ),
+        ("drive.", &["heating", "interval"]),
         (
             "gas.",
             &[
@@ -303,6 +304,8 @@ fn the_schema_has_every_key_and_a_description_for_each() {
                 "largest_wave_number",
                 "pair_correlation_range",
                 "snapshot_times",
+                "mean_squared_displacement",
+                "displacement_start",
             ],
         ),
         ("verdict.", &["false_alarm"]),
@@ -315,6 +318,10 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         }
     }
     assert_eq!(found, documented);
+}
+
+#[test]
+fn the_schema_has_types_ranges_and_defaults() {
     let schema = schema();
     let packing = &schema["properties"]["gas"]["properties"]["packing_fraction"];
     assert_eq!(packing["type"], "number");
@@ -348,6 +355,31 @@ fn every_key_has_a_sentence_on_what_is_allowed() {
         }
     }
     check(&schema(), "");
+}
+
+#[test]
+fn displacements_are_measured_at_rising_times_after_their_start() {
+    let times = |overrides: &[&str]| {
+        let mut all = vec!["measure.mean_squared_displacement=true"];
+        all.extend(overrides);
+        one(from_text(GOOD, &all).expect("a valid case")).displacement_times()
+    };
+    let case = one(from_text(GOOD, &[]).expect("a valid case"));
+    assert!(case.displacement_times().is_empty());
+    // From the start, the samples but for the first; later, the same grid from there.
+    let plain: Vec<f64> = times(&[]).iter().map(|moment| moment.0).collect();
+    assert_eq!(plain, case.sample_times()[1..]);
+    let late = times(&["measure.displacement_start=10"]);
+    assert_eq!(late[0], (10.1, 0.1));
+    assert_eq!(late.last(), Some(&(40.0, 30.0)));
+    // A grid finer than the rounding of a late start loses its first times.
+    let fine = times(&[
+        "run.until=1e9",
+        "run.first_sample=1e-9",
+        "measure.displacement_start=999999999",
+    ]);
+    assert!(fine.is_sorted_by(|a, b| a.0 < b.0));
+    assert!(fine[0].0 > 999_999_999.0 && fine.len() < 9 * 12);
 }
 
 #[test]
@@ -478,6 +510,32 @@ fn suspicious_cases_are_valid_with_a_warning() {
     assert!(
         few.contains("dsmc-enskog: 1.") && few.contains("simulators per cell"),
         "{few}"
+    );
+    let driven = |heating: f64, interval: f64, others: &[&str]| {
+        let (heating, interval) = (
+            format!("drive.heating={heating}"),
+            format!("drive.interval={interval}"),
+        );
+        let all: Vec<&str> = [heating.as_str(), interval.as_str()]
+            .iter()
+            .chain(others)
+            .copied()
+            .collect();
+        setup(&all)
+    };
+    assert!(!driven(2.0, 0.01, &[]).contains("drive:"));
+    let endless = driven(2.0, 0.01, &["gas.restitution=1"]);
+    assert!(endless.contains("heats up without end"), "{endless}");
+    let coarse = driven(2.0, 0.2, &[]);
+    assert!(
+        coarse.contains("each kick adds 0.40 of the steady temperature"),
+        "{coarse}"
+    );
+    // The relaxation time is 1/(3 sqrt(T)) and T = (h/2)^(2/3), so 40 t0 are 12 of them at h = 2e-3.
+    let short = driven(2e-3, 0.1, &[]);
+    assert!(
+        short.contains("run.until is 12.0 times the relaxation time"),
+        "{short}"
     );
     let refined = setup(&[
         "engine.dsmc-enskog.cell_size=1",

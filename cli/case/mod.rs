@@ -113,6 +113,9 @@ pub struct Case {
     pub start: Start,
     /// How long to run and when to sample.
     pub run: Run,
+    /// What keeps the gas in motion; none leaves it to cool freely.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
     /// The engines to run, at least one and each at most once, in the order ed, dsmc-boltzmann,
     /// dsmc-free-volume, dsmc-enskog.
     pub engines: Vec<Engine>,
@@ -254,6 +257,15 @@ pub struct Run {
     pub checkpoint_seconds: f64,
 }
 
+/// Random kicks that keep the gas in motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Drive {
+    /// Energy that each disk gains on average, in temperatures of the start per `t0`, above 0.
+    pub heating: f64,
+    /// Time between two kicks in units of `t0`, above 0 and below `run.until`.
+    pub interval: f64,
+}
+
 /// An engine to run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -345,6 +357,9 @@ pub struct Measure {
     pub pair_correlation_range: f64,
     /// When all positions and velocities are written, from 0 to `until`, rising; may be empty.
     pub snapshot_times: Vec<f64>,
+    /// From when on displacements are measured, from 0 to below `until - first_sample`; none leaves them out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_start: Option<f64>,
 }
 
 /// The structure factor.
@@ -386,19 +401,40 @@ impl Case {
     ///
     /// A point of the grid that all but coincides with the end is left out.
     pub fn sample_times(&self) -> Vec<f64> {
+        std::iter::once(0.0)
+            .chain(self.grid(self.run.until))
+            .collect()
+    }
+
+    /// Times in units of `t0` at which displacements are measured, with the time that has passed since their start: a
+    /// logarithmic grid as that of the samples, and last the end of the run exactly; empty unless they are measured.
+    pub fn displacement_times(&self) -> Vec<(f64, f64)> {
+        let Some(start) = self.measure.displacement_start else {
+            return Vec::new();
+        };
+        let until = self.run.until;
+        // Late starts may leave no room between two times of the grid.
+        let mut times: Vec<(f64, f64)> = self
+            .grid(until - start)
+            .map(|elapsed| (start + elapsed, elapsed))
+            .filter(|&(time, _)| start < time && time < until)
+            .chain([(until, until - start)])
+            .collect();
+        times.dedup_by_key(|moment| moment.0);
+        times
+    }
+
+    /// A logarithmic grid from the first sample on, and last the end exactly.
+    fn grid(&self, until: f64) -> impl Iterator<Item = f64> {
         let Run {
-            until,
             first_sample,
             samples_per_decade,
             ..
         } = self.run;
-        let grid = (0..)
-            .map(|i| first_sample * 10_f64.powf(f64::from(i) / samples_per_decade as f64))
-            .take_while(|&time| time < until * (1.0 - 1e-9));
-        std::iter::once(0.0)
-            .chain(grid)
+        (0..)
+            .map(move |i| first_sample * 10_f64.powf(f64::from(i) / samples_per_decade as f64))
+            .take_while(move |&time| time < until * (1.0 - 1e-9))
             .chain(std::iter::once(until))
-            .collect()
     }
 
     /// What is allowed but deserves a second look.

@@ -11,10 +11,13 @@ use super::error::Problem;
 use super::locate::{KeyPath, Step};
 use super::written::{self, Written};
 use super::{
-    Bodies, Case, ContactValue, Domain, Dsmc, Engine, EventDriven, Gas, Measure, Neighbourhood,
-    Restitution, Run, Start, StartFile, StartFileKind, Structure, Units, Velocities, Verdict,
-    schema,
+    Bodies, Case, ContactValue, Domain, Drive, Dsmc, Engine, EventDriven, Gas, Measure,
+    Neighbourhood, Restitution, Run, Start, StartFile, StartFileKind, Structure, Units, Velocities,
+    Verdict, schema,
 };
+
+/// Most kicks of a run.
+const MOST_KICKS: f64 = 1e9;
 
 /// Checks a table and gives the case that it means. `folder` holds the case file.
 pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
@@ -23,7 +26,7 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
         .map_err(|error| misread(table, &error))?;
     let check = Check { table, folder };
     let start = check.start(&written)?;
-    let until = written.run.until;
+    let run = check.run(&written.run)?;
     Ok(Case {
         title: written.title,
         units: written.units,
@@ -35,9 +38,10 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
             boundary: written.domain.boundary,
         },
         start,
-        run: check.run(&written.run)?,
+        run,
+        drive: check.drive(written.drive.as_ref(), run.until)?,
         engines: check.engines(written.engine)?,
-        measure: check.measure(written.measure, until)?,
+        measure: check.measure(written.measure, run)?,
         verdict: Verdict {
             false_alarm: written.verdict.false_alarm,
         },
@@ -279,6 +283,18 @@ impl Check<'_> {
         })
     }
 
+    fn drive(&self, drive: Option<&written::Drive>, until: f64) -> Result<Option<Drive>, Problem> {
+        let Some(&written::Drive { heating, interval }) = drive else {
+            return Ok(None);
+        };
+        if !(interval < until && until / interval <= MOST_KICKS) {
+            let key = "drive.interval";
+            let allowed = format!("{}; run.until = {until}", schema::sentence(key));
+            return Err(self.refuse(key, allowed));
+        }
+        Ok(Some(Drive { heating, interval }))
+    }
+
     fn engines(&self, engines: written::Engines) -> Result<Vec<Engine>, Problem> {
         let mut list = Vec::new();
         if let Some(ed) = engines.ed {
@@ -334,7 +350,8 @@ impl Check<'_> {
         Ok(list)
     }
 
-    fn measure(&self, measure: written::Measure, until: f64) -> Result<Measure, Problem> {
+    fn measure(&self, measure: written::Measure, run: Run) -> Result<Measure, Problem> {
+        let until = run.until;
         let impact_windows = match measure.impact_windows {
             None => default_windows(until),
             Some(written::Windows::Whole(written::WholeRun::WholeRun)) => vec![[0.0, until]],
@@ -361,6 +378,11 @@ impl Check<'_> {
             &[until],
             until,
         )?;
+        let displacement_start = self.displacement_start(
+            measure.mean_squared_displacement,
+            measure.displacement_start,
+            run,
+        )?;
         Ok(Measure {
             impact_windows,
             impact_bins: measure.impact_bins as usize,
@@ -372,7 +394,29 @@ impl Check<'_> {
             },
             pair_correlation_range: measure.pair_correlation_range,
             snapshot_times,
+            displacement_start,
         })
+    }
+
+    /// From when on displacements are measured.
+    fn displacement_start(
+        &self,
+        asked: bool,
+        start: Option<f64>,
+        run: Run,
+    ) -> Result<Option<f64>, Problem> {
+        let last = run.until - run.first_sample;
+        match start {
+            Some(start) if !(asked && start < last) => {
+                let key = "measure.displacement_start";
+                let allowed = format!(
+                    "{}; run.until - run.first_sample = {last}",
+                    schema::sentence(key)
+                );
+                Err(self.refuse(key, allowed))
+            }
+            _ => Ok(asked.then(|| start.unwrap_or(0.0))),
+        }
     }
 
     /// Times within the run, in order and each once.

@@ -46,6 +46,8 @@ pub struct Written {
     pub start: Start,
     /// How long to run and when to sample.
     pub run: Run,
+    /// Random kicks that keep the gas in motion. Without this table the gas cools freely.
+    pub drive: Option<Drive>,
     /// The engines to run. A table that is present is run; at least one must be.
     #[schemars(extend("x-allowed" = "at least one engine: [engine.ed], [engine.dsmc-boltzmann], [engine.dsmc-free-volume] or [engine.dsmc-enskog]"))]
     pub engine: Engines,
@@ -247,6 +249,19 @@ fn thirty() -> f64 {
     30.0
 }
 
+/// Random kicks that keep the gas in motion.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Drive {
+    /// Energy that each disk gains on average, in units of the temperature of the start and `t0`. A gas that gains
+    /// about 2 keeps the temperature of its start; the steady temperature grows as the power 2/3.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e12, "x-allowed" = "a heating lies above 0 and at most at 1e12, in temperatures of the start per t0"))]
+    pub heating: f64,
+    /// Time between two kicks, in units of `t0`.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "the interval of the kicks lies above 0 and below run.until, in units of t0, for at most 1000000000 kicks"))]
+    pub interval: f64,
+}
+
 /// The engines to run.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -431,6 +446,12 @@ pub struct Measure {
         "x-allowed" = "snapshot times are a list of times from 0 to run.until, in units of t0; none is a time before zero"
     ))]
     pub snapshot_times: Option<Vec<f64>>,
+    /// Measure the mean squared displacement of the disks.
+    #[schemars(extend("x-allowed" = "mean_squared_displacement is true or false"))]
+    pub mean_squared_displacement: bool,
+    /// Time from which displacements are measured, in units of `t0`. Default: 0.
+    #[schemars(extend("minimum" = 0.0, "x-allowed" = "the start of the displacements lies from 0 to below run.until less run.first_sample, in units of t0, and measure.mean_squared_displacement is true"))]
+    pub displacement_start: Option<f64>,
 }
 
 impl Default for Measure {
@@ -444,6 +465,8 @@ impl Default for Measure {
             largest_wave_number: 64,
             pair_correlation_range: 6.0,
             snapshot_times: None,
+            mean_squared_displacement: false,
+            displacement_start: None,
         }
     }
 }

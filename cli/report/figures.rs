@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use super::plot::{Axis, Chart, Curve, Mark, Point, Stroke, power};
 use crate::tables::{
-    ComparisonRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow, PairCorrelationRow,
+    ComparisonRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow, PairCorrelationRow, SteadyRow,
     StructureFactorRow,
 };
 
@@ -31,7 +31,7 @@ pub(crate) struct Figure {
 
 impl Figure {
     /// Keeps the figure only if there is something to draw.
-    fn drawable(mut self) -> Option<Self> {
+    pub(crate) fn drawable(mut self) -> Option<Self> {
         self.panels.retain(|(_, chart)| !chart.is_empty());
         (!self.panels.is_empty()).then_some(self)
     }
@@ -162,7 +162,7 @@ pub(crate) fn with_error(value: Option<f64>, error: Option<f64>) -> String {
 }
 
 /// Points of the rows of one engine.
-fn curve<R>(
+pub(crate) fn curve<R>(
     engine: &str,
     stroke: Stroke,
     rows: &[R],
@@ -178,14 +178,14 @@ fn curve<R>(
 }
 
 /// The points by increasing abscissa.
-fn ordered(points: impl Iterator<Item = Point>) -> Vec<Point> {
+pub(crate) fn ordered(points: impl Iterator<Item = Point>) -> Vec<Point> {
     let mut points: Vec<Point> = points.collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     points
 }
 
 /// A dashed curve of theory.
-fn theory(label: &str, points: Vec<Point>) -> Curve {
+pub(crate) fn theory(label: &str, points: Vec<Point>) -> Curve {
     Curve {
         label: label.to_owned(),
         colour: "var(--ink)".to_owned(),
@@ -195,8 +195,9 @@ fn theory(label: &str, points: Vec<Point>) -> Curve {
     }
 }
 
-/// Energy against time.
-pub(crate) fn energy(rows: &[EnergyRow]) -> Option<Figure> {
+/// Energy against time; `steady` holds the quarters of a driven run.
+pub(crate) fn energy(rows: &[EnergyRow], steady: Option<&[SteadyRow]>) -> Option<Figure> {
+    let level = steady.and_then(|rows| rows.iter().find_map(|row| row.theory_ratio));
     let names = engines(rows.iter().map(|row| &row.engine));
     let mut curves: Vec<Curve> = Vec::new();
     let law = ordered(rows.iter().filter_map(|row| {
@@ -254,15 +255,27 @@ pub(crate) fn energy(rows: &[EnergyRow]) -> Option<Figure> {
     if has_law {
         caption += "Points above the dashed line cool more slowly than a homogeneous gas.";
     }
+    if let Some(level) = level {
+        let _ = write!(
+            caption,
+            "The dashed line at {} is where Enskog’s theory balances heating and dissipation.",
+            number(level, 4)
+        );
+    }
+    let title = if steady.is_some() {
+        "Energy of the driven gas"
+    } else {
+        "Cooling"
+    };
     Figure {
-        title: "Cooling".to_owned(),
+        title: title.to_owned(),
         panels: vec![(
             String::new(),
             Chart {
                 x: Axis::logarithmic(TIME),
                 y: Axis::logarithmic("K(t) / K(0)"),
                 curves,
-                level: None,
+                level,
             },
         )],
         caption,

@@ -19,6 +19,7 @@
 //! Plots are static SVG and not a script library, which would weigh megabytes in every report and print badly.
 
 mod figures;
+mod optional;
 mod page;
 mod plot;
 mod read;
@@ -33,8 +34,8 @@ use thiserror::Error;
 
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE};
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// Name of the page inside the folder.
@@ -169,6 +170,10 @@ pub(crate) struct Results {
     pub pair: Option<Vec<PairCorrelationRow>>,
     /// Dissipation identity.
     pub dissipation: Option<Vec<DissipationRow>>,
+    /// Quarters of a driven run; none in a gas that cools freely.
+    pub steady: Option<Vec<SteadyRow>>,
+    /// Mean squared displacement; none unless it was measured.
+    pub displacements: Option<Vec<DisplacementRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -208,6 +213,8 @@ impl Results {
             structure: read::table(folder)?,
             pair: read::table(folder)?,
             dissipation: read::table(folder)?,
+            steady: read::table(folder)?,
+            displacements: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }

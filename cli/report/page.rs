@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::figures::{
     self, Figure, engine_name, engines, number, same, window_name, windows, with_error,
 };
+use super::optional;
 use super::plot::{Curve, Mark, Stroke};
 use super::viewer::{self, Frames};
 use super::{REPORT_FILE, ReportError, Results, SIZE_LIMIT, origin};
@@ -288,10 +289,14 @@ fn plots(results: &Results, counter: &mut Counter) -> Markup {
         section id="plots" {
             h2 { "Energy" }
             div.pair {
-                (figure(energy.and_then(|rows| figures::energy(rows)), counter)
+                (figure(energy.and_then(|rows| figures::energy(rows, results.steady.as_deref())), counter)
                     .unwrap_or_else(|| absent::<EnergyRow>(energy)))
                 (figure(results.comparison.as_ref().and_then(|rows| figures::quotient(rows)), counter)
                     .unwrap_or_else(|| absent::<ComparisonRow>(results.comparison.as_ref())))
+            }
+            @if let Some(rows) = &results.displacements {
+                h2 { "Diffusion" }
+                (figure(optional::displacement(rows), counter).unwrap_or_else(|| absent(Some(rows))))
             }
             h2 { "Impact parameter" }
             (figure(results.impact.as_ref().and_then(|rows| figures::impact(rows, summary)), counter)
@@ -442,7 +447,7 @@ fn snapshots(frames: &Frames, results: &Results, counter: &mut Counter) -> Marku
 }
 
 /// A column of a table on the page: its heading, and whether it holds text.
-type Column = (&'static str, bool);
+pub(crate) type Column = (&'static str, bool);
 
 /// A table; a long one is folded.
 pub(crate) fn table(name: &str, columns: &[Column], rows: &[Vec<String>]) -> Markup {
@@ -486,6 +491,10 @@ fn tables(results: &Results) -> Markup {
             (impact_summary(results.summary.as_ref()))
             h3 { "Dissipation identity" }
             (dissipation(results.dissipation.as_ref()))
+            @if let Some(rows) = &results.steady {
+                h3 { "Steady state" }
+                (optional::steady(rows))
+            }
             h3 { "Spread of the replicas" }
             (replicas(results.replicas.as_ref()))
             h3 { "Work" }

@@ -5,23 +5,18 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::energy::EnergySample;
-use stosszahl_analysis::windows::Windows;
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Sizes, State, snapshot};
+use stosszahl_model::{Drive, Sizes, State, snapshot};
 
+use super::gas::{Exact, ExactCheckpoint, Gas};
 use super::record::{Moment, Record, Structure, schedule};
-use super::{Control, RunError, leg_collisions};
+use super::{Control, RunError};
 use crate::case::{Dsmc, Engine, EventDriven};
 use crate::dispatch::Planar;
 use crate::setup::Setup;
-
-/// Simulator steps in one leg of a Monte Carlo run, and fewest steps.
-const LEG_SIMULATOR_STEPS: u64 = 5_000_000;
-const LEAST_STEPS: u64 = 20;
 
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -41,153 +36,6 @@ pub(super) struct Progress<C> {
     pub(super) record: Record,
     pub(super) seconds: f64,
     pub(super) work: Option<Work>,
-}
-
-/// What the job loop asks of an engine.
-trait Gas: Sized {
-    type Physics: Planar;
-    type Checkpoint: Serialize + DeserializeOwned;
-
-    /// Advances by one leg, which is a function of the checkpoint before it; true if the time was reached.
-    fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError>;
-    fn state(&self) -> State<Self::Physics>;
-    fn time(&self) -> f64;
-    fn scene(&self) -> &Self::Physics;
-    fn collisions(&self) -> u64;
-    fn weight(&self) -> f64;
-    fn checkpoint(&self) -> Self::Checkpoint;
-    fn work(&self) -> BTreeMap<String, f64>;
-}
-
-struct Exact<P: Planar> {
-    scene: P,
-    dissipation: Dissipation,
-    limit: Option<u64>,
-    gas: stosszahl_ed::Checkpoint<P>,
-}
-
-impl<P: Planar> Gas for Exact<P> {
-    type Physics = P;
-    type Checkpoint = stosszahl_ed::Checkpoint<P>;
-
-    fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
-        if self
-            .limit
-            .is_some_and(|limit| self.gas.tally.collisions >= limit)
-        {
-            return Err(RunError::CollisionLimit {
-                collisions: self.gas.tally.collisions,
-            });
-        }
-        let leg = leg_collisions(self.gas.state.bodies.len());
-        let mut engine =
-            stosszahl_ed::Engine::<P>::new(self.scene.clone(), self.dissipation, self.gas.clone())?;
-        let reached = engine.advance(until, leg, watch)?;
-        self.gas = engine.checkpoint();
-        Ok(reached)
-    }
-    fn state(&self) -> State<P> {
-        self.gas.state.clone()
-    }
-    fn time(&self) -> f64 {
-        self.gas.state.time
-    }
-    fn scene(&self) -> &P {
-        &self.scene
-    }
-    fn collisions(&self) -> u64 {
-        self.gas.tally.collisions
-    }
-    fn weight(&self) -> f64 {
-        1.0
-    }
-    fn checkpoint(&self) -> Self::Checkpoint {
-        self.gas.clone()
-    }
-    fn work(&self) -> BTreeMap<String, f64> {
-        let tally = self.gas.tally;
-        let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
-        [
-            ("predictions_per_collision", each(tally.predictions)),
-            ("calendar_pushes_per_collision", each(tally.pushes)),
-            ("cell_crossings_per_collision", each(tally.crossings)),
-            ("stale_events_per_collision", each(tally.stale)),
-            ("broken_contacts_per_collision", each(tally.broken)),
-            (
-                "share_of_collisions_made_elastic",
-                each(tally.elastic_contacts),
-            ),
-        ]
-        .map(|(name, number)| (name.to_owned(), number))
-        .into()
-    }
-}
-
-impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
-    type Physics = P;
-    type Checkpoint = stosszahl_dsmc::Checkpoint<P>;
-
-    fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
-        let steps = (LEG_SIMULATOR_STEPS / self.simulators().max(1) as u64).max(LEAST_STEPS);
-        Ok(self.advance(until, steps, watch))
-    }
-    fn state(&self) -> State<P> {
-        self.state()
-    }
-    fn time(&self) -> f64 {
-        self.time()
-    }
-    fn scene(&self) -> &P {
-        self.scene()
-    }
-    fn collisions(&self) -> u64 {
-        self.tally().collisions
-    }
-    fn weight(&self) -> f64 {
-        self.weight()
-    }
-    fn checkpoint(&self) -> Self::Checkpoint {
-        self.checkpoint()
-    }
-    fn work(&self) -> BTreeMap<String, f64> {
-        let tally = self.tally();
-        let over = |a: f64, b: u64| a / b.max(1) as f64;
-        let simulators = self.simulators() as u64;
-        [
-            ("steps", tally.steps as f64),
-            (
-                "trials_per_collision",
-                over(tally.trials as f64, tally.collisions),
-            ),
-            (
-                "majorant_violations_per_trial",
-                over(tally.majorant_violations as f64, tally.trials),
-            ),
-            (
-                "collisions_per_simulator_and_step",
-                over(2.0 * tally.collisions as f64, tally.steps * simulators),
-            ),
-            (
-                "share_of_cells_with_limited_contact_value",
-                over(tally.limited_cells as f64, tally.active_cells),
-            ),
-            (
-                "share_of_collisions_in_limited_cells",
-                over(tally.limited_collisions as f64, tally.collisions),
-            ),
-            (
-                "collision_separation_over_d",
-                over(tally.separation, tally.collisions),
-            ),
-            (
-                "most_collisions_per_simulator_in_a_cell_and_step",
-                tally.busiest_cell,
-            ),
-            ("cell_width_over_d", self.cell()[0]),
-        ]
-        .map(|(name, number)| (name.to_owned(), number))
-        .into()
-    }
 }
 
 /// A finished job.
@@ -211,6 +59,8 @@ pub(super) fn run_engine<P: Planar>(
     control: &Control<'_, ()>,
     snapshots: Option<&Path>,
 ) -> Result<Finished, RunError> {
+    // All engines of a replica draw the same kicks.
+    let noise = setup.drive()?.map(|drive| (drive, streams));
     match engine {
         Engine::Ed(EventDriven {
             contact_time,
@@ -221,16 +71,21 @@ pub(super) fn run_engine<P: Planar>(
             } else {
                 Dissipation::Scene
             };
-            let begin = |checkpoint: Option<stosszahl_ed::Checkpoint<P>>| {
-                let gas = checkpoint.unwrap_or_else(|| start.clone().into());
+            let begin = |checkpoint: Option<ExactCheckpoint<P>>| {
+                let checkpoint = checkpoint.unwrap_or_else(|| ExactCheckpoint {
+                    gas: start.clone().into(),
+                    origin: Vec::new(),
+                });
+                let ExactCheckpoint { gas, origin } = checkpoint;
                 Ok(Exact {
                     scene: scene.clone(),
                     dissipation,
                     limit: *collision_limit,
                     gas,
+                    origin,
                 })
             };
-            follow(setup, engine, begin, &control.with(), snapshots)
+            follow(setup, engine, noise, begin, &control.with(), snapshots)
         }
         Engine::Dsmc(dsmc) => {
             let parameters = setup.dsmc_parameters(dsmc);
@@ -247,7 +102,7 @@ pub(super) fn run_engine<P: Planar>(
                     None => stosszahl_dsmc::Engine::new(scene, parameters, start, streams)?,
                 })
             };
-            follow(setup, engine, begin, &control.with(), snapshots)
+            follow(setup, engine, noise, begin, &control.with(), snapshots)
         }
     }
 }
@@ -264,6 +119,7 @@ fn scheme_number(dsmc: &Dsmc) -> u64 {
 fn follow<G: Gas>(
     setup: &Setup,
     engine: &Engine,
+    noise: Option<(Drive, Streams)>,
     begin: impl FnOnce(Option<G::Checkpoint>) -> Result<G, RunError>,
     control: &Control<'_, Progress<G::Checkpoint>>,
     snapshots: Option<&Path>,
@@ -311,8 +167,14 @@ fn follow<G: Gas>(
     let mut record = record.expect("just made");
     while let Some(moment) = schedule.get(next) {
         let before = gas.collisions();
-        let reached = gas.leg(moment.time_over_t0 * setup.time, &mut record.windows)?;
-        if reached {
+        let kick = kick_after(setup, &record);
+        // What is measured at the time of a kick is measured before it.
+        let until = kick.map_or(moment.time_over_t0, |kick| kick.min(moment.time_over_t0));
+        let reached = gas.leg(until * setup.time, &mut record.windows)?;
+        if reached && until == moment.time_over_t0 {
+            if moment.displacement == Some(0.0) {
+                gas.follow_displacements();
+            }
             sample(
                 setup,
                 engine,
@@ -323,6 +185,8 @@ fn follow<G: Gas>(
                 snapshots,
             )?;
             next += 1;
+        } else if let (true, Some((drive, streams))) = (reached, noise) {
+            kick_now(setup, &mut gas, drive, streams, &mut record);
         }
         control.tell(share(setup, gas.time()), gas.collisions() - before);
         if next < schedule.len() {
@@ -356,6 +220,30 @@ fn follow<G: Gas>(
     })
 }
 
+/// Time of the next kick, in units of `t_0`.
+fn kick_after(setup: &Setup, record: &Record) -> Option<f64> {
+    let number = record.driven.as_ref()?.kicks + 1;
+    Some(number as f64 * setup.case.drive?.interval)
+}
+
+fn kick_now<G: Gas>(
+    setup: &Setup,
+    gas: &mut G,
+    drive: Drive,
+    streams: Streams,
+    record: &mut Record,
+) {
+    let Some(driven) = &mut record.driven else {
+        return;
+    };
+    let before = gas.state().temperature(gas.scene());
+    gas.kick(drive, driven.kicks, streams);
+    let after = gas.state().temperature(gas.scene());
+    let middle = gas.time() - 0.5 * drive.interval();
+    driven.kick(middle / (setup.case.run.until * setup.time), before, after);
+    record.windows.synchronise(gas.time(), after);
+}
+
 /// The share of a run that is done, by the collisions that theory expects.
 fn share(setup: &Setup, time: f64) -> f64 {
     setup.expected_collisions(time / setup.time) / setup.expected_collisions(setup.case.run.until)
@@ -376,6 +264,10 @@ fn sample<G: Gas>(
     let time = moment.time_over_t0;
     if moment.energy {
         record.energies.push((time, energy));
+    }
+    if let Some(elapsed) = moment.displacement.filter(|&elapsed| elapsed > 0.0) {
+        let square = gas.mean_squared_displacement();
+        record.displacements.push((elapsed, square));
     }
     if let (true, Some(structure)) = (moment.structure, structure) {
         let (factor, pairs) = structure.measure(&state, gas.weight())?;

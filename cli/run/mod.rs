@@ -4,6 +4,8 @@
 //! never where a clock says, so it does not matter at which of them a run is stopped. Only *whether* a checkpoint is
 //! written after a leg depends on the clock.
 
+mod driven;
+mod gas;
 mod job;
 mod prepare;
 mod record;
@@ -22,6 +24,7 @@ use stosszahl_model::random::Streams;
 pub use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::snapshot::{self, SnapshotError};
 
+pub use driven::{Driven, PARTS};
 pub use job::{Finished, Work};
 pub use prepare::StartReport;
 pub use record::Record;

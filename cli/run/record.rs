@@ -8,6 +8,7 @@ use stosszahl_analysis::structure_factor::{StructureFactor, StructureFactorPlan}
 use stosszahl_analysis::windows::Windows;
 use stosszahl_model::State;
 
+use super::driven::Driven;
 use crate::dispatch::Planar;
 use crate::setup::{Setup, structure_options};
 
@@ -25,6 +26,8 @@ pub struct Moment {
     pub structure: bool,
     /// All disks into a file.
     pub snapshot: bool,
+    /// The mean squared displacement: the time since its start, which is where this is zero.
+    pub displacement: Option<f64>,
 }
 
 /// All moments of a case, in order.
@@ -33,12 +36,16 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
     let (structure, snapshot) = (&case.measure.structure.times, &case.measure.snapshot_times);
     // Windows begin and end between legs, so that no step of a Monte Carlo engine lies across an edge.
     let edges = case.measure.impact_windows.as_flattened();
+    let origin = case.measure.displacement_start.map(|start| (start, 0.0));
+    let mut displacements = case.displacement_times();
+    displacements.extend(origin);
     let mut times: Vec<f64> = energy
         .iter()
         .chain(structure)
         .chain(snapshot)
         .chain(edges)
         .copied()
+        .chain(displacements.iter().map(|&(time, _)| time))
         .collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -49,6 +56,10 @@ pub fn schedule(setup: &Setup) -> Vec<Moment> {
             energy: energy.contains(&time_over_t0),
             structure: structure.contains(&time_over_t0),
             snapshot: snapshot.contains(&time_over_t0),
+            displacement: displacements
+                .iter()
+                .find(|moment| moment.0 == time_over_t0)
+                .map(|moment| moment.1),
         })
         .collect()
 }
@@ -64,6 +75,10 @@ pub struct Record {
     pub structure: Vec<(f64, StructureFactor)>,
     /// g(r) by time over `t_0`.
     pub pairs: Vec<(f64, PairCorrelation)>,
+    /// Mean squared displacement in d^2 by the time since its start over `t_0`.
+    pub displacements: Vec<(f64, f64)>,
+    /// Kicks and the temperature between them; none in a gas that cools freely.
+    pub driven: Option<Driven>,
 }
 
 impl Record {
@@ -88,6 +103,8 @@ impl Record {
             windows,
             structure: Vec::new(),
             pairs: Vec::new(),
+            displacements: Vec::new(),
+            driven: setup.case.drive.map(|_| Driven::new(temperature)),
         }
     }
 }

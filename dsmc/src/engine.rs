@@ -159,6 +159,7 @@ struct Simulator<T> {
 pub struct Checkpoint<P: Physics<Space = Plane>> {
     time: f64,
     simulators: Vec<Simulator<TagOf<P>>>,
+    displacements: Vec<Vector2<f64>>,
     remainders: Vec<f64>,
     fastest: f64,
     temperature: f64,
@@ -206,6 +207,8 @@ pub struct Engine<P: Physics<Space = Plane>> {
     /// In cell order after the sort.
     simulators: Vec<Simulator<TagOf<P>>>,
     sorted: Vec<Simulator<TagOf<P>>>,
+    /// How far each simulator has come, in the order of the simulators; empty unless asked for.
+    displacements: Vec<Vector2<f64>>,
     /// Cell of each simulator, and where each cell's simulators begin.
     places: Vec<u32>,
     starts: Vec<u32>,
@@ -262,6 +265,7 @@ where
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
+            displacements: Vec::new(),
             remainders: Vec::new(),
             fastest: 0.0,
             temperature: 0.0,
@@ -305,6 +309,7 @@ where
         let Checkpoint {
             time,
             simulators,
+            displacements,
             remainders,
             fastest,
             temperature,
@@ -358,6 +363,7 @@ where
             moment_ratio,
             density,
             simulators,
+            displacements,
             remainders,
             time,
             fastest,
@@ -408,11 +414,34 @@ where
         &self.scene
     }
 
+    /// Measures displacements from now on. They cost one vector a simulator and two passes over them a step.
+    pub fn follow_displacements(&mut self) {
+        self.displacements = vec![Vector2::zeros(); self.simulators.len()];
+    }
+
+    /// How far simulators have come since [`Self::follow_displacements`], across the edges of the box \[length\]; in no
+    /// order that stays, and empty unless they are followed. The displacement of partners in the scheme counts.
+    pub fn displacements(&self) -> &[Vector2<f64>] {
+        &self.displacements
+    }
+
+    /// Adds to the velocity of each simulator, in the order of [`Engine::state`]; further simulators stay as they
+    /// are.
+    pub fn kick(&mut self, changes: &[Vector2<f64>]) {
+        for (order, simulator) in self.simulators.iter_mut().enumerate() {
+            if let Some(change) = changes.get(P::Sizes::index(simulator.tag, order)) {
+                simulator.velocity += change;
+            }
+        }
+        self.take_stock();
+    }
+
     /// Everything needed to go on from here.
     pub fn checkpoint(&self) -> Checkpoint<P> {
         Checkpoint {
             time: self.time,
             simulators: self.simulators.clone(),
+            displacements: self.displacements.clone(),
             remainders: self.remainders.clone(),
             fastest: self.fastest,
             temperature: self.temperature,
@@ -486,6 +515,7 @@ where
                 self.collide_cell(cell, step, watch);
             }
         }
+        self.note_flight(0.5 * step);
         let field = self.scene.field();
         for simulator in &mut self.simulators {
             Field::<Plane>::drift(
@@ -501,6 +531,7 @@ where
 
     /// Half a free flight, then a counting sort by cell, which keeps the order within a cell.
     fn fly_and_sort(&mut self, duration: f64) {
+        self.note_flight(duration);
         let field = self.scene.field();
         let scale = vector![1.0 / self.width[0], 1.0 / self.width[1]];
         self.starts.fill(0);
@@ -533,11 +564,37 @@ where
         self.starts.rotate_right(1);
         self.starts[0] = 0;
         std::mem::swap(&mut self.simulators, &mut self.sorted);
+        self.sort_displacements();
+    }
+
+    /// Adds a free flight to the displacements that are followed.
+    fn note_flight(&mut self, duration: f64) {
+        for (displacement, simulator) in self.displacements.iter_mut().zip(&self.simulators) {
+            *displacement += simulator.velocity * duration;
+        }
+    }
+
+    /// Brings the displacements into the order of the simulators just sorted.
+    fn sort_displacements(&mut self) {
+        if self.displacements.is_empty() {
+            return;
+        }
+        let mut next = self.starts.clone();
+        let mut sorted = vec![Vector2::zeros(); self.displacements.len()];
+        for (&displacement, &place) in self.displacements.iter().zip(&self.places) {
+            let slot = &mut next[place as usize];
+            sorted[*slot as usize] = displacement;
+            *slot += 1;
+        }
+        self.displacements = sorted;
     }
 
     fn collide_cell(&mut self, cell: usize, step: f64, watch: &mut impl Observe<P>) {
-        let members =
-            &mut self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize];
+        let place = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+        // Nothing to slice unless displacements are followed.
+        let followed = self.displacements.get_mut(place.clone());
+        let followed = followed.unwrap_or_default();
+        let members = &mut self.simulators[place];
         let count = members.len();
         let sizes = self.scene.sizes();
         let (chi, limited) = self.density.contact_value(cell);
@@ -612,8 +669,7 @@ where
                 .domain
                 .distance(members[i].position, members[j].position);
             if self.parameters.displacement {
-                members[i].position += line;
-                members[j].position -= line;
+                displace(members, followed, [i, j], line);
             }
             watch.collision(&Collision {
                 time: self.time + 0.5 * step,
@@ -633,6 +689,22 @@ where
             .tally
             .busiest_cell
             .max(2.0 * collisions as f64 / count as f64);
+    }
+}
+
+/// Moves two partners apart by the vector `line` each, and notes it where displacements are followed.
+#[inline]
+fn displace<T>(
+    members: &mut [Simulator<T>],
+    followed: &mut [Vector2<f64>],
+    [i, j]: [usize; 2],
+    line: Vector2<f64>,
+) {
+    members[i].position += line;
+    members[j].position -= line;
+    if !followed.is_empty() {
+        followed[i] += line;
+        followed[j] -= line;
     }
 }
 

@@ -144,16 +144,35 @@ impl Cells {
         shift
     }
 
-    /// The nearest image of a separation, where the grid is too small for cells to tell images apart.
-    #[inline(always)]
-    pub(crate) fn nearest(&self, mut separation: Vector2<f64>) -> Vector2<f64> {
+    /// Whether the grid is too small for cells to tell images apart.
+    #[inline]
+    pub(crate) fn narrow(&self) -> bool {
+        self.counts[0].min(self.counts[1]) < 3
+    }
+
+    /// The image of a separation that is approached fastest among those that touch within rounding; the nearest if
+    /// none does.
+    #[cold]
+    pub(crate) fn approached_image(
+        &self,
+        separation: Vector2<f64>,
+        relative: Vector2<f64>,
+        distance: f64,
+    ) -> Vector2<f64> {
+        let mut nearest = separation;
         for axis in 0..2 {
-            if self.counts[axis] < 3 {
-                separation[axis] -=
-                    self.lengths[axis] * (separation[axis] / self.lengths[axis]).round();
-            }
+            let length = self.lengths[axis];
+            nearest[axis] -= length * (separation[axis] / length).round();
         }
-        separation
+        let approach = |line: &Vector2<f64>| relative.dot(line) / line.norm();
+        let steps = [-1.0, 0.0, 1.0];
+        steps
+            .into_iter()
+            .flat_map(|right| steps.map(|up| vector![right, up]))
+            .map(|image| nearest + image.component_mul(&self.lengths))
+            .filter(|line| line.norm() <= distance * (1.0 + 1e-9))
+            .min_by(|a, b| approach(a).total_cmp(&approach(b)))
+            .unwrap_or(nearest)
     }
 
     /// First disk of the cell at a place in memory, or [`NONE`].

@@ -158,8 +158,9 @@ impl Disks {
         self.all[before as usize].next = next;
     }
 
-    /// Moves a disk into the next cell along an axis at the given time; whether it went forward.
-    pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> bool {
+    /// Moves a disk into the next cell along an axis at the given time; whether it went forward, and across the
+    /// periodic boundary.
+    pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> (bool, bool) {
         self.leave(who);
         let width = self.cells.width()[axis];
         let disk = &mut self.all[who as usize];
@@ -167,9 +168,10 @@ impl Disks {
         let forward = disk.velocity[axis] > 0.0;
         disk.position[axis] += if forward { -width } else { width };
         let home = &mut self.homes[who as usize][axis];
-        *home = self.cells.beyond(*home, axis, forward).0;
+        let (next, around) = self.cells.beyond(*home, axis, forward);
+        *home = next;
         self.enter(who);
-        forward
+        (forward, around)
     }
 
     /// Position in the plane at the given time, less a whole number of boxes or not.
@@ -177,22 +179,34 @@ impl Disks {
         self.cells.corner(self.home(who)) + self.all[who as usize].at(time)
     }
 
-    /// Separation of the first from the second disk at a time, over the nearest image.
+    /// Line of centres of two touching disks that are up to date, from the second to the first. Of two images that
+    /// touch, as they may in a narrow box, the one that is approached.
     #[inline(always)]
-    pub(crate) fn separation(&self, first: u32, second: u32, time: f64) -> Vector2<f64> {
-        let apart = self.all[first as usize].at(time) - self.all[second as usize].at(time);
-        self.cells
-            .nearest(apart + self.cells.between(self.home(first), self.home(second)))
+    pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> Vector2<f64> {
+        let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
+        let line =
+            one.position - other.position + self.cells.between(self.home(first), self.home(second));
+        let line = if self.cells.narrow() {
+            let relative = one.velocity - other.velocity;
+            self.cells.approached_image(line, relative, distance)
+        } else {
+            line
+        };
+        debug_assert!(
+            (line.norm() - distance).abs() <= 1e-6 * distance + 2e-9,
+            "disks {first} and {second} collide at a distance of {}, not {distance}",
+            line.norm()
+        );
+        line
     }
 
-    /// Whether two touching disks approach no faster than their velocities are rounded: after a contact
-    /// with restitution 0 the normal part of their relative velocity is nothing but rounding.
+    /// Whether two touching disks, b = r . g of whose separation and relative velocity is given, approach no
+    /// faster than their velocities are rounded: among disks that were pressed together without rebound, the
+    /// normal part of a relative velocity is nothing but rounding.
     #[cold]
-    fn at_rest(&self, first: u32, second: u32, time: f64) -> bool {
-        let separation = self.separation(first, second, time);
-        let velocity = |who: u32| self.all[who as usize].velocity;
-        let approach = -separation.dot(&(velocity(first) - velocity(second))) / separation.norm();
-        approach <= 8.0 * f64::EPSILON * (velocity(first).norm() + velocity(second).norm())
+    fn at_rest(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
+        let speed = |who: u32| self.all[who as usize].velocity.norm();
+        -b <= 8.0 * f64::EPSILON * distance * (speed(first) + speed(second))
     }
 
     /// Opens the lists of disks of some of the cells around one: columns and rows are numbered 0 before, 1 same,
@@ -302,7 +316,9 @@ impl Disks {
                     break;
                 }
             }
-            let found = candidates.earliest(limit, |other| self.at_rest(who, other, clock));
+            let found = candidates.earliest(limit, |other, b| {
+                self.at_rest(who, other, b, distance(other))
+            });
             if let Some((time, _)) = found {
                 limit = time;
                 best = found;

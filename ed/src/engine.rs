@@ -1,9 +1,6 @@
 //! The engine: disks, their events, and the loop over them.
 
-use std::collections::BTreeSet;
-
 use nalgebra::Vector2;
-use serde::{Deserialize, Serialize};
 use stosszahl_model::{
     Body, Collision, Domain, Encounter, Free, Observe, Physics, Plane, Restitution, Sizes, Smooth,
     State, collide,
@@ -11,124 +8,12 @@ use stosszahl_model::{
 
 use crate::calendar::{Agenda, Buckets, Calendar, Entry};
 use crate::cells::{Cells, NONE};
+use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::contact::Candidates;
 use crate::disk::Disks;
-
-/// Which collisions lose energy.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Dissipation {
-    /// None: the restitution of the scene is set aside (to equilibrate).
-    Elastic,
-    /// All, by the restitution of the scene.
-    Scene,
-    /// Those of disks whose last contacts are both older than this time; others are elastic. The TC
-    /// model of Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which
-    /// removes inelastic collapse.
-    ContactTime(f64),
-}
-
-/// What was done, in numbers that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tally {
-    /// Pair collisions.
-    pub collisions: u64,
-    /// Candidate pairs whose contact was predicted.
-    pub predictions: u64,
-    /// Events put into the calendar.
-    pub pushes: u64,
-    /// Cell boundaries crossed.
-    pub crossings: u64,
-    /// Events found stale because their disk had collided meanwhile.
-    pub stale: u64,
-    /// Contacts that did not happen because the partner had collided meanwhile.
-    pub broken: u64,
-    /// Collisions made elastic by the TC model.
-    pub elastic_contacts: u64,
-}
-
-/// Everything needed to continue a run.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(bound = "")]
-pub struct Checkpoint<P: Physics> {
-    /// The gas.
-    pub state: State<P>,
-    /// Time of each disk's last contact; empty unless the TC model asks for it.
-    pub last_contact: Vec<f64>,
-    /// What was done so far.
-    pub tally: Tally,
-    /// Collisions since time last advanced noticeably.
-    pub stalled: u64,
-}
-
-impl<P: Physics> Clone for Checkpoint<P> {
-    fn clone(&self) -> Self {
-        Self {
-            state: self.state.clone(),
-            last_contact: self.last_contact.clone(),
-            tally: self.tally,
-            stalled: self.stalled,
-        }
-    }
-}
-
-impl<P: Physics> From<State<P>> for Checkpoint<P> {
-    fn from(state: State<P>) -> Self {
-        Self {
-            state,
-            last_contact: Vec::new(),
-            tally: Tally::default(),
-            stalled: 0,
-        }
-    }
-}
-
-/// Why the engine could not start or go on.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EngineError {
-    /// The box is narrower than a disk.
-    #[error("a disk of diameter {diameter} meets its own image in a box of {:.6} x {:.6}; both sides must be longer", lengths[0], lengths[1])]
-    BoxTooSmall {
-        /// Largest diameter.
-        diameter: f64,
-        /// Box.
-        lengths: [f64; 2],
-    },
-    /// A position or velocity is no finite number, or too large to be squared.
-    #[error("disk {disk} has {quantity} {value:?}; allowed are finite numbers up to 1e150")]
-    BadNumber {
-        /// Index of the disk.
-        disk: usize,
-        /// `position` or `velocity`.
-        quantity: &'static str,
-        /// What was found.
-        value: [f64; 2],
-    },
-    /// More disks than the engine can number.
-    #[error("{disks} disks; allowed are up to {}", u32::MAX - 1)]
-    TooMany {
-        /// How many were given.
-        disks: usize,
-    },
-    /// Infinitely many collisions in a finite time.
-    #[error(
-        "inelastic collapse at time {time}: {collisions} collisions without progress of time among {} disks, the last of disks {} and {} \
-         near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
-        cluster.len(), pair[0], pair[1], place[0], place[1]
-    )]
-    InelasticCollapse {
-        /// When \[time\].
-        time: f64,
-        /// Collisions since time last advanced.
-        collisions: u64,
-        /// The last pair.
-        pair: [usize; 2],
-        /// All that took part in the last collisions, in order.
-        cluster: Vec<usize>,
-        /// Where.
-        place: [f64; 2],
-    },
-}
+use crate::error::EngineError;
+use crate::progress::Progress;
+use crate::windings::{self, Winding};
 
 /// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
 /// disks, which diffuse, are sorted in memory.
@@ -136,13 +21,6 @@ const REFRESH: u64 = 20;
 
 /// Collisions below which that does not pay.
 const LEAST_REFRESH: u64 = 100_000;
-
-/// Collisions whose disks are called the cluster of a collapse.
-const RECENT: usize = 256;
-
-/// Collisions without progress of time, beyond those that many disks may have at once, that are called
-/// a collapse.
-const COLLAPSE: u64 = 20_000;
 
 /// Event-driven dynamics of smooth disks in a periodic box.
 ///
@@ -159,6 +37,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Index in the state of each disk; disks are stored in cell order.
     names: Vec<u32>,
     last_contact: Vec<f64>,
+    /// Box crossings along each axis, by disk; empty unless asked for.
+    windings: Vec<Winding>,
     calendar: Q,
     candidates: Candidates,
     /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
@@ -173,12 +53,9 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     tally: Tally,
     /// Number of collisions at which the engine starts afresh.
     refresh: u64,
-    /// Own time and number of collisions when time last advanced noticeably.
-    progress: (f64, u64),
+    progress: Progress,
     /// Own time in which a typical disk moves by its diameter, at the start of the leg.
     unit: f64,
-    /// The pairs of the last collisions, to name the cluster of a collapse.
-    recent: [[u32; 2]; RECENT],
 }
 
 impl<P, Q> Engine<P, Q>
@@ -199,6 +76,7 @@ where
         let Checkpoint {
             state,
             last_contact,
+            windings,
             tally,
             stalled,
         } = start.into();
@@ -226,6 +104,13 @@ where
                 }
             }
         }
+        if !last_contact.is_empty() && last_contact.len() != count {
+            return Err(EngineError::WrongCount {
+                quantity: "times of last contact",
+                found: last_contact.len(),
+                disks: count,
+            });
+        }
         let fastest = (state.bodies.iter())
             .map(|body| body.velocity.amax())
             .fold(0.0, f64::max);
@@ -249,6 +134,7 @@ where
                 .collect(),
             _ => Vec::new(),
         };
+        let windings = windings::follow(&state, &windings, &names)?;
         let square: f64 = (disks.all.iter())
             .map(|disk| disk.velocity.norm_squared())
             .sum();
@@ -267,22 +153,25 @@ where
             tags,
             names,
             last_contact,
+            windings,
             candidates: Candidates::new(),
             speed,
             epoch: state.time,
             now: 0.0,
             time: state.time,
             refresh: tally.collisions + REFRESH * count as u64 + LEAST_REFRESH,
-            progress: (0.0, tally.collisions - stalled.min(tally.collisions)),
+            progress: Progress::new(tally.collisions.saturating_sub(stalled)),
             unit,
             tally,
-            recent: [[NONE; 2]; RECENT],
         };
         for disk in 0..count as u32 {
             engine.look_around(disk);
         }
         engine.tally.pushes += count as u64;
-        engine.calendar = Q::new(&engine.disks);
+        // A single disk meets nobody, however far it flies.
+        if count > 1 {
+            engine.calendar = Q::new(&engine.disks);
+        }
         Ok(engine)
     }
 
@@ -291,12 +180,16 @@ where
     ///
     /// # Errors
     /// [`EngineError::InelasticCollapse`]; the engine then stands at the moment of collapse.
+    /// [`EngineError::NoCollisions`] and [`EngineError::BadTime`] if the time cannot be reached.
     pub fn advance(
         &mut self,
         until: f64,
         most_collisions: u64,
         watch: &mut impl Observe<P>,
     ) -> Result<bool, EngineError> {
+        if until.is_nan() {
+            return Err(EngineError::BadTime { until });
+        }
         let last = self.tally.collisions.saturating_add(most_collisions);
         while self.tally.collisions < last {
             if self.tally.collisions >= self.refresh {
@@ -323,8 +216,7 @@ where
             let Some(entry) = self.calendar.pop(end, &self.disks) else {
                 // A gas without events stays where it is rather than move for an infinite time.
                 if until.is_finite() {
-                    self.now = self.now.max(end);
-                    self.time = self.time.max(until);
+                    self.stop_at(until, end)?;
                 }
                 return Ok(true);
             };
@@ -337,16 +229,12 @@ where
             }
             self.now = entry.time;
             if !contact {
-                self.cross(entry.disk, axis);
+                self.cross(entry.disk, axis)?;
                 continue;
             }
             let partner = disk.partner;
             if self.disks.all[partner as usize].count == disk.partner_count {
-                self.collide(entry.disk, partner, watch);
-                self.recent[self.tally.collisions as usize % RECENT] = [entry.disk, partner];
-                if self.tally.collisions.is_multiple_of(4096) {
-                    self.check_progress([entry.disk, partner])?;
-                }
+                self.collide(entry.disk, partner, watch)?;
             } else {
                 self.tally.broken += 1;
                 self.disks.all[entry.disk as usize].advance(entry.time);
@@ -355,6 +243,17 @@ where
         }
         self.time = self.epoch + self.now / self.speed;
         Ok(false)
+    }
+
+    /// Stands at a time at which nothing happens.
+    fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
+        let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
+        if end > 1e290 && moving() {
+            return Err(EngineError::BadTime { until });
+        }
+        self.now = self.now.max(end);
+        self.time = self.time.max(until);
+        Ok(())
     }
 
     /// The gas at the present time.
@@ -378,11 +277,19 @@ where
         for (&last, &name) in self.last_contact.iter().zip(&self.names) {
             last_contact[name as usize] = last / self.speed + self.epoch;
         }
+        let mut windings = vec![[0; 2]; self.windings.len()];
+        for (disk, (&winding, &name)) in self.windings.iter().zip(&self.names).enumerate() {
+            // Where the state wraps a position, the winding follows.
+            let position = self.disks.place(disk as u32, self.now);
+            let wound = windings::wound(&self.domain, position);
+            windings[name as usize] = windings::add(winding, wound);
+        }
         Checkpoint {
             state: self.state(),
             last_contact,
+            windings,
             tally: self.tally,
-            stalled: self.tally.collisions - self.progress.1,
+            stalled: self.progress.stalled(self.tally.collisions),
         }
     }
 
@@ -413,6 +320,7 @@ where
             + self.calendar.bytes()
             + self.names.capacity() * 4
             + self.last_contact.capacity() * 8
+            + self.windings.capacity() * size_of::<Winding>()
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
@@ -458,14 +366,31 @@ where
     }
 
     /// Moves a disk into the next cell and looks at the three cells that come into its reach.
-    fn cross(&mut self, who: u32, axis: usize) {
+    fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
         self.tally.crossings += 1;
-        let forward = self.disks.cross(who, axis, self.now);
+        if let Some(crossings) = self.progress.crossing(self.names.len()) {
+            self.time = self.epoch + self.now / self.speed;
+            return Err(EngineError::NoCollisions {
+                time: self.time,
+                crossings,
+            });
+        }
+        let (forward, around) = self.disks.cross(who, axis, self.now);
+        if around && !self.windings.is_empty() {
+            let winding = &mut self.windings[who as usize][axis];
+            *winding = winding.wrapping_add(if forward { 1 } else { -1 });
+        }
         self.search(who, Some((axis, if forward { 2 } else { 0 })));
         self.schedule(who);
+        Ok(())
     }
 
-    fn collide(&mut self, first: u32, second: u32, watch: &mut impl Observe<P>) {
+    fn collide(
+        &mut self,
+        first: u32,
+        second: u32,
+        watch: &mut impl Observe<P>,
+    ) -> Result<(), EngineError> {
         let now = self.now;
         self.tally.collisions += 1;
         for who in [first, second] {
@@ -473,27 +398,33 @@ where
             disk.advance(now);
             disk.count = disk.count.wrapping_add(1);
         }
-        let line = self.disks.separation(first, second, now);
+        let distance = self.contact_distance(first, second);
+        let line = self.disks.line(first, second, distance);
         let velocities = [first, second].map(|who| self.disks.all[who as usize].velocity);
         let sizes = self.scene.sizes();
         let masses = [first, second].map(|who| sizes.mass(self.tags[who as usize]));
-        let relative = (velocities[0] - velocities[1]) * self.speed;
-        let restitution = self.restitution([first, second], -relative.dot(&line) / line.norm());
-        let pair = Encounter {
+        let relative = velocities[0] - velocities[1];
+        let approach = -relative.dot(&line) / line.norm();
+        let restitution = self.restitution([first, second], approach * self.speed);
+        let mut pair = Encounter {
             velocities,
             masses,
             line,
         };
-        for (who, velocity) in
-            [first, second]
-                .into_iter()
-                .zip(collide(&self.scene, &pair, restitution))
-        {
+        pair.velocities = collide(&self.scene, &pair, restitution);
+        // After a contact without rebound, rounding may leave an approach that would close in for ever.
+        for _ in 0..3 {
+            if (pair.velocities[0] - pair.velocities[1]).dot(&line) >= 0.0 {
+                break;
+            }
+            pair.velocities = collide(&self.scene, &pair, 1.0);
+        }
+        for (who, velocity) in [first, second].into_iter().zip(pair.velocities) {
             self.disks.all[who as usize].velocity = velocity;
         }
         watch.collision(&Collision {
             time: self.epoch + now / self.speed,
-            relative,
+            relative: relative * self.speed,
             line,
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
             restitution,
@@ -501,6 +432,15 @@ where
         });
         self.predict(first);
         self.predict(second);
+        // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and
+        // time is measured against its absolute value.
+        let resolution = || 1e-13 * ((self.epoch * self.speed + now).abs() + self.unit);
+        let (number, pair) = (self.tally.collisions, [first, second]);
+        let disks = self.names.len();
+        match (self.progress).collision(number, pair, now, approach, disks, resolution) {
+            true => Err(self.collapse(pair)),
+            false => Ok(()),
+        }
     }
 
     #[inline]
@@ -522,32 +462,20 @@ where
         }
     }
 
-    /// Tells a collapse: many collisions within what rounding leaves of time.
-    fn check_progress(&mut self, pair: [u32; 2]) -> Result<(), EngineError> {
-        let (time, collisions) = self.progress;
-        // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and
-        // time is measured against its absolute value.
-        let resolution = 1e-13 * ((self.epoch * self.speed + self.now).abs() + self.unit);
-        if self.now - time > resolution {
-            self.progress = (self.now, self.tally.collisions);
-            return Ok(());
-        }
-        let stuck = self.tally.collisions - collisions;
-        if stuck <= COLLAPSE + 8 * self.names.len() as u64 {
-            return Ok(());
-        }
+    /// Stands at the moment of collapse, and tells of it.
+    #[cold]
+    fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
         self.time = self.epoch + self.now / self.speed;
-        let place = self.disks.place(pair[0], self.now);
         let name = |disk: u32| self.names[disk as usize] as usize;
-        let recent = self.recent.iter().flatten().copied();
-        let cluster: BTreeSet<usize> = recent.filter(|&disk| disk != NONE).map(name).collect();
-        Err(EngineError::InelasticCollapse {
+        let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
+        cluster.sort_unstable();
+        EngineError::InelasticCollapse {
             time: self.time,
-            collisions: stuck,
+            collisions: self.progress.stalled(self.tally.collisions),
             pair: pair.map(name),
-            cluster: cluster.into_iter().collect(),
-            place: self.domain.wrap(place).into(),
-        })
+            cluster,
+            place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
+        }
     }
 }
 

@@ -25,12 +25,18 @@
 
 mod calendar;
 mod cells;
+mod checkpoint;
 mod contact;
 mod disk;
 mod engine;
+mod error;
 mod memory;
 pub mod plain;
+mod progress;
+mod windings;
 
 pub use calendar::{Agenda, Buckets, Calendar, Entry, Sorted};
+pub use checkpoint::{Checkpoint, Dissipation, Tally};
 pub use contact::time_to_contact;
-pub use engine::{Checkpoint, Dissipation, Engine, EngineError, Tally};
+pub use engine::Engine;
+pub use error::EngineError;

@@ -140,6 +140,83 @@ pub fn haff_collisions(dimension: usize, restitution: f64, time_over_haff: f64) 
     2.0 * dimension as f64 / rate * (1.0 + 3.0 * a2 / 16.0).mul_add(time_over_haff, 1.0).ln()
 }
 
+/// Fourth cumulant a2 of a gas heated by white noise, first Sonine order: van Noije & Ernst, Granular Matter 1,
+/// 57 (1998), doi:10.1007/s100350050009. Its denominator is that of [`fourth_cumulant`] and 32(D + 2)(1 - r), for here
+/// the noise, and not the cooling, balances the fourth moment.
+pub fn heated_fourth_cumulant(dimension: usize, restitution: f64) -> f64 {
+    let (d, r) = (dimension as f64, restitution);
+    16.0 * (1.0 - r) * (1.0 - 2.0 * r * r)
+        / (73.0 + 56.0 * d - (24.0 * d + 105.0) * r + 30.0 * r * r * (1.0 - r))
+}
+
+/// Temperature at which disks that are heated by `heating`, an energy per disk and Haff's time of the temperature
+/// one, lose what they gain.
+///
+/// Haff's law is the solution of `dT/dt = -2 (1 + 3 a2/16) T^(3/2)` in these units. With heating,
+/// `dT/dt = heating - 2 (1 + 3 a2/16) T^(3/2)`, as the energy of a disk is T; both sides balance at
+/// `T = (heating/(2 (1 + 3 a2/16)))^(2/3)`, with the a2 of [`heated_fourth_cumulant`].
+///
+/// ```
+/// // The loss of a Maxwellian gas at temperature one is two.
+/// assert!((stosszahl_model::kinetic::heated_temperature(2.0, 0.0) - 1.0).abs() < 1e-15);
+/// ```
+pub fn heated_temperature(heating: f64, fourth_cumulant: f64) -> f64 {
+    (heating / (2.0 + 3.0 * fourth_cumulant / 8.0)).powf(2.0 / 3.0)
+}
+
+/// Time in which a small deviation from [`heated_temperature`] falls to 1/e, in the same units:
+/// `1/(3 (1 + 3 a2/16) sqrt(T))`.
+pub fn heated_relaxation(heating: f64, fourth_cumulant: f64) -> f64 {
+    let temperature = heated_temperature(heating, fourth_cumulant);
+    1.0 / ((3.0 + 9.0 * fourth_cumulant / 16.0) * temperature.sqrt())
+}
+
+/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d: by it the velocity
+/// correlation of a gas in a steady state begins to decay. The self-diffusion coefficient in first Sonine order is
+/// `D = T/(m nu)` (Bodrova & Osinsky 2024 for mixtures in three dimensions; here for equal disks).
+///
+/// In an elastic gas of disks the next two Sonine orders raise D by 43/42 and by 1.027.
+///
+/// ```
+/// // Elastic disks: D = (d/(2 n d^2 chi)) sqrt(T/(pi m)).
+/// let (phi, chi) = (0.1, stosszahl_model::kinetic::contact_value(0.1));
+/// let n = 4.0 * phi / std::f64::consts::PI;
+/// let d = 1.0 / stosszahl_model::kinetic::velocity_decay(phi, chi, 1.0);
+/// assert!((d * 2.0 * n * chi * std::f64::consts::PI.sqrt() - 1.0).abs() < 1e-14);
+/// ```
+pub fn velocity_decay(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
+    0.5 * (1.0 + restitution) * collision_rate(packing_fraction, contact_value, 0.0)
+}
+
+/// x - 1 + exp(-x), to rounding for small x too.
+fn delayed(x: f64) -> f64 {
+    if x < 1e-3 {
+        // The next term is below 1e-13 of the first.
+        x * x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
+    } else {
+        x + (-x).exp_m1()
+    }
+}
+
+/// Mean squared displacement \[length^2\] in a steady gas of disks at temperature over mass `temperature`, whose
+/// velocities decay at the rate `decay` (see [`velocity_decay`]), after the time `time`:
+/// `4 D (t - (1 - exp(-nu t))/nu)` with `D = T/(m nu)`. It is `2 (T/m) t^2` at first and `4 D t` later.
+pub fn steady_displacement(temperature: f64, decay: f64, time: f64) -> f64 {
+    4.0 * temperature / (decay * decay) * delayed(decay * time)
+}
+
+/// Mean squared displacement in a gas of disks in the homogeneous cooling state, in units of `(T_0/m) t_0^2`, after the
+/// time `time_over_haff` in units of Haff's time `t_0`:
+/// `(4/beta) (l - (1 - exp(-beta l))/beta)` with `l = ln(1 + t/t_0)` and `beta = (1 + r)/(1 - r)`.
+///
+/// With `dl = dt/(t_0 + t)`, both the speed and the rate of its decay become constant: velocities decay as
+/// `exp(-2 l/(1 - r))` and cooling slows all by `exp(-l)`, so relative to it they decay at the rate beta. The gas
+/// spreads ever more slowly, as the logarithm of time. First Sonine order, a2 left out.
+pub fn cooling_displacement(restitution: f64, time_over_haff: f64) -> f64 {
+    let beta = (1.0 + restitution) / (1.0 - restitution);
+    4.0 / (beta * beta) * delayed(beta * time_over_haff.ln_1p())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,6 +259,43 @@ mod tests {
         assert!(
             (omega - 4.0 * (compressibility_factor(0.25, 1.0) - 1.0) / PI.sqrt()).abs() < 1e-14
         );
+    }
+
+    /// The steady temperature is a fixed point of the balance, and the relaxation time its slope.
+    #[test]
+    fn heating_balances_dissipation() {
+        // The definition, and the value of a2 where cooling is weak, 16 (1 - r)(-1)/(...) at r -> 1.
+        let (h, a2) = (0.7, heated_fourth_cumulant(2, 0.9));
+        assert!((a2 + 16.0 * 0.1 * 0.62 / (185.0 - 153.0 * 0.9 + 30.0 * 0.81 * 0.1)).abs() < 1e-15);
+        let gain = |t: f64| h - 2.0 * (1.0 + 3.0 * a2 / 16.0) * t.powf(1.5);
+        let steady = heated_temperature(h, a2);
+        assert!(gain(steady).abs() < 1e-15);
+        let slope = (gain(steady + 1e-6) - gain(steady - 1e-6)) / 2e-6;
+        assert!((slope * heated_relaxation(h, a2) + 1.0).abs() < 1e-8);
+    }
+
+    /// Against d<R.v>/dt = 2 T - nu sqrt(T) <R.v> and d<R^2>/dt = 2 <R.v> with Haff's T, integrated by the midpoint rule; its
+    /// error is third order in the step and below 1e-6 here.
+    #[test]
+    fn displacements_solve_their_equations() {
+        let (phi, r) = (0.2, 0.7);
+        let chi = contact_value(phi);
+        let (t0, decay) = (haff_time(phi, r, chi), velocity_decay(phi, chi, r));
+        let temperature = |t: f64| (1.0 + t / t0).powi(-2);
+        let (mut mean, mut square, mut t) = (0.0, 0.0, 0.0);
+        let step = t0 * 1e-4;
+        for _ in 0..30_000 {
+            let slope = |t: f64, x: f64| 2.0 * temperature(t) - decay * temperature(t).sqrt() * x;
+            let middle = mean + 0.5 * step * slope(t, mean);
+            square += step * 2.0 * middle;
+            mean += step * slope(t + 0.5 * step, middle);
+            t += step;
+        }
+        let found = cooling_displacement(r, 3.0) * t0 * t0;
+        assert!((square / found - 1.0).abs() < 1e-6, "{square} {found}");
+        // Ballistic at first: 2 T t^2; and no jump where the series ends.
+        assert!((steady_displacement(3.0, 2.0, 1e-9) / 6e-18 - 1.0).abs() < 1e-8);
+        assert!((delayed(1e-3) / delayed(0.999_999_999e-3) - 1.0).abs() < 1e-8);
     }
 
     #[test]

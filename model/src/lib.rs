@@ -3,7 +3,7 @@
 //! The event-driven and the Monte Carlo engine must agree on everything but the one question under
 //! study: *who collides with whom, and with which impact parameter*. So the collision law
 //! ([`collision`]), the sizes ([`sizes`]), the periodic box ([`domain`]), the initial states
-//! ([`initial`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
+//! ([`initial`]), the drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
 //! theory that both are measured against ([`kinetic`]) live here, once.
 //!
 //! # How choices become types
@@ -21,6 +21,7 @@
 
 pub mod collision;
 pub mod domain;
+pub mod drive;
 pub mod field;
 pub mod initial;
 pub mod kinetic;
@@ -36,6 +37,7 @@ pub mod surface;
 
 pub use collision::{Collision, Encounter, collide};
 pub use domain::Domain;
+pub use drive::Drive;
 pub use field::{Field, Free};
 pub use observe::Observe;
 pub use physics::{Physics, Scene, SpinOf, VectorOf};

@@ -23,6 +23,8 @@ pub enum Purpose {
     Remainders = 4,
     /// Collisions in cells; addressed by step and cell.
     Collisions = 5,
+    /// Kicks of a drive; addressed by the number of the kick and the particle.
+    Kicks = 6,
 }
 
 /// The streams of one replica.

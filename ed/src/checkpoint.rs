@@ -1,0 +1,78 @@
+//! What a run is, between its legs.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Physics, State};
+
+/// Which collisions lose energy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Dissipation {
+    /// None: the restitution of the scene is set aside (to equilibrate).
+    Elastic,
+    /// All, by the restitution of the scene.
+    Scene,
+    /// Those of disks whose last contacts are both older than this time; others are elastic. The TC
+    /// model of Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which
+    /// removes inelastic collapse.
+    ContactTime(f64),
+}
+
+/// What was done, in numbers that do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Pair collisions.
+    pub collisions: u64,
+    /// Candidate pairs whose contact was predicted.
+    pub predictions: u64,
+    /// Events put into the calendar.
+    pub pushes: u64,
+    /// Cell boundaries crossed.
+    pub crossings: u64,
+    /// Events that came up although their disk had collided meanwhile; most of these are dropped before.
+    pub stale: u64,
+    /// Contacts that did not happen because the partner had collided meanwhile.
+    pub broken: u64,
+    /// Collisions made elastic by the TC model.
+    pub elastic_contacts: u64,
+}
+
+/// Everything needed to continue a run.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Checkpoint<P: Physics> {
+    /// The gas.
+    pub state: State<P>,
+    /// Time of each disk's last contact; empty unless the TC model asks for it.
+    pub last_contact: Vec<f64>,
+    /// How often each disk has left the box on the right and at the top, less how often on the left and at the bottom;
+    /// the position plus so many sides of the box is that of a disk that was never wrapped. Empty unless asked for,
+    /// by a start that has one for each disk.
+    pub windings: Vec<[i32; 2]>,
+    /// What was done so far.
+    pub tally: Tally,
+    /// Collisions since time last advanced noticeably.
+    pub stalled: u64,
+}
+
+impl<P: Physics> Clone for Checkpoint<P> {
+    fn clone(&self) -> Self {
+        Self {
+            state: self.state.clone(),
+            last_contact: self.last_contact.clone(),
+            windings: self.windings.clone(),
+            tally: self.tally,
+            stalled: self.stalled,
+        }
+    }
+}
+
+impl<P: Physics> From<State<P>> for Checkpoint<P> {
+    fn from(state: State<P>) -> Self {
+        Self {
+            state,
+            last_contact: Vec::new(),
+            windings: Vec::new(),
+            tally: Tally::default(),
+            stalled: 0,
+        }
+    }
+}

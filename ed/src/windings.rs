@@ -1,0 +1,44 @@
+//! Crossings of the periodic boundary, for displacements.
+
+use nalgebra::Vector2;
+use stosszahl_model::{Domain, Physics, Plane, State};
+
+use crate::error::EngineError;
+
+/// How often a disk has left the box on the right and at the top, less how often on the left and at the
+/// bottom.
+pub(crate) type Winding = [i32; 2];
+
+/// Sides of the box that [`Domain::wrap`] takes off a position.
+pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> Winding {
+    let (inside, lengths) = (domain.wrap(position), domain.lengths());
+    // A tiny negative position is wrapped to zero, which is no side of the box.
+    [0, 1].map(|axis| ((position[axis] - inside[axis]) / lengths[axis]).round() as i32)
+}
+
+/// The windings of a start by disk, for positions wrapped into the box.
+pub(crate) fn follow<P: Physics<Space = Plane>>(
+    state: &State<P>,
+    windings: &[Winding],
+    names: &[u32],
+) -> Result<Vec<Winding>, EngineError> {
+    if windings.is_empty() {
+        return Ok(Vec::new());
+    }
+    if windings.len() != names.len() {
+        return Err(EngineError::WrongCount {
+            quantity: "windings",
+            found: windings.len(),
+            disks: names.len(),
+        });
+    }
+    let winding = |&name: &u32| {
+        let at = state.bodies[name as usize].position;
+        add(windings[name as usize], wound(&state.domain, at))
+    };
+    Ok(names.iter().map(winding).collect())
+}
+
+pub(crate) fn add(one: Winding, other: Winding) -> Winding {
+    [0, 1].map(|axis| one[axis].wrapping_add(other[axis]))
+}
