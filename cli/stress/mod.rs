@@ -1,0 +1,226 @@
+//! Hard cases for the event-driven engine: what `stosszahl stress ed` runs.
+//!
+//! A case says what it tries and what must hold, and finds out. Its tolerances are stated where they are used; those
+//! that several cases share are [`gas::ENERGY`], [`gas::OVERLAP`] and [`gas::MOMENTUM`]. A case runs in a thread of its
+//! own: a panic or an endless loop fails it and spares the others. Every case also cuts its own run at random moments
+//! and continues it from the serialised checkpoints ([`gas::Gas::survives_kills`]).
+//!
+//! ```
+//! use stosszahl::stress::{Effort, case};
+//! let report = case("rest").expect("a case of this name").run(Effort::default());
+//! assert!(report.passed(), "{report}");
+//! ```
+
+mod boxes;
+mod collapse;
+mod contacts;
+mod crystals;
+mod endurance;
+mod extremes;
+mod findings;
+mod gas;
+mod mixtures;
+mod resume;
+mod starts;
+mod still;
+mod ties;
+
+use std::any::Any;
+use std::fmt;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+pub use findings::Findings;
+
+/// How much work is put into a case.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Effort {
+    /// Hours instead of seconds.
+    pub long: bool,
+    /// Collisions of the runs whose length can be set; otherwise each case has its own number.
+    pub collisions: Option<u64>,
+    /// Whether progress is told on standard error.
+    pub tell: bool,
+}
+
+/// A hard case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What is tried.
+    pub tried: &'static str,
+    /// What must hold.
+    pub required: &'static str,
+    body: fn(Effort, &mut Findings) -> Result<(), Trouble>,
+    limit: Duration,
+}
+
+/// Seconds after which a short case counts as one that does not end: far above what any of them takes.
+const LIMIT: Duration = Duration::from_secs(120);
+
+impl Case {
+    const fn new(
+        name: &'static str,
+        tried: &'static str,
+        required: &'static str,
+        body: fn(Effort, &mut Findings) -> Result<(), Trouble>,
+    ) -> Self {
+        Self {
+            name,
+            tried,
+            required,
+            body,
+            limit: LIMIT,
+        }
+    }
+
+    /// The same case with a limit of its own.
+    const fn within(mut self, seconds: u64) -> Self {
+        self.limit = Duration::from_secs(seconds);
+        self
+    }
+
+    /// Runs the case; neither a panic nor an endless loop in it harms the caller, but the latter keeps a thread busy
+    /// until the program ends.
+    pub fn run(self, effort: Effort) -> Report {
+        let began = Instant::now();
+        let (sender, receiver) = channel();
+        let worker = thread::Builder::new()
+            .name(self.name.to_owned())
+            .spawn(move || {
+                let mut findings = Findings::new(self.name, effort.tell);
+                if let Err(trouble) = (self.body)(effort, &mut findings) {
+                    findings.fault(trouble.to_string());
+                }
+                // The receiver is gone if the time was up.
+                let _ = sender.send(findings);
+            });
+        let failed = |fault: String| {
+            let mut findings = Findings::new(self.name, false);
+            findings.fault(fault);
+            findings
+        };
+        let findings = match worker {
+            Err(error) => failed(format!("no thread: {error}")),
+            Ok(worker) => {
+                let received = if effort.long {
+                    receiver.recv().map_err(|_| RecvTimeoutError::Disconnected)
+                } else {
+                    receiver.recv_timeout(self.limit)
+                };
+                match received {
+                    Ok(findings) => findings,
+                    Err(RecvTimeoutError::Timeout) => {
+                        failed(format!("no end within {} s", self.limit.as_secs()))
+                    }
+                    Err(RecvTimeoutError::Disconnected) => failed(format!(
+                        "panic: {}",
+                        worker.join().err().map_or_else(String::new, said)
+                    )),
+                }
+            }
+        };
+        let (found, faults) = findings.into_parts();
+        Report {
+            name: self.name,
+            tried: self.tried,
+            required: self.required,
+            found,
+            faults,
+            seconds: began.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+/// The message of a panic.
+fn said(panic: Box<dyn Any + Send>) -> String {
+    match panic.downcast::<String>() {
+        Ok(text) => *text,
+        Err(panic) => panic.downcast::<&str>().map_or_else(
+            |_| "without a message".to_owned(),
+            |text| (*text).to_owned(),
+        ),
+    }
+}
+
+/// What came of a case.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the case.
+    pub name: &'static str,
+    /// What was tried.
+    pub tried: &'static str,
+    /// What must hold.
+    pub required: &'static str,
+    /// What was found, in numbers.
+    pub found: Vec<String>,
+    /// What does not hold; empty if the case passed.
+    pub faults: Vec<String>,
+    /// Wall time \[s\].
+    pub seconds: f64,
+}
+
+impl Report {
+    /// Whether all that must hold held.
+    pub fn passed(&self) -> bool {
+        self.faults.is_empty()
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = if self.passed() { "pass" } else { "FAIL" };
+        writeln!(out, "{verdict}  {} ({:.1} s)", self.name, self.seconds)?;
+        writeln!(out, "      tried  {}", self.tried)?;
+        writeln!(out, "      must   {}", self.required)?;
+        write!(out, "      found  {}", self.found.join("; "))?;
+        for fault in &self.faults {
+            write!(out, "\n      FAULT  {fault}")?;
+        }
+        Ok(())
+    }
+}
+
+/// What keeps a case from being tried at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Trouble {
+    /// The engine refused what it must take.
+    #[error("the engine refused: {0}")]
+    Engine(#[from] stosszahl_ed::EngineError),
+    /// A start could not be made.
+    #[error("no start: {0}")]
+    Start(#[from] crate::bench::BenchError),
+    /// A start could not be made.
+    #[error("no start: {0}")]
+    NoStart(&'static str),
+    /// A checkpoint could not be written or read.
+    #[error("checkpoint: {0}")]
+    Checkpoint(#[from] postcard::Error),
+}
+
+/// All cases, in the order in which they are run.
+pub fn cases() -> Vec<Case> {
+    [
+        collapse::CASES,
+        crystals::CASES,
+        ties::CASES,
+        contacts::CASES,
+        endurance::CASES,
+        still::CASES,
+        boxes::CASES,
+        mixtures::CASES,
+        extremes::CASES,
+        resume::CASES,
+    ]
+    .concat()
+}
+
+/// The case of a name.
+pub fn case(name: &str) -> Option<Case> {
+    cases().into_iter().find(|case| case.name == name)
+}
