@@ -74,7 +74,7 @@ fn small(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
         }
     }
     // Of 81 boxes: one disk fits into all, two into most.
-    findings.require(gases > 200, || format!("only {gases} gases fitted"));
+    findings.require(gases > 150, || format!("only {gases} gases fitted"));
     findings.found(format!("{gases} gases, {compared} collisions compared"));
     Ok(())
 }
@@ -117,9 +117,15 @@ fn long(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
         warm(&scene, &mut start, 4);
         let gas = Gas::new(scene, start);
         let what = format!("{count} disks, aspect {aspect}");
-        // Flights of up to a hundred diameters multiply differences by as much: one collision of each disk.
+        // All pairs sees images two boxes away, so the flights across must be short; those along, of tens of diameters,
+        // multiply differences by as much: one collision of each disk.
         let compared = if count == 40 {
-            gas.follows_all_pairs(findings, &what, 20, AS_ALL_PAIRS)?
+            let mut slow = gas.clone();
+            let short = usize::from(aspect < 1.0);
+            for body in &mut slow.start.bodies {
+                body.velocity[short] *= 0.01;
+            }
+            slow.follows_all_pairs(findings, &what, 20, AS_ALL_PAIRS)?
         } else {
             0
         };
@@ -166,18 +172,20 @@ fn borders(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
         gas.holds(findings, &what, 5000)?;
     }
     // The engine takes the image; the runner of cases wraps before.
-    let gas = disordered(30, 0.3, 0.9, 3)?;
+    let mut gas = disordered(30, 0.3, 0.9, 3)?;
+    let domain = gas.start.domain;
+    gas.start
+        .bodies
+        .retain(|body| domain.distance(body.position, vector![0.0, 0.0]) > 1.0);
+    gas.start
+        .bodies
+        .insert(0, Body::new(vector![0.0, 0.0], vector![0.6, -0.9]));
     let lengths = gas.start.domain.lengths();
-    let mut at = gas.clone();
-    at.start.bodies[0].position = vector![0.0, 0.0];
+    let at = gas;
     let [here, image] = [vector![-0.0, 0.0], lengths].map(|position| {
         let mut other = at.clone();
         other.start.bodies[0] = Body::new(position, other.start.bodies[0].velocity);
         other
-    });
-    let free = at.overlap(&at.start, 0.0).is_none();
-    findings.require(free, || {
-        "the disk at the origin overlaps another: choose another seed".to_owned()
     });
     let ends = [&at, &here, &image].map(|gas| {
         gas.run(f64::INFINITY, 1000, 1000, |_, _| ())

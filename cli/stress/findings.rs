@@ -1,6 +1,10 @@
 //! What a case finds.
 
+use std::any::Any;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::Trouble;
 
 /// Numbers and faults of one case.
 #[derive(Debug)]
@@ -54,6 +58,20 @@ impl Findings {
         self.require(holds, || format!("{what}: {size:.3e}, allowed {bound:.3e}"));
     }
 
+    /// Does one of several things that a case tries; a panic in it is a fault and ends only this one.
+    pub(super) fn guard(
+        &mut self,
+        what: &str,
+        attempt: impl FnOnce(&mut Self) -> Result<(), Trouble>,
+    ) {
+        let done = catch_unwind(AssertUnwindSafe(|| attempt(self)));
+        match done {
+            Ok(Ok(())) => {}
+            Ok(Err(trouble)) => self.fault(format!("{what}: {trouble}")),
+            Err(panic) => self.fault(format!("{what}: panic: {}", said(panic))),
+        }
+    }
+
     /// Tells how far long work is.
     pub(super) fn progress(&self, share: f64, detail: &str) {
         if self.tell {
@@ -72,5 +90,16 @@ impl Findings {
             self.faults.push(format!("and {} more", self.hidden));
         }
         (self.found, self.faults)
+    }
+}
+
+/// The message of a panic.
+pub(super) fn said(panic: Box<dyn Any + Send>) -> String {
+    match panic.downcast::<String>() {
+        Ok(text) => *text,
+        Err(panic) => panic.downcast::<&str>().map_or_else(
+            |_| "without a message".to_owned(),
+            |text| (*text).to_owned(),
+        ),
     }
 }

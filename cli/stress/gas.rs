@@ -222,7 +222,7 @@ impl<P: Planar> Gas<P> {
             self.energy_error(&course),
             course.overlap / self.diameter()
         ));
-        self.survives_kills(findings, what, collisions.min(20_000), 1)?;
+        self.survives_kills(findings, what, collisions.min(4000), 1)?;
         Ok(course)
     }
 

@@ -13,6 +13,7 @@
 
 mod boxes;
 mod collapse;
+mod command;
 mod contacts;
 mod crystals;
 mod endurance;
@@ -25,7 +26,6 @@ mod starts;
 mod still;
 mod ties;
 
-use std::any::Any;
 use std::fmt;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -33,7 +33,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+pub use command::{StressError, command};
 pub use findings::Findings;
+use findings::said;
 
 /// How much work is put into a case.
 #[derive(Clone, Copy, Debug, Default)]
@@ -136,17 +138,6 @@ impl Case {
     }
 }
 
-/// The message of a panic.
-fn said(panic: Box<dyn Any + Send>) -> String {
-    match panic.downcast::<String>() {
-        Ok(text) => *text,
-        Err(panic) => panic.downcast::<&str>().map_or_else(
-            |_| "without a message".to_owned(),
-            |text| (*text).to_owned(),
-        ),
-    }
-}
-
 /// What came of a case.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -214,8 +205,9 @@ pub fn cases() -> Vec<Case> {
         still::CASES,
         boxes::CASES,
         mixtures::CASES,
-        extremes::CASES,
         resume::CASES,
+        // Last, as one of its cases may leave a busy thread behind.
+        extremes::CASES,
     ]
     .concat()
 }
