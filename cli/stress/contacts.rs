@@ -36,7 +36,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case::new(
         "drifting",
-        "a gas with restitution 0.5 and 1 at a speed of 1e3 and 1e6 past the box",
+        "a gas with restitution 0.5 and 1 at a speed of 1e3 and 1e5 past the box",
         "the collisions of the gas at rest, as far as rounding at that speed lets them be the same; no overlap",
         drifting,
     ),
@@ -291,7 +291,7 @@ fn drifting(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
     for restitution in [1.0, 0.5] {
         let gas = super::starts::disordered(40, 0.3, restitution, 8)?;
         let rest = gas.pairs(40)?;
-        for speed in [1e3, 1e6] {
+        for speed in [1e3, 1e5] {
             let mut boosted = gas.clone();
             for body in &mut boosted.start.bodies {
                 body.velocity += vector![speed, -0.7 * speed];
@@ -308,7 +308,7 @@ fn drifting(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
             findings.require(differ.is_none() && found.len() == rest.len(), || {
                 format!("{what}: collision {differ:?} differs")
             });
-            let course = boosted.run(5e3 / speed, 100_000, 10_000, |_, _| ())?;
+            let course = boosted.run(1e5 / speed, 100_000, 10_000, |_, _| ())?;
             findings.require(course.stopped.is_none(), || {
                 format!("{what}: {:?}", course.stopped)
             });

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 use rand::RngExt;
-use stosszahl_ed::{Checkpoint, Dissipation, Engine, EngineError, plain};
+use stosszahl_ed::{Checkpoint, Dissipation, Engine, EngineError, plain, time_to_contact};
 use stosszahl_model::initial;
 use stosszahl_model::random::Stream;
 use stosszahl_model::{Collision, Observe, Sizes, State};
@@ -312,6 +312,41 @@ impl<P: Planar> Gas<P> {
         Ok(slow.len())
     }
 
+    /// Each of the next collisions is the one that all pairs find from the state before it, to a tolerance of the time.
+    /// States are compared anew each time, so that differences do not grow.
+    pub fn collides_as_all_pairs(
+        &self,
+        findings: &mut Findings,
+        what: &str,
+        collisions: usize,
+        tolerance: f64,
+    ) -> Result<usize, Trouble> {
+        let mut engine = self.engine(self.start.clone().into())?;
+        for number in 0..collisions {
+            let before = engine.state();
+            let expected = next_of_all_pairs(&self.scene, &before);
+            let mut ledger = Ledger::default();
+            engine.advance(f64::INFINITY, 1, &mut ledger)?;
+            let pair = changed(&before, &engine.state());
+            let good = expected.is_some_and(|(time, expected)| {
+                expected == pair
+                    && ledger
+                        .first
+                        .is_some_and(|first| (first - time).abs() <= tolerance)
+            });
+            findings.require(good, || {
+                format!(
+                    "{what}: collision {number} is {:?} of {pair:?}, of all pairs {expected:?}",
+                    ledger.first
+                )
+            });
+            if !good {
+                return Ok(number);
+            }
+        }
+        Ok(collisions)
+    }
+
     /// Time and pair of the next collisions: the disks whose velocities changed.
     pub fn pairs(&self, collisions: usize) -> Result<Vec<(f64, [usize; 2])>, EngineError> {
         let mut engine = self.engine(self.start.clone().into())?;
@@ -322,18 +357,78 @@ impl<P: Planar> Gas<P> {
             engine.advance(f64::INFINITY, 1, &mut ledger)?;
             let Some(time) = ledger.first else { break };
             let after = engine.state();
-            let changed: Vec<usize> = (0..before.bodies.len())
-                .filter(|&i| before.bodies[i].velocity != after.bodies[i].velocity)
-                .collect();
-            let pair = [
-                changed.first().copied().unwrap_or(usize::MAX),
-                changed.last().copied().unwrap_or(usize::MAX),
-            ];
+            let pair = changed(&before, &after);
             list.push((time, pair));
             before = after;
         }
         Ok(list)
     }
+}
+
+/// The pair whose velocities differ between two states.
+fn changed<P: Planar>(before: &State<P>, after: &State<P>) -> [usize; 2] {
+    let mut who =
+        (0..before.bodies.len()).filter(|&i| before.bodies[i].velocity != after.bodies[i].velocity);
+    let first = who.next().unwrap_or(usize::MAX);
+    [first, who.next_back().unwrap_or(usize::MAX)]
+}
+
+/// The next collision of all pairs over as many images as a flight can reach: (time, pair). `plain::run` sees a fixed
+/// number of images, too few where a box is narrow and flights are long.
+fn next_of_all_pairs<P: Planar>(scene: &P, state: &State<P>) -> Option<(f64, [usize; 2])> {
+    let (sizes, lengths) = (scene.sizes(), state.domain.lengths());
+    let fastest = state
+        .bodies
+        .iter()
+        .map(|b| b.velocity.norm())
+        .fold(0.0, f64::max);
+    let mut horizon = lengths.max() / fastest;
+    // Twice as far each time, to a thousand boxes.
+    for _ in 0..10 {
+        let mut next: Option<(f64, [usize; 2])> = None;
+        for (i, one) in state.bodies.iter().enumerate() {
+            for (j, other) in state.bodies.iter().enumerate().skip(i + 1) {
+                let distance = sizes.radius(sizes.tag(i)) + sizes.radius(sizes.tag(j));
+                let separation = state.domain.displacement(one.position, other.position);
+                let relative = one.velocity - other.velocity;
+                let limit = next.map_or(horizon, |known| known.0);
+                let reach = |axis: usize| {
+                    1 + ((relative[axis].abs() * limit + distance) / lengths[axis]).ceil() as i32
+                };
+                // Only images on the side from which they come.
+                let range = |axis: usize| {
+                    if relative[axis] > 0.0 {
+                        -reach(axis)..=1
+                    } else {
+                        -1..=reach(axis)
+                    }
+                };
+                for column in range(0) {
+                    for row in range(1) {
+                        let image = Vector2::new(
+                            f64::from(column) * lengths[0],
+                            f64::from(row) * lengths[1],
+                        );
+                        let limit = next.map_or(horizon, |known| known.0);
+                        let contact = time_to_contact(
+                            separation + image,
+                            relative,
+                            distance * distance,
+                            limit,
+                        );
+                        if let Some(time) = contact {
+                            next = Some((time, [i, j]));
+                        }
+                    }
+                }
+            }
+        }
+        if let Some((wait, pair)) = next {
+            return Some((state.time + wait, pair));
+        }
+        horizon *= 2.0;
+    }
+    None
 }
 
 /// The random numbers of a case.
