@@ -145,6 +145,9 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
     ))
 }
 
+/// Normal over whole relative speed below which rounding decides a contact, see [`Laws`].
+const GRAZING: f64 = 1e-6;
+
 /// What every collision must obey.
 #[derive(Default)]
 struct Laws {
@@ -157,8 +160,9 @@ struct Laws {
 impl Observe<Mixture> for Laws {
     fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
         let approach = -collision.relative.dot(&collision.line);
-        // Rounding of a product of two numbers: contacts at rest may recede by it.
-        let rounding = 1e-14 * collision.relative.norm() * collision.line.norm();
+        // A contact that grazes is where the square root of a difference of terms of 1e-14 says, so its line is turned
+        // by up to 1e-7; velocities of order one are rounded besides.
+        let rounding = (GRAZING * collision.relative.norm() + 1e-14) * collision.line.norm();
         if approach < -rounding {
             self.fault = Some(format!("a receding pair collides: {collision:?}"));
         }
@@ -320,9 +324,10 @@ fn elastic_gases_run_backwards() {
         };
         const NUDGE: f64 = 1e-10;
         let mut nudged = start.clone();
-        for body in &mut nudged.bodies {
-            body.velocity *= 1.0 + NUDGE;
-            body.velocity[0] += NUDGE;
+        // Each disk its own way: scaling or boosting all alike would not part them.
+        for (index, body) in nudged.bodies.iter_mut().enumerate() {
+            let (sin, cos) = (1.7 * index as f64).sin_cos();
+            body.velocity += vector![cos, sin] * NUDGE;
         }
         let mut collisions = 300;
         let (time, reversed) = loop {
@@ -366,8 +371,19 @@ fn furthest(a: &State<Mixture>, b: &State<Mixture>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The engine's next collision is that of all pairs, asked anew for each. Tolerance of the time: places rounded to 1e-15 of
-/// the box over the normal speed of the pair, which grazing makes small, so the contact is compared, not the clock.
+/// Whether two disks approach by no more than the rounding of their velocities, as after a contact with restitution 0:
+/// the engine lets those rest on each other, all pairs does not.
+fn rests(state: &State<Mixture>, pair: [usize; 2]) -> bool {
+    let [one, other] = pair.map(|who| state.bodies[who]);
+    let line = state
+        .domain
+        .displacement(one.position, other.position)
+        .normalize();
+    let approach = (one.velocity - other.velocity).dot(&line).abs();
+    approach <= 1e-13 * (one.velocity.norm() + other.velocity.norm())
+}
+
+/// The engine's next collision is that of all pairs, asked anew for each, so that differences do not grow.
 #[test]
 fn next_collision_is_that_of_all_pairs() {
     check(300, |recipe| {
@@ -381,18 +397,37 @@ fn next_collision_is_that_of_all_pairs() {
             run(&mut engine, 1, &mut seen)?;
             let mut plain_state = before.clone();
             let slow = plain::run(&scene, &mut plain_state, 1);
+            let rests = slow.first().is_some_and(|event| rests(&before, event.pair));
+            let grazes = seen.0.is_some_and(|collision| {
+                let normal = collision.normal_square().sqrt();
+                normal <= GRAZING * collision.relative.norm() + 1e-14
+            });
+            if rests || grazes {
+                break;
+            }
             match (seen.0, slow.first()) {
                 (Some(ours), Some(theirs)) => {
                     let normal = ours.normal_square().sqrt();
+                    let fastest = before
+                        .bodies
+                        .iter()
+                        .map(|b| b.velocity.norm())
+                        .fold(0.0, f64::max);
+                    // Places are rounded to 1e-15 of the box, at most 1e-13; the time is that over the normal speed, and
+                    // all fly on for it.
+                    let tolerance = 1e-12 * (1.0 + fastest / normal);
                     let error = (ours.time - theirs.time).abs() * normal;
                     prop_assert!(
-                        error < 1e-11,
+                        error < 1e-12,
                         "collision {number}: at {} and {theirs:?}",
                         ours.time
                     );
                     let after = engine.state();
                     let apart = furthest(&after, &plain_state);
-                    prop_assert!(apart < 1e-9, "collision {number}: places {apart:e} apart");
+                    prop_assert!(
+                        apart < tolerance,
+                        "collision {number}: places {apart:e} apart"
+                    );
                     let faster = after
                         .bodies
                         .iter()
@@ -400,7 +435,7 @@ fn next_collision_is_that_of_all_pairs() {
                         .map(|(a, b)| (a.velocity - b.velocity).norm())
                         .fold(0.0, f64::max);
                     prop_assert!(
-                        faster < 1e-9,
+                        faster < tolerance * (1.0 + fastest),
                         "collision {number}: velocities {faster:e} apart"
                     );
                 }
