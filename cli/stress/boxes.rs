@@ -17,6 +17,12 @@ pub(super) const CASES: &[Case] = &[
         small,
     ),
     Case::new(
+        "wedge",
+        "a disk that meets another and its periodic image at once, or nearly, in boxes of 1.5 to 1.99 d; restitution 1 and 0.5",
+        "contacts only with images that approach; both are met; energy, momentum, exclusion",
+        wedge,
+    ),
+    Case::new(
         "long-box",
         "boxes with sides of 1000 : 1 and 1 : 1000, from 1.2 d wide",
         "the collisions of all pairs; energy, momentum, exclusion",
@@ -97,6 +103,37 @@ fn alone(findings: &mut Findings, what: &str, gas: &Gas<Disks>) -> Result<(), Tr
         .distance(course.end.state.bodies[0].position, expected);
     // A hundred crossings and a position of 100, each rounded to 1e-14.
     findings.at_most(&format!("{what}: place off"), off, 2e-12);
+    Ok(())
+}
+
+fn wedge(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
+    let mut contacts = 0;
+    for width in [1.5, 1.75, 1.9, 1.99] {
+        for restitution in [1.0, 0.5] {
+            // Half a box to the side is as far from the disk as from its image.
+            for off in [0.0, 1e-15, -1e-15, 1e-9, -1e-3] {
+                for place in [0.0, 0.3] {
+                    let bodies = [
+                        ([place, 2.0], [0.0, 0.0]),
+                        ([place + 0.5 * width + off, 3.5], [0.0, -1.0]),
+                    ];
+                    let gas =
+                        Gas::new(unit_disks(restitution)?, state(domain(width, 6.0)?, bodies));
+                    let what = format!(
+                        "width {width}, {off:e} off the middle, from {place}, r = {restitution}"
+                    );
+                    let course = gas.run(3.0, 10_000, 10_000, |_, _| ())?;
+                    findings.require(course.reached, || format!("{what}: {:?}", course.stopped));
+                    gas.audit(findings, &what, &course);
+                    findings.require(course.ledger.collisions >= 2, || {
+                        format!("{what}: {} contacts", course.ledger.collisions)
+                    });
+                    contacts += course.ledger.collisions;
+                }
+            }
+        }
+    }
+    findings.found(format!("{contacts} contacts"));
     Ok(())
 }
 

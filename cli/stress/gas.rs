@@ -19,6 +19,12 @@ pub(super) const OVERLAP: f64 = 1e-11;
 /// Largest error of the momentum over the sum of m |v| at the start; as [`ENERGY`].
 pub(super) const MOMENTUM: f64 = 1e-11;
 
+/// Largest speed at which a colliding pair may recede, over its whole relative speed: a contact that grazes is where the
+/// square root of a difference of terms of 1e-14 says.
+const RECEDING: f64 = 1e-6;
+/// Relative speed that is nothing but the rounding of velocities of order one, over [`RECEDING`].
+const RESTING: f64 = 1e-8;
+
 /// What is summed over the collisions of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ledger {
@@ -34,6 +40,8 @@ pub(super) struct Ledger {
     pub last: f64,
     /// Whether one was earlier than the one before.
     pub disordered: bool,
+    /// Largest speed at which a colliding pair receded, over its whole relative speed.
+    pub receding: f64,
 }
 
 impl<P: Planar> Observe<P> for Ledger {
@@ -41,6 +49,9 @@ impl<P: Planar> Observe<P> for Ledger {
         self.lost += collision.energy_lost();
         self.virial += collision.virial();
         self.collisions += 1;
+        let (relative, line) = (&collision.relative, &collision.line);
+        let receding = relative.dot(line) / ((relative.norm() + RESTING) * line.norm());
+        self.receding = self.receding.max(receding);
         self.disordered |= collision.time < self.last;
         self.last = collision.time;
         self.first.get_or_insert(collision.time);
@@ -138,6 +149,11 @@ impl<P: Planar> Gas<P> {
         findings.require(!course.ledger.disordered, || {
             format!("{what}: collisions out of order")
         });
+        findings.at_most(
+            &format!("{what}: receding pair"),
+            course.ledger.receding,
+            RECEDING,
+        );
         findings.at_most(
             &format!("{what}: overlap over d"),
             course.overlap / self.diameter(),
