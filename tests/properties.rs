@@ -317,12 +317,12 @@ impl Observe<Mixture> for Seen {
 /// many are tried as leave 1e-16 times the growth, which is measured with a second gas displaced by 1e-10, below 1e-6.
 #[test]
 fn elastic_gases_run_backwards() {
+    const NUDGE: f64 = 1e-10;
     check(200, |mut recipe| {
         recipe.restitution = 1.0;
         let Some((scene, start)) = brew(&recipe) else {
             return Err(TestCaseError::reject("no place"));
         };
-        const NUDGE: f64 = 1e-10;
         let mut nudged = start.clone();
         // Each disk its own way: scaling or boosting all alike would not part them.
         for (index, body) in nudged.bodies.iter_mut().enumerate() {

@@ -45,7 +45,7 @@ fn same_in_any_order(
     what: &str,
     gas: &Gas<Disks>,
     until: f64,
-) -> Result<State<Disks>, Trouble> {
+) -> Result<(State<Disks>, u64), Trouble> {
     let collisions = 10_000;
     let course = gas.run(until, collisions, collisions, |_, _| ())?;
     if let Some(error) = &course.stopped {
@@ -96,9 +96,8 @@ fn same_in_any_order(
             break;
         }
     }
-    findings.found(format!("{what}: {} collisions", course.ledger.collisions));
     gas.survives_kills(findings, what, collisions.min(200), 1)?;
-    Ok(course.end.state)
+    Ok((course.end.state, course.ledger.collisions))
 }
 
 fn bits(vector: Vector2<f64>) -> [u64; 2] {
@@ -120,6 +119,7 @@ fn lattices(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
             [alternating(x), alternating(y)]
         }),
     ];
+    let (mut gases, mut collisions) = (0, 0);
     for spacing in [1.5, 1.1] {
         for restitution in [1.0, 0.75] {
             for (name, velocity) in patterns {
@@ -131,10 +131,14 @@ fn lattices(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                 });
                 let gas = Gas::new(unit_disks(restitution)?, state(domain(side, side)?, bodies));
                 let what = format!("{name}, spacing {spacing}, r = {restitution}");
-                same_in_any_order(findings, &what, &gas, 3.0)?;
+                collisions += same_in_any_order(findings, &what, &gas, 3.0)?.1;
+                gases += 1;
             }
         }
     }
+    findings.found(format!(
+        "{gases} gases in 7 numberings each, {collisions} collisions"
+    ));
     Ok(())
 }
 
@@ -143,6 +147,7 @@ fn alternating(number: usize) -> f64 {
 }
 
 fn cradles(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
+    let (mut gases, mut collisions) = (0, 0);
     for count in [5_usize, 12] {
         for gap in [0.0, 1e-15, 1e-12, 1e-6] {
             // Along x, and along a direction in which the row is not exact.
@@ -163,7 +168,9 @@ fn cradles(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                         bodies.push((place(last + 2.0), move_at(-1.0)));
                     }
                     let gas = Gas::new(unit_disks(1.0)?, state(domain(60.0, 60.0)?, bodies));
-                    let end = same_in_any_order(findings, &what, &gas, 2.0)?;
+                    let (end, met) = same_in_any_order(findings, &what, &gas, 2.0)?;
+                    collisions += met;
+                    gases += 1;
                     // Equal disks on a line exchange velocities, whatever the order of their contacts: both ends rebound, or
                     // the last of the row goes on.
                     let speed = |who: usize| {
@@ -184,10 +191,14 @@ fn cradles(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
             }
         }
     }
+    findings.found(format!(
+        "{gases} gases in 7 numberings each, {collisions} collisions"
+    ));
     Ok(())
 }
 
 fn triples(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
+    let (mut gases, mut collisions) = (0, 0);
     for around in [2_usize, 4, 6] {
         for restitution in [1.0, 0.8, 0.3] {
             // The middle of a cell, its edge and its corner.
@@ -202,9 +213,13 @@ fn triples(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                 }
                 let gas = Gas::new(unit_disks(restitution)?, state(domain(20.0, 20.0)?, bodies));
                 let what = format!("{around} around {middle:?}, r = {restitution}");
-                same_in_any_order(findings, &what, &gas, 6.0)?;
+                collisions += same_in_any_order(findings, &what, &gas, 6.0)?.1;
+                gases += 1;
             }
         }
     }
+    findings.found(format!(
+        "{gases} gases in 7 numberings each, {collisions} collisions"
+    ));
     Ok(())
 }
