@@ -73,7 +73,7 @@ pub struct StressEd {
     /// Longer runs of the cases that have them; progress goes to standard error.
     #[arg(long)]
     pub long: bool,
-    /// Collisions of the runs whose length can be set: crystals, elastic-run, one-huge [default: 5e3 to 1e6; 1e6 to 1e9
+    /// Collisions of the runs whose length can be set: crystals, elastic-run, one-huge [default: 5e3 to 2e6; 1e6 to 1e9
     /// with --long].
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(100..))]
     pub collisions: Option<u64>,

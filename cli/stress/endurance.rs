@@ -7,7 +7,7 @@ use super::{Case, Effort, Findings, Trouble};
 pub(super) const CASES: &[Case] = &[
     Case::new(
         "elastic-run",
-        "1000 elastic disks at packing 0.4 in legs of 1e5 collisions; 1e6 collisions, 1e9 long (--collisions)",
+        "1000 elastic disks at packing 0.4 in legs of 1e5 collisions; 2e6 collisions, 1e9 long (--collisions)",
         "energy drift at most 1e-10, no overlap beyond 1e-10 d, and at the end the bits of the same gas with a clock at zero",
         elastic,
     ),
@@ -24,7 +24,7 @@ fn elastic(effort: Effort, findings: &mut Findings) -> Result<(), Trouble> {
     let collisions = effort.collisions.unwrap_or(if effort.long {
         1_000_000_000
     } else {
-        1_000_000
+        2_000_000
     });
     let gas = disordered(1000, 0.4, 1.0, 5)?;
     let mut told = 0;

@@ -10,7 +10,7 @@ use super::{Case, Effort, Findings, Trouble};
 pub(super) const CASES: &[Case] = &[
     Case::new(
         "speeds",
-        "a gas with its velocities times 2^k, |k| up to 1023, that is 1e-307 to 1e307",
+        "a gas with its velocities times 2^k, k from -1023 to 1023: 1e-308 to 1e307",
         "refused with a typed error, or the bits of the gas at speed one; never NaN",
         speeds,
     ),

@@ -216,3 +216,36 @@ pub fn cases() -> Vec<Case> {
 pub fn case(name: &str) -> Option<Case> {
     cases().into_iter().find(|case| case.name == name)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A case whose body is at fault does not pass, whatever the fault.
+    #[test]
+    fn faults_panics_and_endless_loops_fail() {
+        let fault = |case: Case| case.run(Effort::default()).faults.join("; ");
+        let wrong = Case::new("wrong", "", "", |_, findings| {
+            findings.at_most("size", f64::NAN, 1.0);
+            Ok(())
+        });
+        assert!(fault(wrong).contains("size: NaN"));
+        let refused = Case::new("refused", "", "", |_, _| {
+            Err(Trouble::NoStart("nothing fits"))
+        });
+        assert!(fault(refused).contains("nothing fits"));
+        let panics = Case::new("panics", "", "", |_, _| panic!("out of order"));
+        assert_eq!(fault(panics), "panic: out of order");
+        let guarded = Case::new("guarded", "", "", |_, findings| {
+            findings.guard("first", |_| panic!("one of many"));
+            findings.fault("second");
+            Ok(())
+        });
+        assert_eq!(fault(guarded), "first: panic: one of many; second");
+        let endless = Case::new("endless", "", "", |_, _| {
+            thread::sleep(Duration::from_secs(5));
+            Ok(())
+        });
+        assert!(fault(endless.within(0)).contains("no end"));
+    }
+}
