@@ -1,8 +1,9 @@
 //! The hard cases of `stosszahl stress ed`, the short ones.
 
+use std::collections::BTreeSet;
 use std::process::Command;
 
-use stosszahl::stress::{Effort, cases};
+use stosszahl::stress::{Effort, case, cases};
 
 /// What the program prints and its exit code.
 fn program(arguments: &[&str]) -> (String, String, Option<i32>) {
@@ -43,33 +44,64 @@ fn command_runs_lists_and_refuses() {
     );
 }
 
-/// Every case passes; all are run, so that one failure does not hide another.
-#[test]
-fn every_short_case_passes() {
-    let mut failed = Vec::new();
-    for case in cases() {
-        let report = case.run(Effort::default());
-        println!("{report}");
-        if !report.passed() {
-            failed.push(report.to_string());
+/// One test for each case, and one that none is left out.
+macro_rules! short_cases {
+    ($($test:ident: $name:literal,)+) => {
+        $(#[test]
+        fn $test() {
+            let report = case($name).expect("a case of this name").run(Effort::default());
+            println!("{report}");
+            assert!(report.passed(), "{report}");
+        })+
+
+        #[test]
+        fn every_case_has_a_test() {
+            let mut tested = vec![$($name),+];
+            let mut known: Vec<_> = cases().iter().map(|case| case.name).collect();
+            tested.sort_unstable();
+            known.sort_unstable();
+            assert_eq!(tested, known);
         }
-    }
-    assert!(
-        failed.is_empty(),
-        "{} fail:\n{}",
-        failed.len(),
-        failed.join("\n")
-    );
+    };
+}
+
+short_cases! {
+    line_below: "line-below",
+    line_above: "line-above",
+    dense_collapse: "dense-collapse",
+    crystal_0_90: "crystal-0.90",
+    crystal_0_9068: "crystal-0.9068",
+    lattice_ties: "lattice-ties",
+    cradle: "cradle",
+    triple: "triple",
+    grazing: "grazing",
+    touching: "touching",
+    overlapping: "overlapping",
+    resting: "resting",
+    drifting: "drifting",
+    elastic_run: "elastic-run",
+    cooling: "cooling",
+    plastic: "plastic",
+    one_moves: "one-moves",
+    rest: "rest",
+    small_boxes: "small-boxes",
+    wedge: "wedge",
+    long_box: "long-box",
+    borders: "borders",
+    ratios: "ratios",
+    one_huge: "one-huge",
+    kills: "kills",
+    speeds: "speeds",
+    subnormal: "subnormal",
+    no_numbers: "no-numbers",
+    lonely_mover: "lonely-mover",
 }
 
 /// Names are what the command line asks for.
 #[test]
 fn names_differ() {
-    let mut names: Vec<_> = cases().iter().map(|case| case.name).collect();
-    let count = names.len();
-    names.sort_unstable();
-    names.dedup();
-    assert_eq!(names.len(), count);
+    let names: BTreeSet<_> = cases().iter().map(|case| case.name).collect();
+    assert_eq!(names.len(), cases().len());
 }
 
 /// `docs/stress.md` has the table of the cases.
