@@ -82,6 +82,8 @@ short_cases! {
     elastic_run: "elastic-run",
     cooling: "cooling",
     plastic: "plastic",
+    viscoelastic: "viscoelastic",
+    contact_times: "contact-times",
     one_moves: "one-moves",
     rest: "rest",
     small_boxes: "small-boxes",

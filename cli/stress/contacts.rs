@@ -297,7 +297,8 @@ fn drifting(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                 body.velocity += vector![speed, -0.7 * speed];
             }
             let what = format!("r = {restitution}, speed {speed:.0e}");
-            let found = boosted.pairs(40)?;
+            let most = if speed > 1e4 { 10 } else { 40 };
+            let found = boosted.pairs(most)?;
             // Velocities are rounded to 1e-16 of the speed; two collisions of each disk multiply it by about e^2 each,
             // the longest flight adds its time.
             let tolerance = 1e-16 * speed * 1e4;
@@ -305,10 +306,10 @@ fn drifting(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                 .iter()
                 .zip(&found)
                 .position(|(a, b)| a.1 != b.1 || (a.0 - b.0).abs() > tolerance);
-            findings.require(differ.is_none() && found.len() == rest.len(), || {
+            findings.require(differ.is_none() && found.len() == most, || {
                 format!("{what}: collision {differ:?} differs")
             });
-            let course = boosted.run(1e5 / speed, 100_000, 10_000, |_, _| ())?;
+            let course = boosted.run(3e4 / speed, 100_000, 10_000, |_, _| ())?;
             findings.require(course.stopped.is_none(), || {
                 format!("{what}: {:?}", course.stopped)
             });
@@ -322,7 +323,7 @@ fn drifting(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                 "{what}: {} collisions, overlap {:.1e}",
                 course.ledger.collisions, course.overlap
             ));
-            boosted.survives_kills(findings, &what, 40, 1)?;
+            boosted.survives_kills(findings, &what, most as u64, 1)?;
         }
     }
     Ok(())

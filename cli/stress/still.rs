@@ -1,7 +1,9 @@
-//! Restitution zero, and gases most or all of which is at rest.
+//! Restitution zero and laws at their limits, and gases most or all of which is at rest.
+
+use stosszahl_model::{Scene, State, Viscoelastic};
 
 use super::gas::Gas;
-use super::starts::disordered;
+use super::starts::{disordered, unit_disks};
 use super::{Case, Effort, Findings, Trouble};
 
 pub(super) const CASES: &[Case] = &[
@@ -10,6 +12,18 @@ pub(super) const CASES: &[Case] = &[
         "restitution exactly 0: 200 disks at packings 0.05, 0.3 and 0.6, without and with contact time",
         "the end, or the typed error of a collapse; energy balance, momentum, exclusion; with contact time no error",
         plastic,
+    ),
+    Case::new(
+        "viscoelastic",
+        "400 viscoelastic disks at packing 0.5 whose restitution at thermal speeds is 0.998, 0.4 and 0.02",
+        "no collapse, as slow contacts are elastic; energy balance, momentum, exclusion",
+        viscoelastic,
+    ),
+    Case::new(
+        "contact-times",
+        "300 disks, restitution 0.5, packing 0.4, contact times of 0, 5e-324 and infinity",
+        "0 gives the bits of the gas without one; infinity lets each disk lose energy in its first contact only",
+        contact_times,
     ),
     Case::new(
         "one-moves",
@@ -68,6 +82,62 @@ fn plastic(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
         gas.audit(findings, &what, &course);
         findings.found(format!("{what}: {} collisions", course.ledger.collisions));
     }
+    Ok(())
+}
+
+fn viscoelastic(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
+    for strength in [0.04, 1.0, 4.0] {
+        let unit = unit_disks(1.0)?;
+        let scene = Scene {
+            space: unit.space,
+            surface: unit.surface,
+            restitution: Viscoelastic::new(strength).ok_or(Trouble::NoStart("no strength"))?,
+            sizes: unit.sizes,
+            field: unit.field,
+        };
+        let equal = disordered(400, 0.5, 1.0, 10)?.start;
+        let start = State {
+            time: 0.0,
+            domain: equal.domain,
+            bodies: equal
+                .bodies
+                .iter()
+                .map(|b| stosszahl_model::Body::new(b.position, b.velocity))
+                .collect(),
+        };
+        Gas::new(scene, start).holds(findings, &format!("strength {strength}"), 200_000)?;
+    }
+    Ok(())
+}
+
+fn contact_times(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
+    const COLLISIONS: u64 = 5000;
+    let gas = disordered(300, 0.4, 0.5, 11)?;
+    let plain = gas
+        .run(f64::INFINITY, COLLISIONS, 1000, |_, _| ())?
+        .end
+        .state
+        .bodies;
+    for contact_time in [0.0, 5e-324] {
+        let timed = gas.clone().with_contact_time(contact_time);
+        let course = timed.run(f64::INFINITY, COLLISIONS, 1000, |_, _| ())?;
+        let same = course.end.state.bodies == plain;
+        findings.require(same, || {
+            format!("contact time {contact_time:e}: not the gas without one")
+        });
+    }
+    let endless = gas.with_contact_time(f64::INFINITY);
+    let course = endless.run(f64::INFINITY, COLLISIONS, 1000, |_, _| ())?;
+    endless.audit(findings, "for ever", &course);
+    let inelastic = course.end.tally.collisions - course.end.tally.elastic_contacts;
+    findings.require((1..=150).contains(&inelastic), || {
+        format!("{inelastic} inelastic contacts of 300 disks")
+    });
+    endless.survives_kills(findings, "for ever", COLLISIONS, 1)?;
+    findings.found(format!(
+        "for ever: {inelastic} inelastic of {} collisions",
+        course.ledger.collisions
+    ));
     Ok(())
 }
 
