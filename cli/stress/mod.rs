@@ -1,9 +1,9 @@
 //! Hard cases for the event-driven engine: what `stosszahl stress ed` runs.
 //!
-//! A case says what it tries and what must hold, and finds out. Its tolerances are stated where they are used; those
-//! that several cases share are [`gas::ENERGY`], [`gas::OVERLAP`] and [`gas::MOMENTUM`]. A case runs in a thread of its
-//! own: a panic or an endless loop fails it and spares the others. Every case also cuts its own run at random moments
-//! and continues it from the serialised checkpoints ([`gas::Gas::survives_kills`]).
+//! A case says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
+//! several cases share are constants of the module `gas`, with their origin. A case runs in a thread of its own: a panic
+//! or an endless loop fails it and spares the others. Cases also cut their runs at random moments and continue them from
+//! serialised checkpoints.
 //!
 //! ```
 //! use stosszahl::stress::{Effort, case};
@@ -86,7 +86,7 @@ impl Case {
         self
     }
 
-    /// Runs the case; neither a panic nor an endless loop in it harms the caller, but the latter keeps a thread busy
+    /// Runs the case and says what it found; neither a panic nor an endless loop in it harms the caller, but the latter keeps a thread busy
     /// until the program ends.
     pub fn run(self, effort: Effort) -> Report {
         let began = Instant::now();
@@ -109,7 +109,8 @@ impl Case {
         let findings = match worker {
             Err(error) => failed(format!("no thread: {error}")),
             Ok(worker) => {
-                let received = if effort.long {
+                // Long runs take what they take, unless a case is about its end.
+                let received = if effort.long && self.limit == LIMIT {
                     receiver.recv().map_err(|_| RecvTimeoutError::Disconnected)
                 } else {
                     receiver.recv_timeout(self.limit)

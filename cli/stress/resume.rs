@@ -6,7 +6,7 @@ use super::{Case, Effort, Findings, Trouble};
 
 pub(super) const CASES: &[Case] = &[Case::new(
     "kills",
-    "gases from thin to crystalline, elastic, inelastic and with contact time, cut at 8 sets of random moments each",
+    "gases from thin to crystalline, elastic, inelastic and with contact time, cut at 8 (long: 200) sets of random moments each",
     "the bytes of the run that was never killed; the other cases are cut as well",
     kills,
 )];
