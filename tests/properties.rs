@@ -205,7 +205,7 @@ fn run(
 #[test]
 fn conservation() {
     const TOLERANCE: f64 = 1e-12;
-    check(400, |recipe| {
+    check(1000, |recipe| {
         let Some((scene, start)) = brew(&recipe) else {
             return Err(TestCaseError::reject("no place"));
         };
@@ -248,7 +248,7 @@ fn conservation() {
 /// the tangential part of the relative velocity, and the normal part is reversed and shortened by the restitution.
 #[test]
 fn collisions_of_smooth_disks() {
-    check(200, |recipe| {
+    check(600, |recipe| {
         let Some((scene, start)) = brew(&recipe) else {
             return Err(TestCaseError::reject("no place"));
         };
@@ -318,7 +318,7 @@ impl Observe<Mixture> for Seen {
 #[test]
 fn elastic_gases_run_backwards() {
     const NUDGE: f64 = 1e-10;
-    check(200, |mut recipe| {
+    check(600, |mut recipe| {
         recipe.restitution = 1.0;
         let Some((scene, start)) = brew(&recipe) else {
             return Err(TestCaseError::reject("no place"));
@@ -386,7 +386,7 @@ fn rests(state: &State<Mixture>, pair: [usize; 2]) -> bool {
 /// The engine's next collision is that of all pairs, asked anew for each, so that differences do not grow.
 #[test]
 fn next_collision_is_that_of_all_pairs() {
-    check(300, |recipe| {
+    check(1000, |recipe| {
         let Some((scene, start)) = brew(&recipe) else {
             return Err(TestCaseError::reject("no place"));
         };
