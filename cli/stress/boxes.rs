@@ -2,6 +2,7 @@
 
 use nalgebra::vector;
 use rand::RngExt;
+use stosszahl_ed::EngineError;
 use stosszahl_model::{Body, State};
 
 use super::gas::{Gas, random};
@@ -19,7 +20,7 @@ pub(super) const CASES: &[Case] = &[
     Case::new(
         "wedge",
         "a disk that meets another and its periodic image at once, or nearly, in boxes of 1.5 to 1.99 d; restitution 1 and 0.5",
-        "contacts only with images that approach; both are met; energy, momentum, exclusion",
+        "contacts only with images that approach; both are met, and left unless it is a collapse; energy, momentum, exclusion",
         wedge,
     ),
     Case::new(
@@ -123,7 +124,15 @@ fn wedge(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                         "width {width}, {off:e} off the middle, from {place}, r = {restitution}"
                     );
                     let course = gas.run(3.0, 10_000, 10_000, |_, _| ())?;
-                    findings.require(course.reached, || format!("{what}: {:?}", course.stopped));
+                    // An inelastic disk that is driven into a narrow wedge may bounce in it for ever.
+                    let collapsed = restitution < 1.0
+                        && matches!(course.stopped, Some(EngineError::InelasticCollapse { .. }));
+                    findings.require(course.reached || collapsed, || {
+                        format!(
+                            "{what}: {} contacts, {:?}",
+                            course.ledger.collisions, course.stopped
+                        )
+                    });
                     gas.audit(findings, &what, &course);
                     findings.require(course.ledger.collisions >= 2, || {
                         format!("{what}: {} contacts", course.ledger.collisions)

@@ -12,7 +12,7 @@ pub(super) const CASES: &[Case] = &[
     Case::new(
         "line-below",
         "three disks on a line, the outer ones moving in, restitution 0.0715, 0.05 and 0 (below 7 - 4 sqrt 3 = 0.0718)",
-        "a typed error that names pair, place, time and collisions; the time of the one-dimensional gas; the state stays; \
+        "a typed error that names pair, place, time and collisions; the time of the one-dimensional gas to 1e-3; the state stays; \
          a contact time lets it go on",
         below,
     ),
@@ -198,11 +198,12 @@ fn told<P: Planar>(
         1e-9 * end.time,
     );
     if let Some(predicted) = predicted {
-        // Sums of at most a thousand flights, each rounded to 1e-16 of a time of order one.
+        // Gaps shrink by r a collision until they are the rounding of places, 1e-15; from there on waits are that over
+        // speeds, which go on falling. An engine that tells the collapse at speeds above 1e-12 is off by less than this.
         findings.at_most(
             &format!("{what}: time off theory's {predicted}"),
             (time - predicted).abs(),
-            1e-12,
+            1e-3,
         );
     }
 }
