@@ -41,6 +41,45 @@ pub enum Command {
     /// Measure the speed of an engine on a defined piece of work.
     #[command(subcommand)]
     Bench(Bench),
+    /// Try an engine on hard cases and say what holds.
+    #[command(subcommand)]
+    Stress(Stress),
+}
+
+/// `stosszahl stress`.
+#[derive(Debug, Subcommand)]
+pub enum Stress {
+    /// Event-driven hard disks: collapse, close packing, ties, grazing contacts, long runs, extreme sizes and speeds, kills.
+    ///
+    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    #[command(
+        after_help = "Begin with:\n  stosszahl stress ed --list                 the cases in words\n  \
+                      stosszahl stress ed                        the short ones, in about a minute\n  \
+                      stosszahl stress ed --case kills,grazing   only these\n  \
+                      stosszahl stress ed --long                 hours: 1e9 collisions, 1e5 disks around a huge one"
+    )]
+    Ed(StressEd),
+}
+
+/// `stosszahl stress ed`.
+#[derive(Clone, Debug, Args)]
+pub struct StressEd {
+    /// Only this case; may be repeated, or name several with commas between them.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub case: Vec<String>,
+    /// Print the names of the cases with what they try and what must hold, and run none.
+    #[arg(long)]
+    pub list: bool,
+    /// Longer runs of the cases that have them; progress goes to standard error.
+    #[arg(long)]
+    pub long: bool,
+    /// Collisions of the runs whose length can be set: crystals, elastic-run, one-huge [default: 5e3 to 2e6; 1e6 to 1e9
+    /// with --long].
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(100..))]
+    pub collisions: Option<u64>,
+    /// Print one JSON array, one object for each case.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `stosszahl bench`.

@@ -16,6 +16,7 @@ use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
 use crate::arguments::{
     Arguments, Bench, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
+    Stress,
 };
 use crate::bench::{self, BenchError};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
@@ -26,6 +27,7 @@ use crate::report;
 use crate::results::{self, Existing, ResultsError};
 use crate::run::{self, Place, Replica, RunError, SNAPSHOTS};
 use crate::setup::{Setup, SetupError, TimeUnit};
+use crate::stress::{self, StressError};
 use crate::verdicts::verdicts;
 
 /// Why a command failed.
@@ -77,6 +79,9 @@ pub enum CommandError {
     /// A benchmark cannot run.
     #[error(transparent)]
     Bench(#[from] BenchError),
+    /// A hard case failed, or is unknown.
+    #[error(transparent)]
+    Stress(#[from] StressError),
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] report::ReportError),
@@ -94,6 +99,7 @@ impl CommandError {
             | Self::Folder { .. }
             | Self::Pool(_)
             | Self::Run { .. }
+            | Self::Stress(StressError::Failed { .. })
             | Self::Export(_) => 1,
             _ => 2,
         }
@@ -118,6 +124,9 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             .map_err(CommandError::from)
             .map(|path| say(&path.display().to_string())),
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
+        Command::Stress(Stress::Ed(arguments)) => {
+            stress::command(&arguments, say).map_err(CommandError::from)
+        }
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
             Ok(())

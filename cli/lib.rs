@@ -25,5 +25,6 @@ pub mod report;
 pub mod results;
 pub mod run;
 pub mod setup;
+pub mod stress;
 pub mod tables;
 pub mod verdicts;

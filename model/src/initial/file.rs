@@ -54,6 +54,9 @@ pub enum FileError {
 /// Largest number of a start file: squares and ratios of such numbers are still finite.
 const LARGEST: f64 = 1e100;
 
+/// Most columns of one property of an extended XYZ file.
+const MOST_COLUMNS: usize = 1000;
+
 struct Source<'a> {
     path: &'a Path,
 }
@@ -244,12 +247,16 @@ fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut columns = HashMap::new();
     let mut next = 0;
     for property in parts.chunks(3) {
-        let width: Option<usize> = property.get(2).and_then(|width| width.parse().ok());
+        // A bound, so that sums of widths are numbers, too.
+        let width: Option<usize> = property
+            .get(2)
+            .and_then(|width| width.parse().ok())
+            .filter(|width| (1..=MOST_COLUMNS).contains(width));
         let Some(width) = width else {
             return Err(source.error(
                 2,
                 format!("Properties={properties}"),
-                "triples name:type:columns",
+                format!("triples name:type:columns, from 1 to {MOST_COLUMNS} columns each"),
             ));
         };
         columns.insert(property[0].to_ascii_lowercase(), (next, width));

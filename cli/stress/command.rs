@@ -1,0 +1,90 @@
+//! `stosszahl stress ed`.
+
+use super::{Case, Effort, case, cases};
+use crate::arguments::StressEd;
+
+/// Why the command does not succeed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StressError {
+    /// No case has this name.
+    #[error("--case {found}: allowed are {}", names().join(", "))]
+    Unknown {
+        /// What was asked for.
+        found: String,
+    },
+    /// Something does not hold.
+    #[error("{} of {of} hard cases failed: {}", failed.len(), failed.join(", "))]
+    Failed {
+        /// Names of the cases that failed.
+        failed: Vec<&'static str>,
+        /// How many were run.
+        of: usize,
+    },
+}
+
+fn names() -> Vec<&'static str> {
+    cases().iter().map(|case| case.name).collect()
+}
+
+/// Runs the cases asked for, one after the other, and says what was found.
+///
+/// # Errors
+/// [`StressError`] if a case fails or has an unknown name.
+pub fn command(arguments: &StressEd, say: impl Fn(&str)) -> Result<(), StressError> {
+    let chosen: Vec<Case> = if arguments.case.is_empty() {
+        cases()
+    } else {
+        arguments
+            .case
+            .iter()
+            .map(|name| {
+                case(name).ok_or_else(|| StressError::Unknown {
+                    found: name.clone(),
+                })
+            })
+            .collect::<Result<_, _>>()?
+    };
+    if arguments.list {
+        for case in chosen {
+            say(&format!(
+                "{}\n  tried  {}\n  must   {}",
+                case.name, case.tried, case.required
+            ));
+        }
+        return Ok(());
+    }
+    let effort = Effort {
+        long: arguments.long,
+        collisions: arguments.collisions,
+        tell: arguments.long || arguments.collisions.is_some(),
+    };
+    let mut reports = Vec::with_capacity(chosen.len());
+    for case in chosen {
+        let report = case.run(effort);
+        if !arguments.json {
+            say(&report.to_string());
+        }
+        reports.push(report);
+    }
+    let of = reports.len();
+    let failed: Vec<_> = reports
+        .iter()
+        .filter(|report| !report.passed())
+        .map(|report| report.name)
+        .collect();
+    if arguments.json {
+        say(&serde_json::to_string_pretty(&reports).unwrap_or_default());
+    } else {
+        let seconds: f64 = reports.iter().map(|report| report.seconds).sum();
+        say(&format!(
+            "{} of {of} hard cases passed in {seconds:.0} s",
+            of - failed.len()
+        ));
+    }
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(StressError::Failed { failed, of })
+    }
+}

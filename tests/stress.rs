@@ -1,0 +1,117 @@
+//! The hard cases of `stosszahl stress ed`, the short ones.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+
+use stosszahl::stress::{Effort, case, cases};
+
+/// What the program prints and its exit code.
+fn program(arguments: &[&str]) -> (String, String, Option<i32>) {
+    let done = Command::new(env!("CARGO_BIN_EXE_stosszahl"))
+        .args(["stress", "ed"])
+        .args(arguments)
+        .output()
+        .expect("the program runs");
+    let text = |bytes| String::from_utf8(bytes).expect("text");
+    (text(done.stdout), text(done.stderr), done.status.code())
+}
+
+#[test]
+fn command_runs_lists_and_refuses() {
+    let (json, _, code) = program(&["--case", "rest,line-above", "--json"]);
+    assert_eq!(code, Some(0));
+    let reports: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let names: Vec<_> = reports
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|report| &report["name"])
+        .collect();
+    assert_eq!(names, ["rest", "line-above"]);
+    let (text, _, code) = program(&["--case", "rest"]);
+    assert_eq!(code, Some(0));
+    assert!(
+        text.starts_with("pass  rest") && text.contains("1 of 1 hard cases passed"),
+        "{text}"
+    );
+    let (list, _, _) = program(&["--list"]);
+    assert!(cases().iter().all(|case| list.contains(case.required)));
+    let (_, error, code) = program(&["--case", "grasing"]);
+    assert_eq!(code, Some(2));
+    assert!(
+        error.contains("--case grasing: allowed are") && error.contains("grazing"),
+        "{error}"
+    );
+}
+
+/// One test for each case, and one that none is left out.
+macro_rules! short_cases {
+    ($($test:ident: $name:literal,)+) => {
+        $(#[test]
+        fn $test() {
+            let report = case($name).expect("a case of this name").run(Effort::default());
+            println!("{report}");
+            assert!(report.passed(), "{report}");
+        })+
+
+        #[test]
+        fn every_case_has_a_test() {
+            let mut tested = vec![$($name),+];
+            let mut known: Vec<_> = cases().iter().map(|case| case.name).collect();
+            tested.sort_unstable();
+            known.sort_unstable();
+            assert_eq!(tested, known);
+        }
+    };
+}
+
+short_cases! {
+    line_below: "line-below",
+    line_above: "line-above",
+    dense_collapse: "dense-collapse",
+    crystal_0_90: "crystal-0.90",
+    crystal_0_9068: "crystal-0.9068",
+    lattice_ties: "lattice-ties",
+    cradle: "cradle",
+    triple: "triple",
+    grazing: "grazing",
+    touching: "touching",
+    overlapping: "overlapping",
+    resting: "resting",
+    drifting: "drifting",
+    elastic_run: "elastic-run",
+    cooling: "cooling",
+    plastic: "plastic",
+    viscoelastic: "viscoelastic",
+    contact_times: "contact-times",
+    one_moves: "one-moves",
+    rest: "rest",
+    small_boxes: "small-boxes",
+    wedge: "wedge",
+    long_box: "long-box",
+    borders: "borders",
+    ratios: "ratios",
+    one_huge: "one-huge",
+    kills: "kills",
+    speeds: "speeds",
+    subnormal: "subnormal",
+    no_numbers: "no-numbers",
+    lonely_mover: "lonely-mover",
+}
+
+/// Names are what the command line asks for.
+#[test]
+fn names_differ() {
+    let names: BTreeSet<_> = cases().iter().map(|case| case.name).collect();
+    assert_eq!(names.len(), cases().len());
+}
+
+/// `docs/stress.md` has the table of the cases.
+#[test]
+fn every_case_is_documented() {
+    let page = include_str!("../docs/stress.md");
+    for case in cases() {
+        let row = format!("| `{}` | {} | {} |", case.name, case.tried, case.required);
+        assert!(page.contains(&row), "docs/stress.md lacks the row\n{row}");
+    }
+}
