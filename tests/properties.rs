@@ -264,11 +264,13 @@ fn collisions_of_smooth_disks() {
                 .collect();
             // A contact at rest with restitution 0 may leave all as it was.
             let &[i, j] = pair.as_slice() else { continue };
+            let swapped =
+                (before.bodies[i].velocity - before.bodies[j].velocity - collision.relative).norm()
+                    > 1e-12 * collision.relative.norm();
+            let sign = if swapped { -1.0 } else { 1.0 };
             let turn = |state: &State<Mixture>| {
-                // Arms at the moment of contact, which is where the state after stands.
-                let arm = after
-                    .domain
-                    .displacement(after.bodies[i].position, after.bodies[j].position);
+                // The line tells which image it was: in a narrow box two may touch.
+                let arm = collision.line * sign;
                 let [a, b] =
                     [i, j].map(|who| state.bodies[who].velocity * scene.sizes.mass(who as u32));
                 0.5 * (arm.perp(&a) - arm.perp(&b))
@@ -282,15 +284,6 @@ fn collisions_of_smooth_disks() {
                 "the angular momentum of {pair:?} changes by {change:e}"
             );
             let normal = collision.line.normalize();
-            let sign =
-                if (before.bodies[i].velocity - before.bodies[j].velocity - collision.relative)
-                    .norm()
-                    <= 1e-12 * collision.relative.norm()
-                {
-                    1.0
-                } else {
-                    -1.0
-                };
             let relative = (after.bodies[i].velocity - after.bodies[j].velocity) * sign;
             let back = relative.dot(&normal) + recipe.restitution * collision.relative.dot(&normal);
             prop_assert!(

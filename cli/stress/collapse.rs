@@ -168,6 +168,7 @@ fn told<P: Planar>(
         time,
         collisions,
         pair,
+        ref cluster,
         place,
     } = *error
     else {
@@ -177,6 +178,9 @@ fn told<P: Planar>(
     findings.found(format!(
         "{what}: disks {pair:?} after {collisions} collisions at time {time:.6}"
     ));
+    findings.require(pair.iter().all(|who| cluster.contains(who)), || {
+        format!("{what}: the pair {pair:?} is not of the cluster {cluster:?}")
+    });
     let sane = pair[0] != pair[1] && pair.iter().all(|&who| who < end.bodies.len());
     findings.require(sane, || format!("{what}: no pair {pair:?}"));
     if !sane {

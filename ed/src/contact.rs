@@ -100,18 +100,18 @@ impl Candidates {
     /// The earliest contact before `limit` and its disk, the first added of simultaneous ones; the
     /// candidates are spent.
     ///
-    /// Each time is that of [`time_to_contact`], bit by bit. `at_rest` tells of a disk that touches already,
+    /// Each time is that of [`time_to_contact`], bit by bit. `slides` tells of a disk that touches already,
     /// with its b = r . g, that it does not count.
     #[inline(always)]
     pub(crate) fn earliest(
         &mut self,
         mut limit: f64,
-        at_rest: impl Fn(u32, f64) -> bool,
+        slides: impl Fn(u32, f64) -> bool,
     ) -> Option<(f64, u32)> {
         let mut found = None;
         for pair in &self.touching[..std::mem::take(&mut self.count).min(Self::ROOM)] {
             let time = pair.c / (pair.discriminant.sqrt() - pair.b);
-            if time < limit && !(time <= 0.0 && at_rest(pair.disk, pair.b)) {
+            if time < limit && !(time <= 0.0 && slides(pair.disk, pair.b)) {
                 limit = time;
                 found = Some((time, pair.disk));
             }

@@ -201,12 +201,11 @@ impl Disks {
     }
 
     /// Whether two touching disks, b = r . g of whose separation and relative velocity is given, approach no
-    /// faster than their velocities are rounded: among disks that were pressed together without rebound, the
-    /// normal part of a relative velocity is nothing but rounding.
+    /// faster than the direction of their separation is rounded: they slide along each other.
     #[cold]
-    fn at_rest(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
-        let speed = |who: u32| self.all[who as usize].velocity.norm();
-        -b <= 8.0 * f64::EPSILON * distance * (speed(first) + speed(second))
+    fn slide(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
+        let relative = self.all[first as usize].velocity - self.all[second as usize].velocity;
+        -b <= 8.0 * f64::EPSILON * distance * relative.norm()
     }
 
     /// Opens the lists of disks of some of the cells around one: columns and rows are numbered 0 before, 1 same,
@@ -316,9 +315,8 @@ impl Disks {
                     break;
                 }
             }
-            let found = candidates.earliest(limit, |other, b| {
-                self.at_rest(who, other, b, distance(other))
-            });
+            let found =
+                candidates.earliest(limit, |other, b| self.slide(who, other, b, distance(other)));
             if let Some((time, _)) = found {
                 limit = time;
                 best = found;

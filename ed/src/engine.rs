@@ -12,7 +12,7 @@ use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::contact::Candidates;
 use crate::disk::Disks;
 use crate::error::EngineError;
-use crate::progress::Progress;
+use crate::progress::{Latest, Progress};
 use crate::windings::{self, Winding};
 
 /// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
@@ -412,12 +412,8 @@ where
             line,
         };
         pair.velocities = collide(&self.scene, &pair, restitution);
-        // After a contact without rebound, rounding may leave an approach that would close in for ever.
-        for _ in 0..3 {
-            if (pair.velocities[0] - pair.velocities[1]).dot(&line) >= 0.0 {
-                break;
-            }
-            pair.velocities = collide(&self.scene, &pair, 1.0);
+        if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
+            part(&self.scene, &mut pair);
         }
         for (who, velocity) in [first, second].into_iter().zip(pair.velocities) {
             self.disks.all[who as usize].velocity = velocity;
@@ -432,15 +428,19 @@ where
         });
         self.predict(first);
         self.predict(second);
-        // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and
-        // time is measured against its absolute value.
-        let resolution = || 1e-13 * ((self.epoch * self.speed + now).abs() + self.unit);
-        let (number, pair) = (self.tally.collisions, [first, second]);
-        let disks = self.names.len();
-        match (self.progress).collision(number, pair, now, approach, disks, resolution) {
-            true => Err(self.collapse(pair)),
-            false => Ok(()),
+        let latest = Latest {
+            pair: [first, second],
+            now,
+            age: self.epoch * self.speed + now,
+            approach,
+            diameter: distance,
+            unit: self.unit,
+            disks: self.names.len(),
+        };
+        if self.progress.collision(self.tally.collisions, &latest) {
+            return Err(self.collapse(latest.pair));
         }
+        Ok(())
     }
 
     #[inline]
@@ -476,6 +476,22 @@ where
             cluster,
             place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
         }
+    }
+}
+
+/// Parts two disks that still approach after a contact without rebound, as the rounding of their velocities has it:
+/// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
+/// square of that.
+#[cold]
+fn part<P: Physics<Space = Plane>>(scene: &P, pair: &mut Encounter<Vector2<f64>>) {
+    pair.velocities = collide(scene, pair, 1.0);
+    let total = pair.masses[0] + pair.masses[1];
+    let normal = pair.line.normalize();
+    let mut least = f64::EPSILON * (pair.velocities[0].norm() + pair.velocities[1].norm());
+    while (pair.velocities[0] - pair.velocities[1]).dot(&pair.line) < 0.0 {
+        pair.velocities[0] += normal * (least * pair.masses[1] / total);
+        pair.velocities[1] -= normal * (least * pair.masses[0] / total);
+        least *= 2.0;
     }
 }
 

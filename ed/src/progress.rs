@@ -6,7 +6,7 @@ use crate::cells::NONE;
 
 /// Collisions without progress of time, beyond those that many disks may have at once, that are called
 /// a collapse.
-const COLLAPSE: u64 = 20_000;
+const COLLAPSE: u64 = 4000;
 
 /// Collisions whose disks are called the cluster of a collapse.
 const RECENT: usize = 256;
@@ -14,8 +14,8 @@ const RECENT: usize = 256;
 /// Recent collisions without progress of time that, if they end with hardly any approach, are a collapse.
 const FEW: usize = 32;
 
-/// Speed of approach, of that of the fastest disk at the start of the leg, that is hardly any: only a
-/// geometric series of collisions leads there, while chance does once in 10^60.
+/// Way at the speed of approach during the age of the gas, in diameters, that is hardly any: only a geometric
+/// series of collisions leads there, while chance does once in 10^60.
 const FEEBLE: f64 = 1e-60;
 
 /// Crossings without a collision, beyond those that many disks need, after which none is awaited.
@@ -31,6 +31,21 @@ pub(crate) struct Progress {
     recent: [([u32; 2], f64); RECENT],
     /// Crossings since the last collision.
     idle: u64,
+}
+
+/// A collision, and the gas it happens in.
+pub(crate) struct Latest {
+    pub(crate) pair: [u32; 2],
+    pub(crate) now: f64,
+    /// Time since the start of the run.
+    pub(crate) age: f64,
+    /// Speed of approach.
+    pub(crate) approach: f64,
+    /// Diameter of a disk, and the time in which a typical disk moves by it.
+    pub(crate) diameter: f64,
+    pub(crate) unit: f64,
+    /// How many disks there are.
+    pub(crate) disks: usize,
 }
 
 impl Progress {
@@ -56,32 +71,26 @@ impl Progress {
         (self.idle > PATIENCE + 100 * disks as u64).then_some(self.idle)
     }
 
-    /// One more collision, with a number, a time and a speed of approach; true if that is a collapse of a gas
-    /// of so many disks. `resolution` is the least noticeable time.
+    /// One more collision of so many; true if that is a collapse.
     #[inline]
-    pub(crate) fn collision(
-        &mut self,
-        number: u64,
-        pair: [u32; 2],
-        now: f64,
-        approach: f64,
-        disks: usize,
-        resolution: impl Fn() -> f64,
-    ) -> bool {
+    pub(crate) fn collision(&mut self, number: u64, latest: &Latest) -> bool {
         self.idle = 0;
         let place = number as usize % RECENT;
-        self.recent[place] = (pair, now);
-        if approach.abs() < FEEBLE {
+        self.recent[place] = (latest.pair, latest.now);
+        // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and time
+        // is measured against its absolute value.
+        let resolution = 1e-13 * (latest.age.abs() + latest.unit);
+        if latest.age > 0.0 && latest.approach.abs() * latest.age < FEEBLE * latest.diameter {
             let before = self.recent[(place + RECENT - FEW) % RECENT].1;
-            return now - before <= resolution();
+            return latest.now - before <= resolution;
         }
-        if !number.is_multiple_of(4096) {
+        if !number.is_multiple_of(1024) {
             return false;
         }
-        if now - self.time > resolution() {
-            (self.time, self.collisions) = (now, number);
+        if latest.now - self.time > resolution {
+            (self.time, self.collisions) = (latest.now, number);
         }
-        self.stalled(number) > COLLAPSE + 8 * disks as u64
+        self.stalled(number) > COLLAPSE + 8 * latest.disks as u64
     }
 
     /// The disks of the last collisions.
