@@ -4,10 +4,12 @@
 mod support;
 
 use nalgebra::Vector2;
+use rand::RngExt;
 use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, Tally, plain};
-use stosszahl_model::initial::Arrangement;
+use stosszahl_model::initial::{self, Arrangement};
+use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::snapshot;
-use stosszahl_model::{Collision, Observe, Polydisperse, Scene, State};
+use stosszahl_model::{Collision, Domain, Observe, Polydisperse, Scene, State};
 use support::{Disks, disks, gas};
 
 /// Keeps the times and lines of all collisions.
@@ -251,6 +253,85 @@ fn mixture_follows_all_pairs_and_conserves() {
         .advance(f64::INFINITY, 50_000, &mut ())
         .expect("collisions");
     assert!((engine.state().kinetic_energy(&scene) / energy - 1.0).abs() < 1e-12);
+}
+
+/// Diameters from 1 to 30 with a density like their -2.5th power: several grids. The collisions of all pairs, no
+/// overlap after many, and no more candidates than disks that are near.
+#[test]
+fn very_unequal_disks_follow_all_pairs() {
+    let count = 400_usize;
+    let diameters: Vec<f64> = (0..count)
+        .map(|rank| (1.0 - 0.997 * rank as f64 / count as f64).powf(-2.0 / 3.0))
+        .collect();
+    assert!(diameters[count - 1] > 25.0);
+    let area: f64 = diameters
+        .iter()
+        .map(|d| std::f64::consts::FRAC_PI_4 * d * d)
+        .sum();
+    let side = (area / 0.35).sqrt();
+    let domain = Domain::periodic(Vector2::new(side, side)).expect("a box");
+    let mut stream = Streams::new(6, 0).at(Purpose::Velocities, [0, 0]);
+    let mut positions: Vec<Vector2<f64>> = Vec::new();
+    // The largest first.
+    let sizes: Vec<(f64, f64)> = diameters.iter().rev().map(|d| (0.5 * d, d * d)).collect();
+    for size in &sizes {
+        let free = |at: &Vector2<f64>| {
+            let apart = |other: usize| domain.distance(*at, positions[other]);
+            (0..positions.len()).all(|other| apart(other) > size.0 + sizes[other].0)
+        };
+        let at = std::iter::repeat_with(|| {
+            Vector2::new(
+                stream.random_range(0.0..side),
+                stream.random_range(0.0..side),
+            )
+        })
+        .take(100_000)
+        .find(free);
+        positions.push(at.expect("a place"));
+    }
+    let unit = disks(1.0);
+    let scene = Scene {
+        space: unit.space,
+        surface: unit.surface,
+        restitution: unit.restitution,
+        sizes: Polydisperse::new(sizes).expect("sizes"),
+        field: unit.field,
+    };
+    let bodies = positions
+        .iter()
+        .map(|&at| stosszahl_model::Body::new(at, Vector2::zeros()))
+        .collect();
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies,
+    };
+    initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
+    let energy = state.kinetic_energy(&scene);
+    let events = plain::run(&scene, &mut state.clone(), 150);
+    let mut engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, state).expect("an engine");
+    let mut journal = Journal::default();
+    engine
+        .advance(f64::INFINITY, 150, &mut journal)
+        .expect("collisions");
+    assert_eq!(journal.0.len(), events.len());
+    for (ours, theirs) in journal.0.iter().zip(&events) {
+        // Rounding, 1e-15, grows by about e in each of the few collisions that a disk has had.
+        assert!((ours.0 - theirs.time).abs() < 1e-8, "{ours:?} {theirs:?}");
+    }
+    for _ in 0..20 {
+        engine
+            .advance(f64::INFINITY, 10_000, &mut ())
+            .expect("collisions");
+        // A contact that is missed is an overlap of the order of a diameter.
+        assert!(engine.worst_overlap() < 1e-11);
+    }
+    assert!((engine.state().kinetic_energy(&scene) / energy - 1.0).abs() < 1e-12);
+    let tally = engine.tally();
+    let predictions = tally.predictions as f64 / tally.collisions as f64;
+    println!("{predictions:.1} predictions a collision");
+    // A single grid of cells that hold the largest would have each disk look at half of all: over 400 a collision.
+    assert!(predictions < 150.0, "{predictions}");
 }
 
 /// Work per collision and memory, as numbers: a slowdown shows here without a clock. Bounds 10 % above what the

@@ -16,14 +16,14 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case::new(
         "one-huge",
-        "one disk of 100 d among small ones: 1000 with 3000 collisions, 1e5 with 1e6 long",
+        "one disk of 100 d among small ones: 20 000 with 1e5 collisions, 1e5 with 1e6 long",
         "energy to 1e-11, momentum, exclusion",
         one_huge,
     ),
 ];
 
 /// Small disks beside the huge one.
-const FEW: usize = 1000;
+const FEW: usize = 20_000;
 const MANY: usize = 100_000;
 
 fn ratios(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
@@ -57,7 +57,7 @@ fn one_huge(effort: Effort, findings: &mut Findings) -> Result<(), Trouble> {
     let (small, collisions) = if effort.long {
         (MANY, 1_000_000)
     } else {
-        (FEW, 3000)
+        (FEW, 100_000)
     };
     let collisions = effort.collisions.unwrap_or(collisions);
     let huge = 50.0;

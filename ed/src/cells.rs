@@ -24,6 +24,7 @@ pub(crate) struct Cells {
     counts: [u16; 2],
     width: Vector2<f64>,
     lengths: Vector2<f64>,
+    narrow: bool,
     /// Share of a column in the place of a cell in memory; the one before the first and the one after
     /// the last are their periodic images.
     columns: Vec<u32>,
@@ -33,14 +34,23 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
+    /// Best width of the cells of so many disks, if none is wider.
+    pub(crate) fn ideal(lengths: Vector2<f64>, disks: usize) -> f64 {
+        (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt()
+    }
+
     /// Cells no narrower than the largest diameter, and as wide as pays for so many disks.
     pub(crate) fn new(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> Self {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
-        let ideal = (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt();
-        let count =
-            |length: f64| (length / narrowest.max(ideal)).floor().clamp(1.0, 65_535.0) as u16;
+        let least = narrowest.max(Self::ideal(lengths, disks));
+        let count = |length: f64| (length / least).floor().clamp(1.0, 65_535.0) as u16;
         let counts = [count(lengths[0]), count(lengths[1])];
+        Self::with_counts(lengths, counts, counts[0].min(counts[1]) < 3)
+    }
+
+    /// So many columns and rows; `narrow` as told by [`Self::narrow`].
+    pub(crate) fn with_counts(lengths: Vector2<f64>, counts: [u16; 2], narrow: bool) -> Self {
         let width = vector![
             lengths[0] / f64::from(counts[0]),
             lengths[1] / f64::from(counts[1])
@@ -63,6 +73,7 @@ impl Cells {
             counts,
             width,
             lengths,
+            narrow,
             columns: around(counts[0], &column),
             rows: around(counts[1], &row),
             firsts: memory::filled(NONE, total),
@@ -144,10 +155,24 @@ impl Cells {
         shift
     }
 
-    /// Whether the grid is too small for cells to tell images apart.
+    /// Whether the box is so narrow that two images of a disk may touch another.
     #[inline]
     pub(crate) fn narrow(&self) -> bool {
-        self.counts[0].min(self.counts[1]) < 3
+        self.narrow
+    }
+
+    /// Numbers of columns and rows.
+    pub(crate) fn counts(&self) -> [u16; 2] {
+        self.counts
+    }
+
+    /// Place in memory of the cell with a number that may lie in another box, and how many boxes away that is.
+    #[inline]
+    pub(crate) fn place_beyond(&self, numbers: [i32; 2]) -> (usize, [i32; 2]) {
+        let counts = self.counts.map(i32::from);
+        let boxes = [0, 1].map(|axis| numbers[axis].div_euclid(counts[axis]));
+        let cell = [0, 1].map(|axis| (numbers[axis] - boxes[axis] * counts[axis]) as u16);
+        (self.place(cell, 1, 1), boxes)
     }
 
     /// The image of a separation that is approached fastest among those that touch within rounding; the nearest if

@@ -8,6 +8,7 @@ use stosszahl_model::Sizes;
 use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE};
 use crate::contact::Candidates;
+use crate::levels::{self, Levels, Nearby};
 use crate::memory;
 
 /// One disk in one cache line. Times and speeds are in the engine's own units.
@@ -79,6 +80,8 @@ pub(crate) struct Disks {
     /// Cell of each disk.
     homes: Vec<Cell>,
     pub(crate) cells: Cells,
+    /// Coarser grids, if sizes differ much.
+    levels: Option<Levels>,
     /// Whether the disks do not fit into the caches near the processor, and not at all.
     far_from_processor: [bool; 2],
 }
@@ -96,13 +99,15 @@ const TAG: u64 = 1 << 32;
 const NEAR: usize = 20_000;
 
 impl Disks {
-    /// Sorts bodies (position inside the box, velocity) into a grid and in memory; with them, the index of
+    /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
     /// the body that each disk is.
     pub(crate) fn new(
-        cells: Cells,
+        lengths: Vector2<f64>,
+        largest_radius: f64,
         count: usize,
-        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>),
+        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64),
     ) -> (Self, Vec<u32>) {
+        let (cells, coarse) = Levels::grids(lengths, 2.0 * largest_radius, count);
         let place = |index: usize| {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32
@@ -118,14 +123,19 @@ impl Disks {
                 (a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
             });
         }
+        let levels = (!coarse.is_empty()).then(|| {
+            let radii = order.iter().map(|&(_, index)| body(index as usize).2);
+            Levels::new(coarse, &cells, radii)
+        });
         let mut disks = Self {
             all: memory::reserved(count),
             homes: memory::reserved(count),
             cells,
+            levels,
             far_from_processor: [count > NEAR, count > 16 * NEAR],
         };
         for &(_, index) in &order {
-            let (position, velocity) = body(index as usize);
+            let (position, velocity, _) = body(index as usize);
             let (cell, offset) = disks.cells.locate(position);
             disks.all.push(Disk::new(offset, velocity));
             disks.homes.push(cell);
@@ -139,17 +149,35 @@ impl Disks {
         self.homes[who as usize]
     }
 
+    /// The grid that a disk is listed in, and the place of its list there.
+    #[inline]
+    fn listed(&mut self, who: u32) -> (&mut Cells, usize) {
+        let home = self.homes[who as usize];
+        match &mut self.levels {
+            Some(levels) if levels.of(who) > 0 => {
+                let level = levels.of(who);
+                let grid = levels.coarse_mut(level);
+                let place = grid.place(Levels::parent(home, level), 1, 1);
+                (grid, place)
+            }
+            _ => {
+                let place = self.cells.place(home, 1, 1);
+                (&mut self.cells, place)
+            }
+        }
+    }
+
     fn enter(&mut self, who: u32) {
-        let place = self.cells.place(self.home(who), 1, 1);
-        self.all[who as usize].next = self.cells.set_first(place, who);
+        let (grid, place) = self.listed(who);
+        self.all[who as usize].next = grid.set_first(place, who);
     }
 
     fn leave(&mut self, who: u32) {
-        let place = self.cells.place(self.home(who), 1, 1);
         let next = self.all[who as usize].next;
-        let mut before = self.cells.first(place);
+        let (grid, place) = self.listed(who);
+        let mut before = grid.first(place);
         if before == who {
-            self.cells.set_first(place, next);
+            grid.set_first(place, next);
             return;
         }
         while self.all[before as usize].next != who {
@@ -223,7 +251,7 @@ impl Disks {
         for row in rows {
             for column in columns.clone() {
                 let first = self.cells.first((x[column] + y[row]) as usize);
-                open[end % RING] = (4 * row + column) as u64 * TAG | u64::from(first);
+                open[end % RING] = ((4 * row + column) as u64 * TAG) | u64::from(first);
                 end += usize::from(first != NONE);
             }
         }
@@ -252,14 +280,26 @@ impl Disks {
         sizes: &S,
         tags: &[S::Tag],
     ) -> u64 {
-        let mut open = [0; RING];
-        let home = self.home(who);
-        let opened = match beyond {
-            None => self.open(home, 0..3, 0..3, &mut open),
-            Some((0, side)) => self.open(home, side..side + 1, 0..3, &mut open),
-            Some((_, side)) => self.open(home, 0..3, side..side + 1, &mut open),
-        };
-        let (found, predictions) = self.earliest(&mut open, opened, candidates, who, sizes, tags);
+        if !S::UNIFORM
+            && let Some(levels) = &self.levels
+        {
+            let mut found = (None, 0);
+            if levels.of(who) == 0 {
+                found = self.search_cells(candidates, who, beyond, sizes, tags);
+                self.meet(who, found.0);
+            }
+            let others = self.search_levels(candidates, who, sizes, tags);
+            self.meet(who, others.0);
+            return found.1 + others.1;
+        }
+        let (found, predictions) = self.search_cells(candidates, who, beyond, sizes, tags);
+        self.meet(who, found);
+        predictions
+    }
+
+    /// Notes the contact, after a wait, that comes first.
+    #[inline(always)]
+    fn meet(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
             let partner_count = self.all[partner as usize].count;
             let disk = &mut self.all[who as usize];
@@ -268,7 +308,84 @@ impl Disks {
             disk.partner = partner;
             disk.partner_count = partner_count;
         }
-        predictions
+    }
+
+    /// [`Self::search`] in the finest grid.
+    #[inline(always)]
+    fn search_cells<S: Sizes>(
+        &self,
+        candidates: &mut Candidates,
+        who: u32,
+        beyond: Option<(usize, usize)>,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> (Option<(f64, u32)>, u64) {
+        let mut open = [0; RING];
+        let home = self.home(who);
+        let opened = match beyond {
+            None => self.open(home, 0..3, 0..3, &mut open),
+            Some((0, side)) => self.open(home, side..side + 1, 0..3, &mut open),
+            Some((_, side)) => self.open(home, 0..3, side..side + 1, &mut open),
+        };
+        self.earliest(&mut open, opened, candidates, who, sizes, tags)
+    }
+
+    /// [`Self::search`] in all grids but what [`Self::search_cells`] sees of the smallest disks.
+    fn search_levels<S: Sizes>(
+        &self,
+        candidates: &mut Candidates,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> (Option<(f64, u32)>, u64) {
+        let own = &self.all[who as usize];
+        let radius = sizes.radius(tags[who as usize]);
+        let mut limit = own.contact - own.clock;
+        let mut best = None;
+        let mut predictions = 0;
+        self.around_levels(who, own.clock, radius, false, |other, separation| {
+            let distance = radius + sizes.radius(tags[other as usize]);
+            let relative = own.velocity - self.all[other as usize].velocity;
+            candidates.add(other, separation, relative, distance * distance);
+            predictions += 1;
+            let found = candidates.earliest(limit, |_, b| self.slide(who, other, b, distance));
+            if let Some((time, _)) = found {
+                limit = time;
+                best = found;
+            }
+        });
+        (best, predictions)
+    }
+
+    /// Calls `visit` with each disk of the hierarchy near another at a time and the separation of the first from it;
+    /// with the smallest disks near a smallest one only if asked for.
+    fn around_levels(
+        &self,
+        who: u32,
+        time: f64,
+        radius: f64,
+        smallest: bool,
+        mut visit: impl FnMut(u32, Vector2<f64>),
+    ) {
+        let Some(levels) = &self.levels else { return };
+        let (home, level) = (self.home(who), levels.of(who));
+        let at = self.all[who as usize].at(time);
+        let mut look = |nearby: Nearby| {
+            let mut other = levels.grid(&self.cells, nearby.level).first(nearby.place);
+            while other != NONE {
+                let disk = &self.all[other as usize];
+                let shift = levels::shift(&self.cells, home, self.home(other), nearby.boxes);
+                visit(other, at - disk.at(time) - shift);
+                other = disk.next;
+            }
+        };
+        if level > 0 || smallest {
+            levels.nine(&self.cells, home, level, &mut look);
+        }
+        for above in levels.above(level) {
+            levels.nine(&self.cells, home, above, &mut look);
+        }
+        levels.ring(&self.cells, home, level, radius, &mut look);
     }
 
     /// The innermost loop: the earliest contact with the disks of open lists, before the one already known,
@@ -287,9 +404,12 @@ impl Disks {
         let (velocity, clock) = (own.velocity, own.clock);
         let [x, y] = self.relative_positions(own.position);
         let radius = sizes.radius(tags[who as usize]);
-        let distance = |other: u32| match S::UNIFORM {
-            true => 2.0 * radius,
-            false => radius + sizes.radius(tags[other as usize]),
+        let distance = |other: u32| {
+            if S::UNIFORM {
+                2.0 * radius
+            } else {
+                radius + sizes.radius(tags[other as usize])
+            }
         };
         let mut limit = own.contact - clock;
         let mut best = None;
@@ -301,7 +421,7 @@ impl Disks {
                 let entry = open[begin % RING];
                 let (cell, other) = (entry / TAG, entry as u32);
                 let disk = &self.all[other as usize];
-                open[end % RING] = cell * TAG | u64::from(disk.next);
+                open[end % RING] = (cell * TAG) | u64::from(disk.next);
                 end += usize::from(disk.next != NONE);
                 begin += 1;
                 let flight = clock - disk.clock;
@@ -327,8 +447,23 @@ impl Disks {
         }
     }
 
-    /// The deepest overlap of a disk with another at a time; 0 if there is none.
-    pub(crate) fn overlap(&self, who: u32, time: f64, distance: impl Fn(u32) -> f64) -> f64 {
+    /// The deepest overlap of a disk of the given radius with another at a time; 0 if there is none.
+    pub(crate) fn overlap(
+        &self,
+        who: u32,
+        time: f64,
+        radius: f64,
+        distance: impl Fn(u32) -> f64,
+    ) -> f64 {
+        if self.levels.is_some() {
+            let mut worst = 0.0_f64;
+            self.around_levels(who, time, radius, true, |other, apart| {
+                if other != who {
+                    worst = worst.max(distance(other) - apart.norm());
+                }
+            });
+            return worst;
+        }
         let mut open = [0; RING];
         let mut end = self.open(self.home(who), 0..3, 0..3, &mut open);
         let [x, y] = self.relative_positions(self.all[who as usize].at(time));
@@ -338,7 +473,7 @@ impl Disks {
             let entry = open[begin % RING];
             let (cell, other) = (entry / TAG, entry as u32);
             let disk = &self.all[other as usize];
-            open[end % RING] = cell * TAG | u64::from(disk.next);
+            open[end % RING] = (cell * TAG) | u64::from(disk.next);
             end += usize::from(disk.next != NONE);
             begin += 1;
             let at = vector![x[cell as usize % 4], y[cell as usize / 4 % 4]];
@@ -376,6 +511,7 @@ impl Disks {
         self.all.capacity() * size_of::<Disk>()
             + self.homes.capacity() * size_of::<Cell>()
             + self.cells.bytes()
+            + self.levels.as_ref().map_or(0, Levels::bytes)
     }
 }
 

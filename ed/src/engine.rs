@@ -7,7 +7,7 @@ use stosszahl_model::{
 };
 
 use crate::calendar::{Agenda, Buckets, Calendar, Entry};
-use crate::cells::{Cells, NONE};
+use crate::cells::NONE;
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::contact::Candidates;
 use crate::disk::Disks;
@@ -81,36 +81,9 @@ where
             stalled,
         } = start.into();
         let count = state.bodies.len();
-        if count >= u32::MAX as usize {
-            return Err(EngineError::TooMany { disks: count });
-        }
         let lengths = state.domain.lengths();
         let diameter = 2.0 * scene.sizes().largest_radius();
-        if lengths.min() <= diameter * (1.0 + 1e-9) {
-            return Err(EngineError::BoxTooSmall {
-                diameter,
-                lengths: lengths.into(),
-            });
-        }
-        for (index, body) in state.bodies.iter().enumerate() {
-            for (quantity, value) in [("position", body.position), ("velocity", body.velocity)] {
-                // Also false for NaN.
-                if !value.iter().all(|x| x.abs() <= 1e150) {
-                    return Err(EngineError::BadNumber {
-                        disk: index,
-                        quantity,
-                        value: value.into(),
-                    });
-                }
-            }
-        }
-        if !last_contact.is_empty() && last_contact.len() != count {
-            return Err(EngineError::WrongCount {
-                quantity: "times of last contact",
-                found: last_contact.len(),
-                disks: count,
-            });
-        }
+        check(&state, &last_contact, diameter)?;
         let fastest = (state.bodies.iter())
             .map(|body| body.velocity.amax())
             .fold(0.0, f64::max);
@@ -119,10 +92,15 @@ where
         } else {
             1.0
         };
-        let cells = Cells::new(lengths, diameter, count);
-        let (disks, names) = Disks::new(cells, count, |index| {
+        let sizes = scene.sizes();
+        let (disks, names) = Disks::new(lengths, sizes.largest_radius(), count, |index| {
             let body = &state.bodies[index];
-            (state.domain.wrap(body.position), body.velocity / speed)
+            let position = state.domain.wrap(body.position);
+            (
+                position,
+                body.velocity / speed,
+                sizes.radius(sizes.tag(index)),
+            )
         });
         let last_contact = match dissipation {
             Dissipation::ContactTime(_) if last_contact.is_empty() => {
@@ -309,7 +287,8 @@ where
         let mut worst = 0.0_f64;
         for who in 0..self.names.len() as u32 {
             let distance = |other| self.contact_distance(who, other);
-            worst = worst.max(self.disks.overlap(who, self.now, distance));
+            let radius = self.scene.sizes().radius(self.tags[who as usize]);
+            worst = worst.max(self.disks.overlap(who, self.now, radius, distance));
         }
         worst
     }
@@ -477,6 +456,45 @@ where
             place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
         }
     }
+}
+
+/// Whether the engine can work with what it is given.
+fn check<P: Physics<Space = Plane>>(
+    state: &State<P>,
+    last_contact: &[f64],
+    diameter: f64,
+) -> Result<(), EngineError> {
+    let count = state.bodies.len();
+    if count >= u32::MAX as usize {
+        return Err(EngineError::TooMany { disks: count });
+    }
+    let lengths = state.domain.lengths();
+    if lengths.min() <= diameter * (1.0 + 1e-9) {
+        return Err(EngineError::BoxTooSmall {
+            diameter,
+            lengths: lengths.into(),
+        });
+    }
+    for (index, body) in state.bodies.iter().enumerate() {
+        for (quantity, value) in [("position", body.position), ("velocity", body.velocity)] {
+            // Also false for NaN.
+            if !value.iter().all(|x| x.abs() <= 1e150) {
+                return Err(EngineError::BadNumber {
+                    disk: index,
+                    quantity,
+                    value: value.into(),
+                });
+            }
+        }
+    }
+    if !last_contact.is_empty() && last_contact.len() != count {
+        return Err(EngineError::WrongCount {
+            quantity: "times of last contact",
+            found: last_contact.len(),
+            disks: count,
+        });
+    }
+    Ok(())
 }
 
 /// Parts two disks that still approach after a contact without rebound, as the rounding of their velocities has it:

@@ -30,6 +30,7 @@ mod contact;
 mod disk;
 mod engine;
 mod error;
+mod levels;
 mod memory;
 pub mod plain;
 mod progress;

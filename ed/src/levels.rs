@@ -1,0 +1,225 @@
+//! A hierarchy of grids, for disks of very different sizes.
+//!
+//! All disks are placed by the cells of the finest grid, and cross from one of these into the next. A disk that is
+//! larger than such a cell is listed in the first coarser grid, each of twice the width, whose cells hold it. A disk
+//! finds those of its own size and larger ones in the nine cells around in their grids. The many small ones
+//! around a large disk are found by the large one in the ring of their cells that its edge can reach from
+//! within its own cell of the finest grid, which is far fewer than all that lie under the nine cells of its own size.
+//!
+//! No contact is missed. Two disks are known to each other when one of them looks while their cells of the finest
+//! grid are within reach. Reach begins only when one of them crosses, and whoever crosses looks: the
+//! larger one into its ring, the smaller one into the nine coarse cells, which cover that ring.
+//!
+//! Hierarchical grids for unequal particles: Ogarko & Luding, Comput. Phys. Commun. 183, 931 (2012),
+//! doi:10.1016/j.cpc.2011.12.019; the rings and the exactness under crossings are this engine's.
+
+use std::ops::Range;
+
+use nalgebra::{Vector2, vector};
+
+use crate::cells::{Cell, Cells};
+
+/// Largest over finest cell, as a power of two.
+const MOST_LEVELS: u32 = 12;
+
+/// Diameters that do not fit into this many times the best width for all disks are worth grids of their own.
+const WORTH: f64 = 2.5;
+
+/// Coarser grids and who is in them.
+#[derive(Debug)]
+pub(crate) struct Levels {
+    /// Grids of cells 2, 4, 8, ... times as wide as the finest.
+    grids: Vec<Cells>,
+    /// Level of each disk: 0 for the finest grid.
+    of: Vec<u8>,
+    /// Least and largest radius at each level; `None` if nobody is there.
+    radii: Vec<Option<(f64, f64)>>,
+}
+
+/// Where a list of disks is: the level, its place in that grid, and how many boxes lie between (by axis).
+pub(crate) struct Nearby {
+    pub(crate) level: usize,
+    pub(crate) place: usize,
+    pub(crate) boxes: [i32; 2],
+}
+
+impl Levels {
+    /// The finest grid, and the coarser ones if sizes differ so much that they pay.
+    pub(crate) fn grids(
+        lengths: Vector2<f64>,
+        largest_diameter: f64,
+        disks: usize,
+    ) -> (Cells, Vec<Cells>) {
+        let single = Cells::new(lengths, largest_diameter, disks);
+        let ratio = largest_diameter / Cells::ideal(lengths, disks);
+        if ratio < WORTH {
+            return (single, Vec::new());
+        }
+        let top = single.counts();
+        let room = u32::from(u16::MAX / top[0].max(top[1])).ilog2();
+        let most = (ratio.log2().floor() as u32).min(MOST_LEVELS).min(room);
+        let grid = |level: u32| {
+            let counts = top.map(|count| count << (most - level));
+            Cells::with_counts(lengths, counts, single.narrow())
+        };
+        (grid(0), (1..=most).map(grid).collect())
+    }
+
+    /// Levels of disks with the given radii.
+    pub(crate) fn new(grids: Vec<Cells>, finest: &Cells, radii: impl Iterator<Item = f64>) -> Self {
+        let mut levels = Self {
+            radii: vec![None; grids.len() + 1],
+            grids,
+            of: Vec::new(),
+        };
+        for radius in radii {
+            let widths = std::iter::once(finest).chain(&levels.grids);
+            let fits = |cells: &Cells| 2.0 * radius * (1.0 + 1e-9) <= cells.width().min();
+            let level = widths.map(fits).position(|fits| fits);
+            let level = level.unwrap_or(levels.grids.len());
+            levels.of.push(level as u8);
+            let (least, most) = levels.radii[level].get_or_insert((radius, radius));
+            *least = least.min(radius);
+            *most = most.max(radius);
+        }
+        levels
+    }
+
+    /// Level of a disk.
+    #[inline]
+    pub(crate) fn of(&self, disk: u32) -> usize {
+        usize::from(self.of[disk as usize])
+    }
+
+    /// Levels above one at which there are disks.
+    pub(crate) fn above(&self, level: usize) -> impl Iterator<Item = usize> {
+        (level + 1..self.radii.len()).filter(|&level| self.radii[level].is_some())
+    }
+
+    /// The grid of a level.
+    #[inline]
+    pub(crate) fn grid<'a>(&'a self, finest: &'a Cells, level: usize) -> &'a Cells {
+        match level {
+            0 => finest,
+            _ => &self.grids[level - 1],
+        }
+    }
+
+    /// The grid of a level above the finest.
+    #[inline]
+    pub(crate) fn coarse_mut(&mut self, level: usize) -> &mut Cells {
+        &mut self.grids[level - 1]
+    }
+
+    /// The cell at a level that holds one of the finest grid.
+    #[inline]
+    pub(crate) fn parent(cell: Cell, level: usize) -> Cell {
+        cell.map(|number| number >> level)
+    }
+
+    /// Calls `visit` with the nine cells of a level around one of the finest grid.
+    #[inline]
+    pub(crate) fn nine(
+        &self,
+        finest: &Cells,
+        home: Cell,
+        level: usize,
+        mut visit: impl FnMut(Nearby),
+    ) {
+        let grid = self.grid(finest, level);
+        let parent = Self::parent(home, level).map(i32::from);
+        for up in -1..=1 {
+            for right in -1..=1 {
+                let (place, boxes) = grid.place_beyond([parent[0] + right, parent[1] + up]);
+                visit(Nearby {
+                    level,
+                    place,
+                    boxes,
+                });
+            }
+        }
+    }
+
+    /// Calls `visit` with the cells below a level whose disks one with the given radius can touch from within its cell
+    /// of the finest grid.
+    pub(crate) fn ring(
+        &self,
+        finest: &Cells,
+        home: Cell,
+        level: usize,
+        radius: f64,
+        mut visit: impl FnMut(Nearby),
+    ) {
+        for below in 0..level {
+            let Some((least, most)) = self.radii[below] else {
+                continue;
+            };
+            let grid = self.grid(finest, below);
+            // Wider and narrower than by rounding.
+            let (reach, inner) = (
+                (radius + most) * (1.0 + 1e-9),
+                (radius + least) * (1.0 - 1e-6),
+            );
+            let parent = Self::parent(home, below);
+            // The own cell within its parent.
+            let own = [0, 1].map(|axis| {
+                let begin = f64::from(home[axis] - (parent[axis] << below)) * finest.width()[axis];
+                begin..begin + finest.width()[axis]
+            });
+            let width = grid.width();
+            let [x, y] = parent.map(i32::from);
+            let rows = (reach / width[1]).ceil() as i32 + 1;
+            for row in -rows..=rows {
+                let (near, far) = distances(&own[1], row, width[1]);
+                if near >= reach {
+                    continue;
+                }
+                let across = (reach * reach - near * near).sqrt();
+                let hole = (inner * inner - far * far).max(0.0).sqrt();
+                let columns = (across / width[0]).ceil() as i32 + 1;
+                let mut column = -columns;
+                while column <= columns {
+                    let (near, far) = distances(&own[0], column, width[0]);
+                    if far < hole && column < 0 {
+                        // No centre can be there: on to the other side, or what is nearest to it.
+                        column = (-column - 2).max(column + 1);
+                        continue;
+                    }
+                    if near < across && far >= hole {
+                        let (place, boxes) = grid.place_beyond([x + column, y + row]);
+                        visit(Nearby {
+                            level: below,
+                            place,
+                            boxes,
+                        });
+                    }
+                    column += 1;
+                }
+            }
+        }
+    }
+
+    /// Memory held \[bytes\].
+    pub(crate) fn bytes(&self) -> usize {
+        self.of.capacity() + self.grids.iter().map(Cells::bytes).sum::<usize>()
+    }
+}
+
+/// Least and largest distance, along one axis, of a point of an interval within a cell from one of the cell so many
+/// steps further.
+fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
+    let begin = f64::from(steps) * width;
+    let end = begin + width;
+    let near = (begin - own.end).max(own.start - end).max(0.0);
+    let far = (end - own.start).max(own.end - begin);
+    (near, far)
+}
+
+/// Vector from the corner of one cell of the finest grid to that of another, so many boxes away.
+pub(crate) fn shift(finest: &Cells, from: Cell, to: Cell, boxes: [i32; 2]) -> Vector2<f64> {
+    let steps = [0, 1].map(|axis| {
+        let across = boxes[axis] * i32::from(finest.counts()[axis]);
+        f64::from(i32::from(to[axis]) - i32::from(from[axis]) + across)
+    });
+    vector![steps[0], steps[1]].component_mul(&finest.width())
+}
