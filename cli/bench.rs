@@ -15,9 +15,6 @@ use stosszahl_model::{
 /// Smooth equal disks of diameter and mass one.
 pub type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
-/// Pair collisions between two new starts of the engine, for each disk, as in a run.
-const LEG: u64 = 4;
-
 /// Why a benchmark cannot run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -196,7 +193,7 @@ fn crystal_aspect(disks: usize) -> f64 {
 }
 
 impl Prepared {
-    /// Advances in legs; wall and CPU seconds, and the bytes that the engine held.
+    /// Advances; wall and CPU seconds, and the bytes that the engine held.
     fn advance(
         &mut self,
         dissipation: Dissipation,
@@ -204,26 +201,13 @@ impl Prepared {
         collisions: u64,
     ) -> Result<(f64, f64, usize), EngineError> {
         let (began, cpu) = (Instant::now(), ProcessTime::now());
-        let last = self.gas.tally.collisions + collisions;
-        let mut bytes = 0;
-        while self.gas.tally.collisions < last {
-            let leg = (LEG * self.work.disks as u64)
-                .max(100_000)
-                .min(last - self.gas.tally.collisions);
-            let mut engine =
-                Engine::<Disks>::new(self.scene.clone(), dissipation, self.gas.clone())?;
-            let before = self.gas.tally.collisions;
-            let reached = engine.advance(until, leg, &mut ())?;
-            bytes = engine.bytes();
-            self.gas = engine.checkpoint();
-            if reached && (until.is_finite() || self.gas.tally.collisions == before) {
-                break;
-            }
-        }
+        let mut engine = Engine::<Disks>::new(self.scene.clone(), dissipation, self.gas.clone())?;
+        engine.advance(until, collisions, &mut ())?;
+        self.gas = engine.checkpoint();
         Ok((
             began.elapsed().as_secs_f64(),
             cpu.elapsed().as_secs_f64(),
-            bytes,
+            engine.bytes(),
         ))
     }
 
