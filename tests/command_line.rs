@@ -459,6 +459,26 @@ fn parallel_flight_is_no_endless_preparation() {
     );
 }
 
+/// A collapse ends the run with an error that names the cluster, and the state stays, readable by others.
+#[test]
+fn a_collapse_keeps_the_state() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let case = "format = 1\ntitle = \"Collapse\"\nseed = 1\nreplicas = 1\n\
+        [gas]\ndisks = 1000\npacking_fraction = 0.5\nrestitution = 0.1\n\
+        [run]\nuntil = 100\n[engine.ed]\n";
+    fs::write(folder.path().join("case.toml"), case).expect("a case");
+    let output = run(folder.path(), &["run", "case.toml", "--out", "results"]);
+    assert_eq!(output.status.code(), Some(1));
+    let error = text(&output.stderr);
+    assert!(error.contains("inelastic collapse at time"), "{error}");
+    let state = folder
+        .path()
+        .join("results/checkpoints/replica-0-ed.stopped.xyz");
+    assert!(error.contains("replica-0-ed.stopped.xyz"), "{error}");
+    let state = fs::read_to_string(state).expect("a state");
+    assert_eq!(state.lines().count(), 1002);
+}
+
 /// A mixture from a file, with its own velocities, as CSV and as the program's own snapshot.
 #[test]
 fn mixture_from_a_file_runs_in_both_engines() {

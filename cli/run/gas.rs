@@ -73,9 +73,10 @@ impl<P: Planar> Gas for Exact<P> {
         let leg = leg_collisions(self.gas.state.bodies.len());
         let mut engine =
             stosszahl_ed::Engine::<P>::new(self.scene.clone(), self.dissipation, self.gas.clone())?;
-        let reached = engine.advance(until, leg, watch)?;
+        let reached = engine.advance(until, leg, watch);
+        // Also where it cannot go on: that state is what one wants to see.
         self.gas = engine.checkpoint();
-        Ok(reached)
+        Ok(reached?)
     }
     fn state(&self) -> State<P> {
         self.gas.state.clone()

@@ -170,7 +170,9 @@ fn follow<G: Gas>(
         let kick = kick_after(setup, &record);
         // What is measured at the time of a kick is measured before it.
         let until = kick.map_or(moment.time_over_t0, |kick| kick.min(moment.time_over_t0));
-        let reached = gas.leg(until * setup.time, &mut record.windows)?;
+        let reached = gas
+            .leg(until * setup.time, &mut record.windows)
+            .map_err(|error| stopped(setup, engine, &gas, &control.path, error))?;
         if reached && until == moment.time_over_t0 {
             if moment.displacement == Some(0.0) {
                 gas.follow_displacements();
@@ -218,6 +220,26 @@ fn follow<G: Gas>(
         work,
         seconds,
     })
+}
+
+/// What an engine that cannot go on leaves: its state, beside the checkpoints, and the error that tells where.
+fn stopped<G: Gas>(
+    setup: &Setup,
+    engine: &Engine,
+    gas: &G,
+    checkpoint: &Path,
+    error: RunError,
+) -> RunError {
+    let RunError::EventDriven(source) = error else {
+        return error;
+    };
+    let path = checkpoint.with_extension("stopped.xyz");
+    let time = gas.time() / setup.time;
+    let text = extended_xyz(setup, gas.scene(), &gas.state(), engine.name(), time);
+    match snapshot::write_whole(&path, text.as_bytes()) {
+        Ok(()) => RunError::Stopped { source, path },
+        Err(error) => error.into(),
+    }
 }
 
 /// Time of the next kick, in units of `t_0`.

@@ -52,6 +52,14 @@ pub enum RunError {
     /// Event-driven dynamics cannot go on.
     #[error("event-driven engine: {0}")]
     EventDriven(#[from] stosszahl_ed::EngineError),
+    /// Event-driven dynamics cannot go on from a state that was kept.
+    #[error("event-driven engine: {source}; the state at that time is in {}", path.display())]
+    Stopped {
+        /// Why.
+        source: stosszahl_ed::EngineError,
+        /// The state, as extended XYZ.
+        path: PathBuf,
+    },
     /// The Monte Carlo engine cannot start.
     #[error("Monte Carlo engine: {0}")]
     MonteCarlo(#[from] stosszahl_dsmc::EngineError),

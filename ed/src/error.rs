@@ -58,9 +58,9 @@ pub enum EngineError {
     },
     /// Infinitely many collisions in a finite time.
     #[error(
-        "inelastic collapse at time {time}: {collisions} collisions without progress of time among {} disks, the last of disks {} and {} \
+        "inelastic collapse at time {time}: {collisions} collisions without progress of time among {}, the last of disks {} and {} \
          near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
-        cluster.len(), pair[0], pair[1], place[0], place[1]
+        named(cluster), pair[0], pair[1], place[0], place[1]
     )]
     InelasticCollapse {
         /// When \[time\].
@@ -74,4 +74,12 @@ pub enum EngineError {
         /// Where.
         place: [f64; 2],
     },
+}
+
+/// The disks of a cluster; of a large one, the first.
+fn named(cluster: &[usize]) -> String {
+    const MOST: usize = 12;
+    let names: Vec<String> = cluster.iter().take(MOST).map(usize::to_string).collect();
+    let more = if cluster.len() > MOST { ", ..." } else { "" };
+    format!("{} disks ({}{more})", cluster.len(), names.join(", "))
 }

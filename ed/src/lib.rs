@@ -10,16 +10,16 @@
 //! * each disk has exactly one event in the calendar, the earliest of its predicted contacts and its
 //!   next crossing. A contact is known to at least one of its partners; when the partner has meanwhile
 //!   collided with another, the disk simply looks again at that moment;
-//! * the calendar ([`Buckets`]) is a ring of time buckets with a binary heap for the current one. Old
-//!   events are not removed but recognised when they come up, by the disk's collision count.
+//! * the calendar ([`Buckets`]) is a ring of time buckets that name disks, one cache line each. Old events
+//!   are not removed but recognised when they come up: their disk's next event is at another time.
 //!
 //! Positions are kept relative to the corner of the disk's cell and times relative to an epoch, so that
 //! precision depends neither on the size of the box nor on the age of the gas, and neighbours across
-//! the periodic boundary need no special case.
+//! the periodic boundary need no special case. Speeds are in a power of two near that of the fastest disk, so
+//! that gases of any temperature compute alike. Disks of very different sizes get a hierarchy of grids.
 //!
-//! The cost of one collision is about constant in the number of disks but for the memory hierarchy. A
-//! heap of all events lost (its depth costs a cache miss a level), and so did the removal of stale
-//! events (twice the memory traffic for nothing).
+//! The cost of one collision is about constant in the number of disks but for the memory hierarchy: what
+//! was measured, and what was tried and dropped, is in `docs/event-driven.md`.
 //!
 //! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
 
