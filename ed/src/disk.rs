@@ -55,6 +55,13 @@ impl Disk {
         self.clock = time;
     }
 
+    /// Comes up to date for a collision, and counts it.
+    #[inline(always)]
+    pub(crate) fn meet(&mut self, time: f64) {
+        self.advance(time);
+        self.count = self.count.wrapping_add(1);
+    }
+
     /// Time and axis of the next cell boundary; the time is never before the clock.
     #[inline(always)]
     pub(crate) fn exit(&self, width: Vector2<f64>) -> (f64, usize) {

@@ -393,16 +393,19 @@ where
     ) -> Result<(), EngineError> {
         let now = self.now;
         self.tally.collisions += 1;
-        for who in [first, second] {
-            let disk = &mut self.disks.all[who as usize];
-            disk.advance(now);
-            disk.count = disk.count.wrapping_add(1);
-        }
+        self.disks.all[first as usize].meet(now);
+        self.disks.all[second as usize].meet(now);
         let distance = self.contact_distance(first, second);
         let line = self.disks.line(first, second, distance);
-        let velocities = [first, second].map(|who| self.disks.all[who as usize].velocity);
+        let velocities = [
+            self.disks.all[first as usize].velocity,
+            self.disks.all[second as usize].velocity,
+        ];
         let sizes = self.scene.sizes();
-        let masses = [first, second].map(|who| sizes.mass(self.tags[who as usize]));
+        let masses = [
+            sizes.mass(self.tags[first as usize]),
+            sizes.mass(self.tags[second as usize]),
+        ];
         let relative = velocities[0] - velocities[1];
         let approach = -relative.dot(&line) / line.norm();
         let restitution = self.restitution([first, second], approach * self.speed);
@@ -415,9 +418,8 @@ where
         if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
             part(&self.scene, &mut pair);
         }
-        for (who, velocity) in [first, second].into_iter().zip(pair.velocities) {
-            self.disks.all[who as usize].velocity = velocity;
-        }
+        self.disks.all[first as usize].velocity = pair.velocities[0];
+        self.disks.all[second as usize].velocity = pair.velocities[1];
         watch.collision(&Collision {
             time: self.epoch + now / self.speed,
             relative: relative * self.speed,
