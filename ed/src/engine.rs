@@ -356,6 +356,20 @@ where
         self.schedule(who);
     }
 
+    /// Predicts the next contacts of two disks that have just collided.
+    #[inline]
+    fn predict_both(&mut self, first: u32, second: u32) {
+        let sizes = self.scene.sizes();
+        if let Some(predictions) = self.disks.search_both(first, second, sizes, &self.tags) {
+            self.tally.predictions += predictions;
+            self.schedule(first);
+            self.schedule(second);
+        } else {
+            self.predict(first);
+            self.predict(second);
+        }
+    }
+
     #[inline]
     fn schedule(&mut self, who: u32) {
         let time = self.disks.time(who);
@@ -428,8 +442,7 @@ where
             restitution,
             weight: 1.0,
         });
-        self.predict(first);
-        self.predict(second);
+        self.predict_both(first, second);
         let latest = Latest {
             pair: [first, second],
             now,
