@@ -56,6 +56,9 @@ pub trait Agenda {
 
     /// An event of this disk comes up in so many buckets.
     fn expect(&self, _disk: u32, _ahead: usize) {}
+
+    /// Somebody will ask for the time of this disk.
+    fn call_up(&self, _disk: u32) {}
 }
 
 /// A priority queue of events.
@@ -139,6 +142,10 @@ pub struct Buckets {
     /// Bucket number and disk of what finds its bucket full.
     spill: BinaryHeap<(u64, u32), MinComparator>,
     far: Vec<Entry>,
+    /// Bucket number and disk of what waits for its bucket to be called up from memory, at most until the next turn:
+    /// the first `waits`.
+    waiting: [(u64, u32); WAITING],
+    waits: usize,
     /// Disks named in the ring and the spill.
     near: usize,
     /// Events popped since the far list was last looked through.
@@ -160,7 +167,13 @@ const LOADS: [f64; 2] = [2.5, 7.0];
 const FEW: usize = 24;
 
 /// Buckets ahead that disks are called up.
-const AHEAD: usize = 3;
+const AHEAD: usize = 4;
+
+/// Entries of the far list ahead that disks are called up.
+const LOOK_AHEAD: usize = 16;
+
+/// Events that may wait for their buckets.
+const WAITING: usize = 32;
 
 impl Buckets {
     #[inline]
@@ -183,17 +196,31 @@ impl Buckets {
         if number <= self.current {
             self.line_up(entry);
         } else if number - self.current < self.ring.len() as u64 {
-            self.near += 1;
             let slot = (number & self.mask()) as usize;
-            let count = &mut self.counts[slot];
-            if let Some(place) = self.ring[slot].0.get_mut(usize::from(*count)) {
-                *place = entry.disk;
-                *count += 1;
-            } else {
-                self.spill.push((number, entry.disk));
+            memory::prefetch(&self.ring, slot);
+            memory::prefetch(&self.counts, slot);
+            self.waiting[self.waits % WAITING] = (number, entry.disk);
+            self.waits += 1;
+            if self.waits == WAITING {
+                self.settle();
             }
         } else {
             self.far.push(entry);
+        }
+    }
+
+    /// Writes what waits into its buckets.
+    fn settle(&mut self) {
+        for &(number, disk) in &self.waiting[..std::mem::take(&mut self.waits).min(WAITING)] {
+            self.near += 1;
+            let slot = (number & (self.ring.len() as u64 - 1)) as usize;
+            let count = &mut self.counts[slot];
+            if let Some(place) = self.ring[slot].0.get_mut(usize::from(*count)) {
+                *place = disk;
+                *count += 1;
+            } else {
+                self.spill.push((number, disk));
+            }
         }
     }
 
@@ -212,6 +239,9 @@ impl Buckets {
         let length = self.ring.len() as u64;
         let mut kept = 0;
         for place in 0..self.far.len() {
+            if let Some(later) = self.far.get(place + LOOK_AHEAD) {
+                agenda.call_up(later.disk);
+            }
             let entry = self.far[place];
             if agenda.time(entry.disk) != entry.time {
                 continue;
@@ -234,6 +264,7 @@ impl Buckets {
         self.spill.clear();
         self.far.clear();
         self.near = 0;
+        self.waits = 0;
         self.popped = 0;
         self.inverse_width = rate / LOAD;
         self.current = self.bucket(self.last_time);
@@ -244,6 +275,7 @@ impl Buckets {
 
     /// Goes to the next bucket; false if there is no event at all.
     fn turn(&mut self, agenda: &impl Agenda) -> bool {
+        self.settle();
         if self.near == 0 {
             // What is stale may be the earliest.
             self.far
@@ -254,6 +286,7 @@ impl Buckets {
             self.current = self.bucket(first.time).saturating_sub(1);
             self.popped = 0;
             self.refile(agenda);
+            self.settle();
         }
         self.current = self.current.saturating_add(1);
         if self.current.is_multiple_of(self.quarter()) {
@@ -266,12 +299,13 @@ impl Buckets {
                 return true;
             }
             self.refile(agenda);
+            self.settle();
         }
         let slot = (self.current & self.mask()) as usize;
         if agenda.foresighted() {
             let mask = self.ring.len() - 1;
             memory::prefetch(&self.ring, (slot + AHEAD + 2) & mask);
-            for ahead in (0..=AHEAD).rev() {
+            for ahead in (1..=AHEAD).rev() {
                 for &disk in self.named((slot + ahead) & mask) {
                     agenda.expect(disk, ahead);
                 }
@@ -353,6 +387,8 @@ impl Calendar for Buckets {
             crowd: BinaryHeap::new_min(),
             spill: BinaryHeap::new_min(),
             far: Vec::new(),
+            waiting: [(0, 0); WAITING],
+            waits: 0,
             near: 0,
             popped: 0,
             last_time: 0.0,

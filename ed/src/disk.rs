@@ -412,19 +412,19 @@ impl Agenda for Disks {
         let partner = self.all[disk as usize].partner;
         let partners = partner != NONE && self.far_from_processor[1];
         match ahead {
-            0 => {
+            1 => {
                 self.call_up_neighbours(self.home(disk));
                 if partners {
                     self.call_up_neighbours(self.home(partner));
                 }
             }
-            1 => {
+            2 => {
                 self.call_up_cells(self.home(disk));
                 if partners {
                     self.call_up_cells(self.home(partner));
                 }
             }
-            2 => {
+            3 => {
                 memory::prefetch(&self.all, partner as usize);
                 if partners {
                     memory::prefetch(&self.homes, partner as usize);
@@ -435,5 +435,10 @@ impl Agenda for Disks {
                 memory::prefetch(&self.homes, disk as usize);
             }
         }
+    }
+
+    #[inline]
+    fn call_up(&self, disk: u32) {
+        memory::prefetch(&self.all, disk as usize);
     }
 }
