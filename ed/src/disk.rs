@@ -378,6 +378,24 @@ impl Disks {
         }
     }
 
+    /// Calls up the first disks of the three cells beyond the boundary that a disk is about to cross, from where it
+    /// looks there: those two cells away.
+    #[inline(always)]
+    fn call_up_beyond(&self, home: Cell, axis: usize, forward: bool) {
+        let mut cell = home;
+        (cell[axis], _) = self.cells.beyond(home[axis], axis, forward);
+        let (x, y) = self.cells.around(cell);
+        let side = if forward { 2 } else { 0 };
+        for step in 0..3 {
+            let place = if axis == 0 {
+                x[side] + y[step]
+            } else {
+                x[step] + y[side]
+            };
+            memory::prefetch(&self.all, self.cells.first(place as usize) as usize);
+        }
+    }
+
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         self.all.capacity() * size_of::<Disk>()
@@ -409,36 +427,39 @@ impl Agenda for Disks {
 
     #[inline]
     fn expect(&self, disk: u32, ahead: usize) {
-        let partner = self.all[disk as usize].partner;
-        let partners = partner != NONE && self.far_from_processor[1];
+        let of = &self.all[disk as usize];
         match ahead {
             1 => {
+                let (exit, axis) = of.exit(self.cells.width());
+                if of.contact > exit {
+                    self.call_up_beyond(self.home(disk), axis, of.velocity[axis] > 0.0);
+                    return;
+                }
                 self.call_up_neighbours(self.home(disk));
-                if partners {
-                    self.call_up_neighbours(self.home(partner));
+                if self.far_from_processor[1]
+                    && let Some(partner) = self.all.get(of.partner as usize)
+                    && partner.count == of.partner_count
+                {
+                    self.call_up_neighbours(self.home(of.partner));
                 }
             }
             2 => {
                 self.call_up_cells(self.home(disk));
-                if partners {
-                    self.call_up_cells(self.home(partner));
+                if of.partner != NONE && self.far_from_processor[1] {
+                    self.call_up_cells(self.home(of.partner));
                 }
             }
             3 => {
-                memory::prefetch(&self.all, partner as usize);
-                if partners {
-                    memory::prefetch(&self.homes, partner as usize);
-                }
+                memory::prefetch(&self.all, of.partner as usize);
+                memory::prefetch(&self.homes, of.partner as usize);
             }
-            _ => {
-                memory::prefetch(&self.all, disk as usize);
-                memory::prefetch(&self.homes, disk as usize);
-            }
+            _ => self.call_up(disk),
         }
     }
 
     #[inline]
     fn call_up(&self, disk: u32) {
         memory::prefetch(&self.all, disk as usize);
+        memory::prefetch(&self.homes, disk as usize);
     }
 }
