@@ -11,14 +11,16 @@ use crate::disk::Disks;
 const SIDE: usize = 4;
 
 /// Cells among those that are around one of the two, as bits; to be shifted to where they begin.
-const AROUND_ONE: u16 = 0x0777;
+const AROUND_ONE: u32 = 0x0777;
 
-/// Lists of disks that are being followed, as in [`Disks::search`]: the next disk of each and, above it, where
-/// its cell is, and whether that is around both disks.
+/// Lists of disks that are being followed: the next disk of each, and where its cell is. Two arrays, so that
+/// nothing has to be packed and unpacked.
+struct Open {
+    disks: [u32; RING],
+    cells: [u32; RING],
+}
+
 const RING: usize = SIDE * SIDE;
-
-const CELL: u32 = 32;
-const SHARED: u32 = 63;
 
 impl Disks {
     /// Predicts from nothing the next contacts of two disks that are up to date and in cells next to each other.
@@ -42,13 +44,19 @@ impl Disks {
         let one = AROUND_ONE << (right[0] + SIDE * up[0]);
         let other = AROUND_ONE << (right[1] + SIDE * up[1]);
         let (any, shared) = (one | other, one & other);
-        let mut open = [0_u64; RING];
+        let mut open = Open {
+            disks: [NONE; RING],
+            cells: [0; RING],
+        };
         let mut end = 0;
-        for (cell, entry) in (0..RING).map(|cell| (cell, cell as u64)) {
-            let head = self.cells.first((columns[cell % SIDE] + rows[cell / SIDE]) as usize);
-            let is_shared = u64::from(shared >> cell & 1);
-            open[end % RING] = is_shared << SHARED | entry << CELL | u64::from(head);
-            end += usize::from(head != NONE) & usize::from(any >> cell & 1);
+        for (row, up) in rows.into_iter().enumerate() {
+            for (column, right) in columns.into_iter().enumerate() {
+                let cell = (SIDE * row + column) as u32;
+                let first = self.cells.first((right + up) as usize);
+                open.disks[end % RING] = first;
+                open.cells[end % RING] = cell;
+                end += usize::from(first != NONE) & (any >> cell) as usize;
+            }
         }
 
         let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
@@ -78,13 +86,13 @@ impl Disks {
         let mut begin = 0;
         let mut twice = 0;
         while begin != end {
-            let entry = open[begin % RING];
-            let (cell, disk) = (entry >> CELL, entry as u32);
+            let (disk, cell) = (open.disks[begin % RING], open.cells[begin % RING]);
             let candidate = &self.all[disk as usize];
-            open[end % RING] = cell << CELL | u64::from(candidate.next);
+            open.disks[end % RING] = candidate.next;
+            open.cells[end % RING] = cell;
             end += usize::from(candidate.next != NONE);
             begin += 1;
-            twice += entry >> SHARED;
+            twice += u64::from(shared >> (cell % 16) & 1);
             let position: Vector2<f64> = candidate.at(clock);
             let (column, row) = (cell as usize % SIDE, cell as usize / SIDE % SIDE);
             let separation = [
