@@ -135,7 +135,7 @@ pub struct Buckets {
     /// Number of the current bucket.
     current: u64,
     /// Its events, in no order: the first `few`.
-    soon: [Entry; FEW],
+    soon: Soon,
     few: usize,
     /// Its events beyond those.
     crowd: BinaryHeap<Entry, MinComparator>,
@@ -153,6 +153,20 @@ pub struct Buckets {
     last_time: f64,
 }
 
+/// A few events: times, as bits, and disks. Two arrays, as a pair that is copied right after its parts were written
+/// makes the processor wait. Beyond the events there are places that are never the earliest.
+struct Soon {
+    times: [u64; FEW],
+    disks: [u32; FEW],
+}
+
+impl Soon {
+    const NOTHING: Self = Self {
+        times: [u64::MAX; FEW],
+        disks: [0; FEW],
+    };
+}
+
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Bucket([u32; 16]);
@@ -165,6 +179,9 @@ const LOADS: [f64; 2] = [2.5, 7.0];
 
 /// Events whose earliest is found by comparing all.
 const FEW: usize = 24;
+
+/// Events that are compared at a time, without asking how many there are.
+const BLOCK: usize = 4;
 
 /// Buckets ahead that disks are called up.
 const AHEAD: usize = 4;
@@ -226,8 +243,9 @@ impl Buckets {
 
     #[inline]
     fn line_up(&mut self, entry: Entry) {
-        if let Some(place) = self.soon.get_mut(self.few) {
-            *place = entry;
+        if self.few < FEW {
+            self.soon.times[self.few] = entry.time.to_bits();
+            self.soon.disks[self.few] = entry.disk;
             self.few += 1;
         } else {
             self.crowd.push(entry);
@@ -259,6 +277,7 @@ impl Buckets {
     /// Files all events anew, with the width for `LOAD` events a bucket at the given rate.
     fn rebuild(&mut self, rate: f64, agenda: &impl Agenda) {
         self.counts.fill(0);
+        self.soon = Soon::NOTHING;
         self.few = 0;
         self.crowd.clear();
         self.spill.clear();
@@ -311,11 +330,10 @@ impl Buckets {
                 }
             }
         }
-        let bucket = self.ring[slot];
         let count = usize::from(std::mem::take(&mut self.counts[slot]));
         self.near -= count;
-        for &disk in bucket.0.iter().take(count) {
-            self.admit(disk, agenda);
+        for place in 0..count {
+            self.admit(self.ring[slot].0[place], agenda);
         }
         while let Some(&(number, disk)) = self.spill.peek() {
             if number > self.current {
@@ -340,8 +358,9 @@ impl Buckets {
         let time = agenda.time(disk);
         // A later event has an entry of its own.
         let due = (self.bucket(time) <= self.current) & time.is_finite();
-        if let Some(place) = self.soon.get_mut(self.few) {
-            *place = Entry { time, disk };
+        if self.few < FEW {
+            self.soon.times[self.few] = if due { time.to_bits() } else { u64::MAX };
+            self.soon.disks[self.few] = disk;
             self.few += usize::from(due);
         } else if due {
             self.crowd.push(Entry { time, disk });
@@ -351,16 +370,23 @@ impl Buckets {
     /// Place of the earliest event of `soon`, if that is not empty.
     #[inline]
     fn earliest(&self) -> Option<(usize, Entry)> {
-        let (&first, others) = self.soon[..self.few].split_first()?;
-        let (mut best, mut at) = (first, 0);
-        for (place, &entry) in others.iter().enumerate() {
-            let earlier =
-                (entry.time < best.time) | ((entry.time == best.time) & (entry.disk < best.disk));
-            at = select_unpredictable(earlier, place + 1, at);
-            best.time = select_unpredictable(earlier, entry.time, best.time);
-            best.disk = select_unpredictable(earlier, entry.disk, best.disk);
+        if self.few == 0 {
+            return None;
         }
-        Some((at, best))
+        let (mut at, mut time, mut disk) = (0, u64::MAX, u32::MAX);
+        let blocks = self.soon.times.chunks_exact(BLOCK);
+        let blocks = blocks.zip(self.soon.disks.chunks_exact(BLOCK)).enumerate();
+        for (block, (times, disks)) in blocks.take(self.few.div_ceil(BLOCK)) {
+            for within in 0..BLOCK {
+                let (its, whose) = (times[within], disks[within]);
+                let earlier = (its < time) | ((its == time) & (whose < disk));
+                at = select_unpredictable(earlier, BLOCK * block + within, at);
+                time = select_unpredictable(earlier, its, time);
+                disk = select_unpredictable(earlier, whose, disk);
+            }
+        }
+        let time = f64::from_bits(time);
+        Some((at, Entry { time, disk }))
     }
 }
 
@@ -382,7 +408,7 @@ impl Calendar for Buckets {
             ring: memory::filled(Bucket([0; 16]), buckets),
             counts: memory::filled(0, buckets),
             current: 0,
-            soon: [Entry { time: 0.0, disk: 0 }; FEW],
+            soon: Soon::NOTHING,
             few: 0,
             crowd: BinaryHeap::new_min(),
             spill: BinaryHeap::new_min(),
@@ -423,7 +449,9 @@ impl Calendar for Buckets {
                     return None;
                 }
                 self.few -= 1;
-                self.soon[place] = self.soon[self.few];
+                self.soon.times[place] = self.soon.times[self.few];
+                self.soon.disks[place] = self.soon.disks[self.few];
+                self.soon.times[self.few] = u64::MAX;
                 self.popped += 1;
                 self.last_time = first.time;
                 return Some(first);
