@@ -195,7 +195,8 @@ const WAITING: usize = 32;
 impl Buckets {
     #[inline]
     fn bucket(&self, time: f64) -> u64 {
-        (time * self.inverse_width) as u64
+        // By way of a signed number, which is what processors convert to.
+        (time * self.inverse_width) as i64 as u64
     }
 
     fn mask(&self) -> u64 {
@@ -353,7 +354,7 @@ impl Buckets {
     }
 
     /// Lines up the event of a disk named in the current bucket, unless it is stale.
-    #[inline]
+    #[inline(always)]
     fn admit(&mut self, disk: u32, agenda: &impl Agenda) {
         let time = agenda.time(disk);
         // A later event has an entry of its own.
