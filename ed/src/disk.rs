@@ -379,9 +379,11 @@ impl Disks {
     }
 
     /// Calls up the first disks of the three cells beyond the boundary that a disk is about to cross, from where it
-    /// looks there: those two cells away.
+    /// looks there: those two cells away. Also the first of its own cell, whose list it leaves.
     #[inline(always)]
     fn call_up_beyond(&self, home: Cell, axis: usize, forward: bool) {
+        let own = self.cells.first(self.cells.place(home, 1, 1));
+        memory::prefetch(&self.all, own as usize);
         let mut cell = home;
         (cell[axis], _) = self.cells.beyond(home[axis], axis, forward);
         let (x, y) = self.cells.around(cell);
@@ -445,6 +447,13 @@ impl Agenda for Disks {
             }
             2 => {
                 self.call_up_cells(self.home(disk));
+                let (exit, axis) = of.exit(self.cells.width());
+                if of.contact > exit && self.far_from_processor[1] {
+                    let (mut cell, forward) = (self.home(disk), of.velocity[axis] > 0.0);
+                    (cell[axis], _) = self.cells.beyond(cell[axis], axis, forward);
+                    self.call_up_cells(cell);
+                    return;
+                }
                 if of.partner != NONE && self.far_from_processor[1] {
                     self.call_up_cells(self.home(of.partner));
                 }
