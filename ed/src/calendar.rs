@@ -172,10 +172,10 @@ impl Soon {
 struct Bucket([u32; 16]);
 
 /// Events that a bucket should hold.
-const LOAD: f64 = 4.0;
+const LOAD: f64 = 5.5;
 
 /// Loads between which the width stays.
-const LOADS: [f64; 2] = [2.5, 7.0];
+const LOADS: [f64; 2] = [3.5, 9.0];
 
 /// Events whose earliest is found by comparing all.
 const FEW: usize = 24;
