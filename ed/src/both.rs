@@ -110,8 +110,8 @@ impl Disks {
                 square(f64x2::new(radii) + f64x2::splat(radius))
             };
             let b = separation[0] * relative[0] + separation[1] * relative[1];
-            let c = separation[0] * separation[0] + separation[1] * separation[1]
-                - distance_squared;
+            let c =
+                separation[0] * separation[0] + separation[1] * separation[1] - distance_squared;
             let g = relative[0] * relative[0] + relative[1] * relative[1];
             // Not a number where they miss each other.
             let time = c / ((b * b - g * c).sqrt() - b);
