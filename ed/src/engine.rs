@@ -351,8 +351,15 @@ where
         self.search(who, None);
     }
 
+    /// Predicts the next contact of a disk that is up to date, from nothing, and files it.
     fn predict(&mut self, who: u32) {
-        self.look_around(who);
+        // The search for two is faster even where it does the same for one twice.
+        let sizes = self.scene.sizes();
+        if let Some(predictions) = self.disks.search_both(who, who, sizes, &self.tags) {
+            self.tally.predictions += predictions / 2;
+        } else {
+            self.look_around(who);
+        }
         self.schedule(who);
     }
 
