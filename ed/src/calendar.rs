@@ -56,6 +56,9 @@ pub trait Agenda {
 
     /// An event of this disk comes up in so many buckets.
     fn expect(&self, _disk: u32, _ahead: usize) {}
+
+    /// Somebody will ask for the time of this disk.
+    fn call_up(&self, _disk: u32) {}
 }
 
 /// A priority queue of events.
@@ -132,13 +135,17 @@ pub struct Buckets {
     /// Number of the current bucket.
     current: u64,
     /// Its events, in no order: the first `few`.
-    soon: [Entry; FEW],
+    soon: Soon,
     few: usize,
     /// Its events beyond those.
     crowd: BinaryHeap<Entry, MinComparator>,
     /// Bucket number and disk of what finds its bucket full.
     spill: BinaryHeap<(u64, u32), MinComparator>,
     far: Vec<Entry>,
+    /// Bucket number and disk of what waits for its bucket to be called up from memory, at most until the next turn:
+    /// the first `waits`.
+    waiting: [(u64, u32); WAITING],
+    waits: usize,
     /// Disks named in the ring and the spill.
     near: usize,
     /// Events popped since the far list was last looked through.
@@ -146,26 +153,50 @@ pub struct Buckets {
     last_time: f64,
 }
 
+/// A few events: times, as bits, and disks. Two arrays, as a pair that is copied right after its parts were written
+/// makes the processor wait. Beyond the events there are places that are never the earliest.
+struct Soon {
+    times: [u64; FEW],
+    disks: [u32; FEW],
+}
+
+impl Soon {
+    const NOTHING: Self = Self {
+        times: [u64::MAX; FEW],
+        disks: [0; FEW],
+    };
+}
+
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Bucket([u32; 16]);
 
 /// Events that a bucket should hold.
-const LOAD: f64 = 4.0;
+const LOAD: f64 = 5.5;
 
 /// Loads between which the width stays.
-const LOADS: [f64; 2] = [2.5, 7.0];
+const LOADS: [f64; 2] = [3.5, 9.0];
 
 /// Events whose earliest is found by comparing all.
 const FEW: usize = 24;
 
+/// Events that are compared at a time, without asking how many there are.
+const BLOCK: usize = 4;
+
 /// Buckets ahead that disks are called up.
-const AHEAD: usize = 3;
+const AHEAD: usize = 4;
+
+/// Entries of the far list ahead that disks are called up.
+const LOOK_AHEAD: usize = 16;
+
+/// Events that may wait for their buckets.
+const WAITING: usize = 32;
 
 impl Buckets {
     #[inline]
     fn bucket(&self, time: f64) -> u64 {
-        (time * self.inverse_width) as u64
+        // By way of a signed number, which is what processors convert to.
+        (time * self.inverse_width) as i64 as u64
     }
 
     fn mask(&self) -> u64 {
@@ -183,24 +214,39 @@ impl Buckets {
         if number <= self.current {
             self.line_up(entry);
         } else if number - self.current < self.ring.len() as u64 {
-            self.near += 1;
             let slot = (number & self.mask()) as usize;
-            let count = &mut self.counts[slot];
-            if let Some(place) = self.ring[slot].0.get_mut(usize::from(*count)) {
-                *place = entry.disk;
-                *count += 1;
-            } else {
-                self.spill.push((number, entry.disk));
+            memory::prefetch(&self.ring, slot);
+            memory::prefetch(&self.counts, slot);
+            self.waiting[self.waits % WAITING] = (number, entry.disk);
+            self.waits += 1;
+            if self.waits == WAITING {
+                self.settle();
             }
         } else {
             self.far.push(entry);
         }
     }
 
+    /// Writes what waits into its buckets.
+    fn settle(&mut self) {
+        for &(number, disk) in &self.waiting[..std::mem::take(&mut self.waits).min(WAITING)] {
+            self.near += 1;
+            let slot = (number & (self.ring.len() as u64 - 1)) as usize;
+            let count = &mut self.counts[slot];
+            if let Some(place) = self.ring[slot].0.get_mut(usize::from(*count)) {
+                *place = disk;
+                *count += 1;
+            } else {
+                self.spill.push((number, disk));
+            }
+        }
+    }
+
     #[inline]
     fn line_up(&mut self, entry: Entry) {
-        if let Some(place) = self.soon.get_mut(self.few) {
-            *place = entry;
+        if self.few < FEW {
+            self.soon.times[self.few] = entry.time.to_bits();
+            self.soon.disks[self.few] = entry.disk;
             self.few += 1;
         } else {
             self.crowd.push(entry);
@@ -212,6 +258,9 @@ impl Buckets {
         let length = self.ring.len() as u64;
         let mut kept = 0;
         for place in 0..self.far.len() {
+            if let Some(later) = self.far.get(place + LOOK_AHEAD) {
+                agenda.call_up(later.disk);
+            }
             let entry = self.far[place];
             if agenda.time(entry.disk) != entry.time {
                 continue;
@@ -229,11 +278,13 @@ impl Buckets {
     /// Files all events anew, with the width for `LOAD` events a bucket at the given rate.
     fn rebuild(&mut self, rate: f64, agenda: &impl Agenda) {
         self.counts.fill(0);
+        self.soon = Soon::NOTHING;
         self.few = 0;
         self.crowd.clear();
         self.spill.clear();
         self.far.clear();
         self.near = 0;
+        self.waits = 0;
         self.popped = 0;
         self.inverse_width = rate / LOAD;
         self.current = self.bucket(self.last_time);
@@ -244,6 +295,7 @@ impl Buckets {
 
     /// Goes to the next bucket; false if there is no event at all.
     fn turn(&mut self, agenda: &impl Agenda) -> bool {
+        self.settle();
         if self.near == 0 {
             // What is stale may be the earliest.
             self.far
@@ -254,6 +306,7 @@ impl Buckets {
             self.current = self.bucket(first.time).saturating_sub(1);
             self.popped = 0;
             self.refile(agenda);
+            self.settle();
         }
         self.current = self.current.saturating_add(1);
         if self.current.is_multiple_of(self.quarter()) {
@@ -266,22 +319,22 @@ impl Buckets {
                 return true;
             }
             self.refile(agenda);
+            self.settle();
         }
         let slot = (self.current & self.mask()) as usize;
         if agenda.foresighted() {
             let mask = self.ring.len() - 1;
             memory::prefetch(&self.ring, (slot + AHEAD + 2) & mask);
-            for ahead in (0..=AHEAD).rev() {
+            for ahead in (1..=AHEAD).rev() {
                 for &disk in self.named((slot + ahead) & mask) {
                     agenda.expect(disk, ahead);
                 }
             }
         }
-        let bucket = self.ring[slot];
         let count = usize::from(std::mem::take(&mut self.counts[slot]));
         self.near -= count;
-        for &disk in bucket.0.iter().take(count) {
-            self.admit(disk, agenda);
+        for place in 0..count {
+            self.admit(self.ring[slot].0[place], agenda);
         }
         while let Some(&(number, disk)) = self.spill.peek() {
             if number > self.current {
@@ -301,13 +354,14 @@ impl Buckets {
     }
 
     /// Lines up the event of a disk named in the current bucket, unless it is stale.
-    #[inline]
+    #[inline(always)]
     fn admit(&mut self, disk: u32, agenda: &impl Agenda) {
         let time = agenda.time(disk);
         // A later event has an entry of its own.
         let due = (self.bucket(time) <= self.current) & time.is_finite();
-        if let Some(place) = self.soon.get_mut(self.few) {
-            *place = Entry { time, disk };
+        if self.few < FEW {
+            self.soon.times[self.few] = if due { time.to_bits() } else { u64::MAX };
+            self.soon.disks[self.few] = disk;
             self.few += usize::from(due);
         } else if due {
             self.crowd.push(Entry { time, disk });
@@ -317,16 +371,23 @@ impl Buckets {
     /// Place of the earliest event of `soon`, if that is not empty.
     #[inline]
     fn earliest(&self) -> Option<(usize, Entry)> {
-        let (&first, others) = self.soon[..self.few].split_first()?;
-        let (mut best, mut at) = (first, 0);
-        for (place, &entry) in others.iter().enumerate() {
-            let earlier =
-                (entry.time < best.time) | ((entry.time == best.time) & (entry.disk < best.disk));
-            at = select_unpredictable(earlier, place + 1, at);
-            best.time = select_unpredictable(earlier, entry.time, best.time);
-            best.disk = select_unpredictable(earlier, entry.disk, best.disk);
+        if self.few == 0 {
+            return None;
         }
-        Some((at, best))
+        let (mut at, mut time, mut disk) = (0, u64::MAX, u32::MAX);
+        let blocks = self.soon.times.chunks_exact(BLOCK);
+        let blocks = blocks.zip(self.soon.disks.chunks_exact(BLOCK)).enumerate();
+        for (block, (times, disks)) in blocks.take(self.few.div_ceil(BLOCK)) {
+            for within in 0..BLOCK {
+                let (its, whose) = (times[within], disks[within]);
+                let earlier = (its < time) | ((its == time) & (whose < disk));
+                at = select_unpredictable(earlier, BLOCK * block + within, at);
+                time = select_unpredictable(earlier, its, time);
+                disk = select_unpredictable(earlier, whose, disk);
+            }
+        }
+        let time = f64::from_bits(time);
+        Some((at, Entry { time, disk }))
     }
 }
 
@@ -348,11 +409,13 @@ impl Calendar for Buckets {
             ring: memory::filled(Bucket([0; 16]), buckets),
             counts: memory::filled(0, buckets),
             current: 0,
-            soon: [Entry { time: 0.0, disk: 0 }; FEW],
+            soon: Soon::NOTHING,
             few: 0,
             crowd: BinaryHeap::new_min(),
             spill: BinaryHeap::new_min(),
             far: Vec::new(),
+            waiting: [(0, 0); WAITING],
+            waits: 0,
             near: 0,
             popped: 0,
             last_time: 0.0,
@@ -387,7 +450,9 @@ impl Calendar for Buckets {
                     return None;
                 }
                 self.few -= 1;
-                self.soon[place] = self.soon[self.few];
+                self.soon.times[place] = self.soon.times[self.few];
+                self.soon.disks[place] = self.soon.disks[self.few];
+                self.soon.times[self.few] = u64::MAX;
                 self.popped += 1;
                 self.last_time = first.time;
                 return Some(first);

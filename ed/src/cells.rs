@@ -64,7 +64,7 @@ impl Cells {
             let last = u32::from(count) - 1;
             std::iter::once(last)
                 .chain(0..=last)
-                .chain([0])
+                .chain([0, 1.min(last)])
                 .map(part)
                 .collect()
         };
@@ -104,6 +104,30 @@ impl Cells {
             [columns[0], columns[1], columns[2]],
             [rows[0], rows[1], rows[2]],
         )
+    }
+
+    /// The same along an axis for the four columns or rows around two cells that are next to each other, and where
+    /// the three around each begin; `None` for two that are not, and where a grid is too small to tell.
+    #[inline(always)]
+    pub(crate) fn around_both(
+        &self,
+        first: Cell,
+        second: Cell,
+        axis: usize,
+    ) -> Option<([u32; 4], [usize; 2])> {
+        let count = i32::from(self.counts[axis]);
+        let mut step = i32::from(second[axis]) - i32::from(first[axis]);
+        if step.abs() > 1 {
+            step -= step.signum() * count;
+        }
+        if step.abs() > 1 || count < 3 {
+            return None;
+        }
+        let begin = [usize::from(step < 0), usize::from(step > 0)];
+        let least = usize::from(if step < 0 { second[axis] } else { first[axis] });
+        let parts = if axis == 0 { &self.columns } else { &self.rows };
+        let parts = &parts[least..least + 4];
+        Some(([parts[0], parts[1], parts[2], parts[3]], begin))
     }
 
     /// The cell of a position inside the box, and the position relative to its corner.

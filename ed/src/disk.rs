@@ -56,6 +56,13 @@ impl Disk {
         self.clock = time;
     }
 
+    /// Comes up to date for a collision, and counts it.
+    #[inline(always)]
+    pub(crate) fn meet(&mut self, time: f64) {
+        self.advance(time);
+        self.count = self.count.wrapping_add(1);
+    }
+
     /// Time and axis of the next cell boundary; the time is never before the clock.
     #[inline(always)]
     pub(crate) fn exit(&self, width: Vector2<f64>) -> (f64, usize) {
@@ -506,6 +513,26 @@ impl Disks {
         }
     }
 
+    /// Calls up the first disks of the three cells beyond the boundary that a disk is about to cross, from where it
+    /// looks there: those two cells away. Also the first of its own cell, whose list it leaves.
+    #[inline(always)]
+    fn call_up_beyond(&self, home: Cell, axis: usize, forward: bool) {
+        let own = self.cells.first(self.cells.place(home, 1, 1));
+        memory::prefetch(&self.all, own as usize);
+        let mut cell = home;
+        (cell[axis], _) = self.cells.beyond(home[axis], axis, forward);
+        let (x, y) = self.cells.around(cell);
+        let side = if forward { 2 } else { 0 };
+        for step in 0..3 {
+            let place = if axis == 0 {
+                x[side] + y[step]
+            } else {
+                x[step] + y[side]
+            };
+            memory::prefetch(&self.all, self.cells.first(place as usize) as usize);
+        }
+    }
+
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         self.all.capacity() * size_of::<Disk>()
@@ -538,31 +565,46 @@ impl Agenda for Disks {
 
     #[inline]
     fn expect(&self, disk: u32, ahead: usize) {
-        let partner = self.all[disk as usize].partner;
-        let partners = partner != NONE && self.far_from_processor[1];
+        let of = &self.all[disk as usize];
         match ahead {
-            0 => {
-                self.call_up_neighbours(self.home(disk));
-                if partners {
-                    self.call_up_neighbours(self.home(partner));
-                }
-            }
             1 => {
-                self.call_up_cells(self.home(disk));
-                if partners {
-                    self.call_up_cells(self.home(partner));
+                let (exit, axis) = of.exit(self.cells.width());
+                if of.contact > exit {
+                    self.call_up_beyond(self.home(disk), axis, of.velocity[axis] > 0.0);
+                    return;
+                }
+                self.call_up_neighbours(self.home(disk));
+                if self.far_from_processor[1]
+                    && let Some(partner) = self.all.get(of.partner as usize)
+                    && partner.count == of.partner_count
+                {
+                    self.call_up_neighbours(self.home(of.partner));
                 }
             }
             2 => {
-                memory::prefetch(&self.all, partner as usize);
-                if partners {
-                    memory::prefetch(&self.homes, partner as usize);
+                self.call_up_cells(self.home(disk));
+                let (exit, axis) = of.exit(self.cells.width());
+                if of.contact > exit && self.far_from_processor[1] {
+                    let (mut cell, forward) = (self.home(disk), of.velocity[axis] > 0.0);
+                    (cell[axis], _) = self.cells.beyond(cell[axis], axis, forward);
+                    self.call_up_cells(cell);
+                    return;
+                }
+                if of.partner != NONE && self.far_from_processor[1] {
+                    self.call_up_cells(self.home(of.partner));
                 }
             }
-            _ => {
-                memory::prefetch(&self.all, disk as usize);
-                memory::prefetch(&self.homes, disk as usize);
+            3 => {
+                memory::prefetch(&self.all, of.partner as usize);
+                memory::prefetch(&self.homes, of.partner as usize);
             }
+            _ => self.call_up(disk),
         }
+    }
+
+    #[inline]
+    fn call_up(&self, disk: u32) {
+        memory::prefetch(&self.all, disk as usize);
+        memory::prefetch(&self.homes, disk as usize);
     }
 }

@@ -330,9 +330,30 @@ where
         self.search(who, None);
     }
 
+    /// Predicts the next contact of a disk that is up to date, from nothing, and files it.
     fn predict(&mut self, who: u32) {
-        self.look_around(who);
+        // The search for two is faster even where it does the same for one twice.
+        let sizes = self.scene.sizes();
+        if let Some(predictions) = self.disks.search_both(who, who, sizes, &self.tags) {
+            self.tally.predictions += predictions / 2;
+        } else {
+            self.look_around(who);
+        }
         self.schedule(who);
+    }
+
+    /// Predicts the next contacts of two disks that have just collided.
+    #[inline]
+    fn predict_both(&mut self, first: u32, second: u32) {
+        let sizes = self.scene.sizes();
+        if let Some(predictions) = self.disks.search_both(first, second, sizes, &self.tags) {
+            self.tally.predictions += predictions;
+            self.schedule(first);
+            self.schedule(second);
+        } else {
+            self.predict(first);
+            self.predict(second);
+        }
     }
 
     #[inline]
@@ -372,16 +393,19 @@ where
     ) -> Result<(), EngineError> {
         let now = self.now;
         self.tally.collisions += 1;
-        for who in [first, second] {
-            let disk = &mut self.disks.all[who as usize];
-            disk.advance(now);
-            disk.count = disk.count.wrapping_add(1);
-        }
+        self.disks.all[first as usize].meet(now);
+        self.disks.all[second as usize].meet(now);
         let distance = self.contact_distance(first, second);
         let line = self.disks.line(first, second, distance);
-        let velocities = [first, second].map(|who| self.disks.all[who as usize].velocity);
+        let velocities = [
+            self.disks.all[first as usize].velocity,
+            self.disks.all[second as usize].velocity,
+        ];
         let sizes = self.scene.sizes();
-        let masses = [first, second].map(|who| sizes.mass(self.tags[who as usize]));
+        let masses = [
+            sizes.mass(self.tags[first as usize]),
+            sizes.mass(self.tags[second as usize]),
+        ];
         let relative = velocities[0] - velocities[1];
         let approach = -relative.dot(&line) / line.norm();
         let restitution = self.restitution([first, second], approach * self.speed);
@@ -394,9 +418,8 @@ where
         if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
             part(&self.scene, &mut pair);
         }
-        for (who, velocity) in [first, second].into_iter().zip(pair.velocities) {
-            self.disks.all[who as usize].velocity = velocity;
-        }
+        self.disks.all[first as usize].velocity = pair.velocities[0];
+        self.disks.all[second as usize].velocity = pair.velocities[1];
         watch.collision(&Collision {
             time: self.epoch + now / self.speed,
             relative: relative * self.speed,
@@ -405,8 +428,7 @@ where
             restitution,
             weight: 1.0,
         });
-        self.predict(first);
-        self.predict(second);
+        self.predict_both(first, second);
         let latest = Latest {
             pair: [first, second],
             now,

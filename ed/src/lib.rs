@@ -23,6 +23,7 @@
 //!
 //! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
 
+mod both;
 mod calendar;
 mod cells;
 mod checkpoint;

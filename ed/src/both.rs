@@ -1,0 +1,151 @@
+//! The next contacts of two disks that have just collided, found together.
+
+use nalgebra::Vector2;
+use stosszahl_model::Sizes;
+use wide::f64x2;
+
+use crate::cells::NONE;
+use crate::disk::Disks;
+
+/// Columns and rows around two cells that are next to each other.
+const SIDE: usize = 4;
+
+/// Cells among those that are around one of the two, as bits; to be shifted to where they begin.
+const AROUND_ONE: u32 = 0x0777;
+
+/// Lists of disks that are being followed: the next disk of each, and where its cell is. Two arrays, so that
+/// nothing has to be packed and unpacked.
+struct Open {
+    disks: [u32; RING],
+    cells: [u32; RING],
+}
+
+const RING: usize = SIDE * SIDE;
+
+impl Disks {
+    /// Predicts from nothing the next contacts of two disks that are up to date and in cells next to each other.
+    /// The number of candidates looked at, or `None` if that is too special a case for two at a time, and has to be
+    /// done one by one.
+    ///
+    /// The same contacts as of one by one, bit by bit: most disks around one are also around the other, so that
+    /// they are looked up once, and moved to the present once, for the two lanes of a vector. What is around
+    /// one only is for the other at a position that is not a number, and never touches.
+    #[inline(always)]
+    pub(crate) fn search_both<S: Sizes>(
+        &mut self,
+        first: u32,
+        second: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> Option<u64> {
+        let homes = [self.home(first), self.home(second)];
+        let (columns, right) = self.cells.around_both(homes[0], homes[1], 0)?;
+        let (rows, up) = self.cells.around_both(homes[0], homes[1], 1)?;
+        let one = AROUND_ONE << (right[0] + SIDE * up[0]);
+        let other = AROUND_ONE << (right[1] + SIDE * up[1]);
+        let (any, shared) = (one | other, one & other);
+        let mut open = Open {
+            disks: [NONE; RING],
+            cells: [0; RING],
+        };
+        let mut end = 0;
+        for (row, up) in rows.into_iter().enumerate() {
+            for (column, right) in columns.into_iter().enumerate() {
+                let cell = (SIDE * row + column) as u32;
+                let first = self.cells.first((right + up) as usize);
+                open.disks[end % RING] = first;
+                open.cells[end % RING] = cell;
+                end += usize::from(first != NONE) & (any >> cell) as usize;
+            }
+        }
+
+        let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
+        let clock = a.clock;
+        let width = self.cells.width();
+        let x = [
+            positions(a.position[0], width[0], right[0]),
+            positions(b.position[0], width[0], right[1]),
+        ];
+        let y = [
+            positions(a.position[1], width[1], up[0]),
+            positions(b.position[1], width[1], up[1]),
+        ];
+        let velocity = [
+            f64x2::new([a.velocity[0], b.velocity[0]]),
+            f64x2::new([a.velocity[1], b.velocity[1]]),
+        ];
+        let radii = [
+            sizes.radius(tags[first as usize]),
+            sizes.radius(tags[second as usize]),
+        ];
+        let square = |distance: f64x2| distance * distance;
+        let uniform = square(f64x2::splat(2.0 * radii[0]));
+
+        let mut limit = f64x2::splat(f64::INFINITY);
+        let mut best = f64x2::splat(f64::from_bits(u64::from(NONE)));
+        let mut begin = 0;
+        let mut twice = 0;
+        while begin != end {
+            let (disk, cell) = (open.disks[begin % RING], open.cells[begin % RING]);
+            let candidate = &self.all[disk as usize];
+            open.disks[end % RING] = candidate.next;
+            open.cells[end % RING] = cell;
+            end += usize::from(candidate.next != NONE);
+            begin += 1;
+            twice += u64::from(shared >> (cell % 16) & 1);
+            let position: Vector2<f64> = candidate.at(clock);
+            let (column, row) = (cell as usize % SIDE, cell as usize / SIDE % SIDE);
+            let separation = [
+                f64x2::new([x[0][column], x[1][column]]) - f64x2::splat(position[0]),
+                f64x2::new([y[0][row], y[1][row]]) - f64x2::splat(position[1]),
+            ];
+            let relative = [
+                velocity[0] - f64x2::splat(candidate.velocity[0]),
+                velocity[1] - f64x2::splat(candidate.velocity[1]),
+            ];
+            let distance_squared = if S::UNIFORM {
+                uniform
+            } else {
+                let radius = sizes.radius(tags[disk as usize]);
+                square(f64x2::new(radii) + f64x2::splat(radius))
+            };
+            let b = separation[0] * relative[0] + separation[1] * relative[1];
+            let c =
+                separation[0] * separation[0] + separation[1] * separation[1] - distance_squared;
+            let g = relative[0] * relative[0] + relative[1] * relative[1];
+            // Not a number where they miss each other.
+            let time = c / ((b * b - g * c).sqrt() - b);
+            let earlier = time.simd_lt(limit) & b.simd_lt(f64x2::ZERO);
+            limit = earlier.bitselect(time, limit);
+            best = earlier.bitselect(f64x2::splat(f64::from_bits(u64::from(disk))), best);
+        }
+        let (limit, best) = (limit.to_array(), best.to_array());
+        // Whether disks that touch slide along each other is left to the search for one.
+        if limit[0] <= 0.0 || limit[1] <= 0.0 {
+            return None;
+        }
+        self.expect_contact(first, clock + limit[0], best[0].to_bits() as u32);
+        self.expect_contact(second, clock + limit[1], best[1].to_bits() as u32);
+        Some(begin as u64 + twice)
+    }
+
+    #[inline(always)]
+    fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
+        let partner_count = self.all.get(partner as usize).map_or(0, |disk| disk.count);
+        let disk = &mut self.all[who as usize];
+        disk.contact = contact;
+        disk.partner = partner;
+        disk.partner_count = partner_count;
+    }
+}
+
+/// A coordinate relative to the corners of four columns, of which the three from `begin` are around its own.
+#[inline(always)]
+fn positions(here: f64, width: f64, begin: usize) -> [f64; SIDE] {
+    let mut relative = [f64::NAN; SIDE];
+    let begin = begin % 2;
+    relative[begin] = here + width;
+    relative[begin + 1] = here;
+    relative[begin + 2] = here - width;
+    relative
+}
