@@ -255,6 +255,81 @@ fn mixture_follows_all_pairs_and_conserves() {
     assert!((engine.state().kinetic_energy(&scene) / energy - 1.0).abs() < 1e-12);
 }
 
+/// In a long leg the engine starts afresh by itself: to the bits, that is a cut by the one who runs it. Contact times,
+/// windings and a clock far from zero go along.
+#[test]
+fn starting_afresh_is_a_cut() {
+    let (count, collisions) = (50, 130_000);
+    let mut start = Checkpoint::from(gas(Arrangement::Disordered, count, 0.3, 8));
+    start.state.time = 1e3;
+    start.windings = vec![[0; 2]; count];
+    let new = |checkpoint| {
+        Engine::<_>::new(disks(1.0), Dissipation::ContactTime(1e-2), checkpoint).expect("an engine")
+    };
+    let mut whole = new(start.clone());
+    whole
+        .advance(f64::INFINITY, collisions, &mut ())
+        .expect("collisions");
+    let whole = whole.checkpoint();
+    // One collision a leg until the engine has started afresh, which shows in the pushes of all disks.
+    let mut engine = new(start.clone());
+    let mut before = engine.tally();
+    let cut = loop {
+        assert!(before.collisions < collisions, "no fresh start");
+        engine
+            .advance(f64::INFINITY, 1, &mut ())
+            .expect("a collision");
+        let now = engine.tally();
+        let events = now.collisions - before.collisions + now.crossings - before.crossings;
+        if now.pushes - before.pushes > 3 * events + count as u64 / 2 {
+            break before.collisions;
+        }
+        before = now;
+    };
+    let mut first = new(start);
+    first
+        .advance(f64::INFINITY, cut, &mut ())
+        .expect("collisions");
+    let mut second = new(first.checkpoint());
+    second
+        .advance(f64::INFINITY, collisions - cut, &mut ())
+        .expect("collisions");
+    let second = second.checkpoint();
+    assert_eq!(second.state.bodies, whole.state.bodies);
+    assert_eq!(second.state.time, whole.state.time);
+    assert_eq!(second.windings, whole.windings);
+    assert_eq!(second.last_contact, whole.last_contact);
+    assert_eq!(second.tally, whole.tally);
+}
+
+/// Flights of 3e4 and 3e6 diameters between collisions: own times stay small, so that places stay exact.
+#[test]
+fn thin_gases_are_exact() {
+    for packing in [1e-5, 1e-7] {
+        let scene = disks(1.0);
+        let start = gas(Arrangement::Disordered, 8, packing, 8);
+        let energy = start.kinetic_energy(&scene);
+        let mut engine =
+            Engine::<_>::new(scene.clone(), Dissipation::Scene, start).expect("an engine");
+        let mut journal = Journal::default();
+        engine
+            .advance(f64::INFINITY, 100, &mut journal)
+            .expect("collisions");
+        let lines = journal
+            .0
+            .iter()
+            .map(|(_, line, _)| (line.norm() - 1.0).abs());
+        let off = lines.fold(0.0, f64::max);
+        // Squares of separations of up to 180 diameters are rounded to 4e-12, own times of 4096 units to 1e-12.
+        assert!(
+            off < 1e-11,
+            "packing {packing}: contacts at distances off by {off:e}"
+        );
+        let energy = engine.state().kinetic_energy(&scene) / energy - 1.0;
+        assert!(energy.abs() < 1e-13, "packing {packing}: {energy:e}");
+    }
+}
+
 /// Diameters from 1 to 30 with a density like their -2.5th power: several grids. The collisions of all pairs, no
 /// overlap after many, and no more candidates than disks that are near.
 #[test]

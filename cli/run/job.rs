@@ -238,7 +238,8 @@ fn stopped<G: Gas>(
     let text = extended_xyz(setup, gas.scene(), &gas.state(), engine.name(), time);
     match snapshot::write_whole(&path, text.as_bytes()) {
         Ok(()) => RunError::Stopped { source, path },
-        Err(error) => error.into(),
+        // What stopped it matters more than where it could not be written.
+        Err(_) => RunError::EventDriven(source),
     }
 }
 

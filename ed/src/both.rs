@@ -38,6 +38,9 @@ impl Disks {
         sizes: &S,
         tags: &[S::Tag],
     ) -> Option<u64> {
+        if !S::UNIFORM && self.hierarchical() {
+            return None;
+        }
         let homes = [self.home(first), self.home(second)];
         let (columns, right) = self.cells.around_both(homes[0], homes[1], 0)?;
         let (rows, up) = self.cells.around_both(homes[0], homes[1], 1)?;

@@ -90,6 +90,20 @@ fn entries(agenda: &impl Agenda) -> impl Iterator<Item = Entry> {
         .filter(|entry| entry.time.is_finite())
 }
 
+/// The rate of events from the waits for them: that of the earliest twentieth, unless those are a crowd.
+fn rate(mut waits: Vec<f64>) -> f64 {
+    waits.retain(|&wait| wait > 0.0);
+    if waits.is_empty() {
+        return 1.0;
+    }
+    let nth = waits.len() / 20;
+    let half = waits.len() / 2;
+    let median = *waits.select_nth_unstable_by(half, f64::total_cmp).1;
+    let early = *waits.select_nth_unstable_by(nth, f64::total_cmp).1;
+    let rate = (nth + 1) as f64 / early.max(1e-4 * median).max(f64::MIN_POSITIVE);
+    rate.min(1e300)
+}
+
 /// The plain calendar: a sorted set. The oracle of [`Buckets`].
 #[derive(Debug, Default)]
 pub struct Sorted(BTreeSet<Entry>);
@@ -286,7 +300,7 @@ impl Buckets {
         self.near = 0;
         self.waits = 0;
         self.popped = 0;
-        self.inverse_width = rate / LOAD;
+        self.inverse_width = rate.min(1e300) / LOAD;
         self.current = self.bucket(self.last_time);
         for entry in entries(agenda) {
             self.file(entry);
@@ -300,6 +314,14 @@ impl Buckets {
             // What is stale may be the earliest.
             self.far
                 .retain(|entry| agenda.time(entry.disk) == entry.time);
+            // Most events beyond the ring: it turns too fast.
+            if self.far.len() > self.ring.len() / 8 {
+                let waits = self.far.iter().map(|entry| entry.time - self.last_time);
+                self.rebuild(rate(waits.collect()), agenda);
+                if self.near + self.waits + self.few > 0 {
+                    return true;
+                }
+            }
             let Some(first) = self.far.iter().min() else {
                 return false;
             };
@@ -393,16 +415,7 @@ impl Buckets {
 
 impl Calendar for Buckets {
     fn new(agenda: &impl Agenda) -> Self {
-        // The rate of events from the earliest twentieth of them.
-        let mut times: Vec<f64> = entries(agenda).map(|entry| entry.time).collect();
-        let nth = times.len() / 20;
-        let rate = if times.is_empty() {
-            1.0
-        } else {
-            let early = *times.select_nth_unstable_by(nth, f64::total_cmp).1;
-            (nth + 1) as f64 / early.max(f64::MIN_POSITIVE)
-        };
-        let rate = if rate.is_finite() { rate } else { 1.0 };
+        let rate = rate(entries(agenda).map(|entry| entry.time).collect());
         let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
         let mut calendar = Self {
             inverse_width: 1.0,

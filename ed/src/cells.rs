@@ -18,6 +18,10 @@ const TILE: u32 = 3;
 /// fewer, and more boundaries are crossed.
 const OCCUPANCY: f64 = 0.6;
 
+/// Widest cell, in diameters, unless that makes too many: the square of a contact distance is a difference of squares
+/// of separations, and has 1e-16 of these as its error.
+const WIDEST: f64 = 64.0;
+
 /// Periodic grid; each cell names the first of its disks.
 #[derive(Debug)]
 pub(crate) struct Cells {
@@ -43,7 +47,9 @@ impl Cells {
     pub(crate) fn new(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> Self {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
-        let least = narrowest.max(Self::ideal(lengths, disks));
+        let many = (lengths[0] * lengths[1] / (16.0 * disks as f64 + 1e6)).sqrt();
+        let widest = (WIDEST * largest_diameter).max(many);
+        let least = narrowest.max(Self::ideal(lengths, disks).min(widest));
         let count = |length: f64| (length / least).floor().clamp(1.0, 65_535.0) as u16;
         let counts = [count(lengths[0]), count(lengths[1])];
         Self::with_counts(lengths, counts, counts[0].min(counts[1]) < 3)

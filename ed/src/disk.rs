@@ -107,14 +107,15 @@ const NEAR: usize = 20_000;
 
 impl Disks {
     /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
-    /// the body that each disk is.
+    /// the body that each disk is. `unequal` disks may get several grids.
     pub(crate) fn new(
         lengths: Vector2<f64>,
         largest_radius: f64,
         count: usize,
         body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64),
+        unequal: bool,
     ) -> (Self, Vec<u32>) {
-        let (cells, coarse) = Levels::grids(lengths, 2.0 * largest_radius, count);
+        let (cells, coarse) = Levels::grids(lengths, 2.0 * largest_radius, count, unequal);
         let place = |index: usize| {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32
@@ -233,6 +234,12 @@ impl Disks {
             line.norm()
         );
         line
+    }
+
+    /// Whether there are several grids.
+    #[inline]
+    pub(crate) fn hierarchical(&self) -> bool {
+        self.levels.is_some()
     }
 
     /// Whether two touching disks, b = r . g of whose separation and relative velocity is given, approach no

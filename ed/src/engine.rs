@@ -22,6 +22,10 @@ const REFRESH: u64 = 20;
 /// Collisions below which that does not pay.
 const LEAST_REFRESH: u64 = 100_000;
 
+/// Diameters flown by a typical disk after which it does so too, in a thin gas: own times are rounded to 1e-16 of
+/// themselves, and so are places to 1e-12 diameters.
+const HORIZON: f64 = 4096.0;
+
 /// Event-driven dynamics of smooth disks in a periodic box.
 ///
 /// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
@@ -53,8 +57,10 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     tally: Tally,
     /// Number of collisions at which the engine starts afresh.
     refresh: u64,
+    /// Own time at which it does.
+    horizon: f64,
     progress: Progress,
-    /// Own time in which a typical disk moves by its diameter, at the start of the leg.
+    /// Own time in which a typical disk moves by its diameter, since the last fresh start.
     unit: f64,
 }
 
@@ -93,7 +99,7 @@ where
             1.0
         };
         let sizes = scene.sizes();
-        let (disks, names) = Disks::new(lengths, sizes.largest_radius(), count, |index| {
+        let body = |index: usize| {
             let body = &state.bodies[index];
             let position = state.domain.wrap(body.position);
             (
@@ -101,7 +107,9 @@ where
                 body.velocity / speed,
                 sizes.radius(sizes.tag(index)),
             )
-        });
+        };
+        let unequal = !P::Sizes::UNIFORM;
+        let (disks, names) = Disks::new(lengths, sizes.largest_radius(), count, body, unequal);
         let last_contact = match dissipation {
             Dissipation::ContactTime(_) if last_contact.is_empty() => {
                 vec![f64::NEG_INFINITY; count]
@@ -137,7 +145,12 @@ where
             epoch: state.time,
             now: 0.0,
             time: state.time,
-            refresh: tally.collisions + REFRESH * count as u64 + LEAST_REFRESH,
+            refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
+            horizon: if unit > 0.0 {
+                HORIZON * unit
+            } else {
+                f64::INFINITY
+            },
             progress: Progress::new(tally.collisions.saturating_sub(stalled)),
             unit,
             tally,
@@ -168,17 +181,36 @@ where
         if until.is_nan() {
             return Err(EngineError::BadTime { until });
         }
+        self.progress.be_patient();
         let last = self.tally.collisions.saturating_add(most_collisions);
         while self.tally.collisions < last {
-            if self.tally.collisions >= self.refresh {
-                self.time = self.epoch + self.now / self.speed;
-                *self = Self::new(self.scene.clone(), self.dissipation, self.checkpoint())?;
+            if self.tally.collisions >= self.refresh || self.now >= self.horizon {
+                self.start_afresh(until)?;
             }
             if self.advance_afresh(until, last.min(self.refresh), watch)? {
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// Goes on as a new engine from the present checkpoint.
+    fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
+        self.time = self.present(until);
+        let checkpoint = self.checkpoint();
+        let progress = self.progress.afresh(self.tally.collisions);
+        // Two engines at once would take twice the memory.
+        let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
+        self.calendar = Q::new(&NoEvents);
+        self.disks = Disks::new(self.domain.lengths(), 1.0, 0, nobody, false).0;
+        *self = Self::new(self.scene.clone(), self.dissipation, checkpoint)?;
+        self.progress = progress;
+        Ok(())
+    }
+
+    /// The absolute time; not beyond the one asked for by rounding.
+    fn present(&self, until: f64) -> f64 {
+        (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
     /// Advances to a time, or until there were `last` collisions in all.
@@ -190,7 +222,7 @@ where
     ) -> Result<bool, EngineError> {
         let end = (until - self.epoch) * self.speed;
         let width = self.disks.cells.width();
-        while self.tally.collisions < last {
+        while self.tally.collisions < last && self.now < self.horizon {
             let Some(entry) = self.calendar.pop(end, &self.disks) else {
                 // A gas without events stays where it is rather than move for an infinite time.
                 if until.is_finite() {
@@ -219,14 +251,16 @@ where
                 self.predict(entry.disk);
             }
         }
-        self.time = self.epoch + self.now / self.speed;
+        self.time = self.present(until);
         Ok(false)
     }
 
     /// Stands at a time at which nothing happens.
     fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
         let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
-        if end > 1e290 && moving() {
+        let diameter = 2.0 * self.scene.sizes().largest_radius();
+        // Only a disk that is alone can fly so far without an event.
+        if end * f64::EPSILON > diameter && moving() {
             return Err(EngineError::BadTime { until });
         }
         self.now = self.now.max(end);
@@ -365,16 +399,9 @@ where
         }
     }
 
-    /// Moves a disk into the next cell and looks at the three cells that come into its reach.
+    /// Moves a disk into the next cell and looks at what comes into its reach.
     fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
         self.tally.crossings += 1;
-        if let Some(crossings) = self.progress.crossing(self.names.len()) {
-            self.time = self.epoch + self.now / self.speed;
-            return Err(EngineError::NoCollisions {
-                time: self.time,
-                crossings,
-            });
-        }
         let (forward, around) = self.disks.cross(who, axis, self.now);
         if around && !self.windings.is_empty() {
             let winding = &mut self.windings[who as usize][axis];
@@ -382,6 +409,13 @@ where
         }
         self.search(who, Some((axis, if forward { 2 } else { 0 })));
         self.schedule(who);
+        if let Some(crossings) = self.progress.crossing(self.names.len()) {
+            self.time = self.epoch + self.now / self.speed;
+            return Err(EngineError::NoCollisions {
+                time: self.time,
+                crossings,
+            });
+        }
         Ok(())
     }
 
@@ -487,6 +521,9 @@ fn check<P: Physics<Space = Plane>>(
     diameter: f64,
 ) -> Result<(), EngineError> {
     let count = state.bodies.len();
+    if !state.time.is_finite() {
+        return Err(EngineError::BadStart { time: state.time });
+    }
     if count >= u32::MAX as usize {
         return Err(EngineError::TooMany { disks: count });
     }
@@ -527,7 +564,8 @@ fn part<P: Physics<Space = Plane>>(scene: &P, pair: &mut Encounter<Vector2<f64>>
     pair.velocities = collide(scene, pair, 1.0);
     let total = pair.masses[0] + pair.masses[1];
     let normal = pair.line.normalize();
-    let mut least = f64::EPSILON * (pair.velocities[0].norm() + pair.velocities[1].norm());
+    let speed = pair.velocities[0].amax().max(pair.velocities[1].amax());
+    let mut least = (f64::EPSILON * speed).max(f64::MIN_POSITIVE);
     while (pair.velocities[0] - pair.velocities[1]).dot(&pair.line) < 0.0 {
         pair.velocities[0] += normal * (least * pair.masses[1] / total);
         pair.velocities[1] -= normal * (least * pair.masses[0] / total);

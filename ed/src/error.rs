@@ -38,6 +38,12 @@ pub enum EngineError {
         /// How many were given.
         disks: usize,
     },
+    /// The time of the start is no finite number.
+    #[error("the start is at time {time}; allowed are finite numbers")]
+    BadStart {
+        /// What was found.
+        time: f64,
+    },
     /// The time asked for is no number, or so far that flying disks lose their positions.
     #[error(
         "asked to advance to time {until}; allowed are times that disks reach with a position that has digits left, or infinity"

@@ -49,10 +49,11 @@ impl Levels {
         lengths: Vector2<f64>,
         largest_diameter: f64,
         disks: usize,
+        unequal: bool,
     ) -> (Cells, Vec<Cells>) {
         let single = Cells::new(lengths, largest_diameter, disks);
         let ratio = largest_diameter / Cells::ideal(lengths, disks);
-        if ratio < WORTH {
+        if !unequal || ratio < WORTH {
             return (single, Vec::new());
         }
         let top = single.counts();

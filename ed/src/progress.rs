@@ -11,10 +11,10 @@ const COLLAPSE: u64 = 4000;
 /// Collisions whose disks are called the cluster of a collapse.
 const RECENT: usize = 256;
 
-/// Recent collisions without progress of time that, if they end with hardly any approach, are a collapse.
+/// Collisions in a row with hardly any approach that are a collapse, if time does not advance.
 const FEW: usize = 32;
 
-/// Way at the speed of approach during the age of the gas, in diameters, that is hardly any: only a geometric
+/// Way at the speed of approach during the time that the clock shows, in diameters, that is hardly any: only a geometric
 /// series of collisions leads there, while chance does once in 10^60.
 const FEEBLE: f64 = 1e-60;
 
@@ -29,6 +29,8 @@ pub(crate) struct Progress {
     collisions: u64,
     /// The last collisions: pair and time.
     recent: [([u32; 2], f64); RECENT],
+    /// Collisions in a row with hardly any approach.
+    feeble: usize,
     /// Crossings since the last collision.
     idle: u64,
 }
@@ -37,7 +39,7 @@ pub(crate) struct Progress {
 pub(crate) struct Latest {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
-    /// Time since the start of the run.
+    /// The same in absolute time.
     pub(crate) age: f64,
     /// Speed of approach.
     pub(crate) approach: f64,
@@ -55,8 +57,22 @@ impl Progress {
             time: 0.0,
             collisions,
             recent: [([NONE; 2], f64::NEG_INFINITY); RECENT],
+            feeble: 0,
             idle: 0,
         }
+    }
+
+    /// The same with the clock set to zero, after a fresh start.
+    pub(crate) fn afresh(&self, collisions: u64) -> Self {
+        Self {
+            idle: self.idle,
+            ..Self::new(self.collisions.min(collisions))
+        }
+    }
+
+    /// Crossings count anew.
+    pub(crate) fn be_patient(&mut self) {
+        self.idle = 0;
     }
 
     /// Collisions of so many in all since time last advanced noticeably.
@@ -80,9 +96,14 @@ impl Progress {
         // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and time
         // is measured against its absolute value.
         let resolution = 1e-13 * (latest.age.abs() + latest.unit);
-        if latest.age > 0.0 && latest.approach.abs() * latest.age < FEEBLE * latest.diameter {
-            let before = self.recent[(place + RECENT - FEW) % RECENT].1;
-            return latest.now - before <= resolution;
+        let way = latest.approach.abs() * latest.age.abs();
+        if way > 0.0 {
+            let feeble = way < FEEBLE * latest.diameter;
+            self.feeble = if feeble { self.feeble + 1 } else { 0 };
+            if self.feeble >= FEW {
+                let before = self.recent[(place + RECENT - FEW) % RECENT].1;
+                return latest.now - before <= resolution;
+            }
         }
         if !number.is_multiple_of(1024) {
             return false;
