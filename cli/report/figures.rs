@@ -675,7 +675,7 @@ pub(crate) fn cumulant(rows: &[EnergyRow], expected: Option<f64>) -> Option<Figu
     if let Some(expected) = expected {
         let _ = write!(
             caption,
-            "The dashed line is the homogeneous cooling state of kinetic theory, a₂ = {}.",
+            "The dashed line is the homogeneous state of kinetic theory, a₂ = {}.",
             number(expected, 3)
         );
     }

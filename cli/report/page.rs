@@ -367,7 +367,7 @@ fn legend(figure: &Figure) -> Vec<Curve> {
     let level = figure.panels.iter().find_map(|(_, chart)| chart.level);
     if let Some(level) = level {
         entries.push(Curve {
-            label: format!("{} = {level}", figure.panels[0].1.y.label),
+            label: format!("{} = {}", figure.panels[0].1.y.label, number(level, 4)),
             colour: "var(--ink)".to_owned(),
             mark: None,
             stroke: Stroke::Dashed,
