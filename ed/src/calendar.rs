@@ -162,8 +162,9 @@ pub struct Buckets {
     waits: usize,
     /// Disks named in the ring and the spill.
     near: usize,
-    /// Events popped since the far list was last looked through.
+    /// Events popped since the current bucket was that of number `since`.
     popped: usize,
+    since: u64,
     last_time: f64,
 }
 
@@ -299,9 +300,9 @@ impl Buckets {
         self.far.clear();
         self.near = 0;
         self.waits = 0;
-        self.popped = 0;
         self.inverse_width = rate.min(1e300) / LOAD;
         self.current = self.bucket(self.last_time);
+        (self.popped, self.since) = (0, self.current);
         for entry in entries(agenda) {
             self.file(entry);
         }
@@ -326,19 +327,22 @@ impl Buckets {
                 return false;
             };
             self.current = self.bucket(first.time).saturating_sub(1);
-            self.popped = 0;
+            (self.popped, self.since) = (0, self.current);
             self.refile(agenda);
             self.settle();
         }
         self.current = self.current.saturating_add(1);
         if self.current.is_multiple_of(self.quarter()) {
-            let load = self.popped as f64 / self.quarter() as f64;
-            self.popped = 0;
-            let rate = load * self.inverse_width;
-            let [least, most] = LOADS;
-            if load > most || (load > 0.0 && load < least && self.near > self.ring.len() / 8) {
-                self.rebuild(rate, agenda);
-                return true;
+            // Of fewer buckets, as there are after a jump or a rebuild, the mean load is not known well.
+            let passed = self.current - self.since;
+            if passed >= self.quarter() / 2 {
+                let load = self.popped as f64 / passed as f64;
+                (self.popped, self.since) = (0, self.current);
+                let [least, most] = LOADS;
+                if load > most || (load > 0.0 && load < least && self.near > self.ring.len() / 8) {
+                    self.rebuild(load * self.inverse_width, agenda);
+                    return true;
+                }
             }
             self.refile(agenda);
             self.settle();
@@ -431,6 +435,7 @@ impl Calendar for Buckets {
             waits: 0,
             near: 0,
             popped: 0,
+            since: 0,
             last_time: 0.0,
         };
         calendar.rebuild(rate, agenda);
