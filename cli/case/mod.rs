@@ -34,6 +34,7 @@
 
 mod error;
 mod locate;
+mod monte_carlo;
 mod nearest;
 mod overrides;
 mod schema;
@@ -51,6 +52,7 @@ use serde::Serialize;
 
 pub use error::{CaseError, Place};
 pub use locate::{KeyPath, Step};
+pub use monte_carlo::{Copies, Displacement, Dsmc, Neighbourhood, Scheme};
 pub use overrides::shortened;
 pub use schema::schema;
 pub use warning::Warning;
@@ -117,7 +119,7 @@ pub struct Case {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
     /// The engines to run, at least one and each at most once, in the order ed, dsmc-boltzmann,
-    /// dsmc-free-volume, dsmc-enskog.
+    /// dsmc-free-volume, dsmc-enskog, dsmc-esmc, dsmc-stochastic-disks, dsmc-contact-point.
     pub engines: Vec<Engine>,
     /// What is measured.
     pub measure: Measure,
@@ -277,15 +279,11 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// Name in case files and results: `ed`, `dsmc-boltzmann`, `dsmc-free-volume` or `dsmc-enskog`.
+    /// Name in case files and results: `ed`, or that of a Monte Carlo [`Scheme`].
     pub fn name(&self) -> &'static str {
         match self {
             Self::Ed(_) => "ed",
-            Self::Dsmc(dsmc) => match dsmc.contact_value {
-                ContactValue::Boltzmann => "dsmc-boltzmann",
-                ContactValue::FreeVolume { .. } => "dsmc-free-volume",
-                ContactValue::Enskog { .. } => "dsmc-enskog",
-            },
+            Self::Dsmc(dsmc) => dsmc.scheme.name(),
         }
     }
 }
@@ -297,51 +295,6 @@ pub struct EventDriven {
     pub contact_time: f64,
     /// Most collisions of one run, at least 1.
     pub collision_limit: Option<u64>,
-}
-
-/// Monte Carlo collisions in cells.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Dsmc {
-    /// How the density raises the collision rate.
-    pub contact_value: ContactValue,
-    /// Whether partners are displaced as in the consistent Boltzmann algorithm.
-    pub displacement: bool,
-    /// Width of a cell in diameters, above 0; none leaves it to the engine.
-    pub cell_size: Option<f64>,
-    /// Simulated particles for each disk, 1 to 1000.
-    pub simulators_per_disk: u32,
-    /// Steps that the fastest particle needs to cross a cell, at least 1.
-    pub steps_per_crossing: f64,
-}
-
-/// How the density raises the collision rate: the pair correlation at contact, `chi`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ContactValue {
-    /// Not at all: `chi = 1`.
-    Boltzmann,
-    /// By the free volume of each cell.
-    FreeVolume {
-        /// Limit on `chi`, at least 1.
-        largest: f64,
-    },
-    /// By Enskog's theory.
-    Enskog {
-        /// Where the packing fraction is taken.
-        neighbourhood: Neighbourhood,
-        /// Limit on `chi`, at least 1.
-        largest: f64,
-    },
-}
-
-/// Where the packing fraction in the contact value is taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Neighbourhood {
-    /// Over the `(2n+1)^2` cells around, with `n` from 0 to 50.
-    Cells(u32),
-    /// In the whole box.
-    Mean,
 }
 
 /// What is measured besides the energy and the collision rate. Times in units of `t0`.

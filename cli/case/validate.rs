@@ -11,9 +11,8 @@ use super::error::Problem;
 use super::locate::{KeyPath, Step};
 use super::written::{self, Written};
 use super::{
-    Bodies, Case, ContactValue, Domain, Drive, Dsmc, Engine, EventDriven, Gas, Measure,
-    Neighbourhood, Restitution, Run, Start, StartFile, StartFileKind, Structure, Units, Velocities,
-    Verdict, schema,
+    Bodies, Case, Domain, Drive, Engine, EventDriven, Gas, Measure, Restitution, Run, Start,
+    StartFile, StartFileKind, Structure, Units, Velocities, Verdict, monte_carlo, schema,
 };
 
 /// Most kicks of a run.
@@ -295,9 +294,9 @@ impl Check<'_> {
         Ok(Some(Drive { heating, interval }))
     }
 
-    fn engines(&self, engines: written::Engines) -> Result<Vec<Engine>, Problem> {
+    fn engines(&self, mut engines: written::Engines) -> Result<Vec<Engine>, Problem> {
         let mut list = Vec::new();
-        if let Some(ed) = engines.ed {
+        if let Some(ed) = engines.ed.take() {
             if ed.collision_limit.is_some_and(|limit| limit.fract() != 0.0) {
                 let key = "engine.ed.collision_limit";
                 return Err(self.refuse(key, schema::sentence(key)));
@@ -308,42 +307,7 @@ impl Check<'_> {
                 collision_limit,
             }));
         }
-        if let Some(dsmc) = engines.boltzmann {
-            list.push(Engine::Dsmc(Dsmc {
-                contact_value: ContactValue::Boltzmann,
-                displacement: dsmc.displacement,
-                cell_size: dsmc.cell_size,
-                simulators_per_disk: dsmc.simulators_per_disk,
-                steps_per_crossing: dsmc.steps_per_crossing,
-            }));
-        }
-        if let Some(dsmc) = engines.free_volume {
-            list.push(Engine::Dsmc(Dsmc {
-                contact_value: ContactValue::FreeVolume {
-                    largest: dsmc.largest_contact_value,
-                },
-                displacement: dsmc.displacement,
-                cell_size: dsmc.cell_size,
-                simulators_per_disk: dsmc.simulators_per_disk,
-                steps_per_crossing: dsmc.steps_per_crossing,
-            }));
-        }
-        if let Some(dsmc) = engines.enskog {
-            let neighbourhood = match dsmc.neighbourhood {
-                written::Neighbourhood::Cells(cells) => Neighbourhood::Cells(cells),
-                written::Neighbourhood::Whole(written::Mean::Mean) => Neighbourhood::Mean,
-            };
-            list.push(Engine::Dsmc(Dsmc {
-                contact_value: ContactValue::Enskog {
-                    neighbourhood,
-                    largest: dsmc.largest_contact_value,
-                },
-                displacement: dsmc.displacement,
-                cell_size: dsmc.cell_size,
-                simulators_per_disk: dsmc.simulators_per_disk,
-                steps_per_crossing: dsmc.steps_per_crossing,
-            }));
-        }
+        list.extend(monte_carlo::engines(&engines).into_iter().map(Engine::Dsmc));
         if list.is_empty() {
             return Err(self.refuse("engine", schema::sentence("engine")));
         }

@@ -10,6 +10,13 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+mod monte_carlo;
+
+pub use monte_carlo::{
+    Boltzmann, ContactPoint, Copies, Displacement, Enskog, Esmc, FreeVolume, Inelastic, Mean,
+    Neighbourhood, StochasticDisks,
+};
+
 /// A case file: one gas, one start, and the engines that run from it.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -49,7 +56,7 @@ pub struct Written {
     /// Random kicks that keep the gas in motion. Without this table the gas cools freely.
     pub drive: Option<Drive>,
     /// The engines to run. A table that is present is run; at least one must be.
-    #[schemars(extend("x-allowed" = "at least one engine: [engine.ed], [engine.dsmc-boltzmann], [engine.dsmc-free-volume] or [engine.dsmc-enskog]"))]
+    #[schemars(extend("x-allowed" = "at least one engine: [engine.ed], [engine.dsmc-boltzmann], [engine.dsmc-free-volume], [engine.dsmc-enskog], [engine.dsmc-esmc], [engine.dsmc-stochastic-disks] or [engine.dsmc-contact-point]"))]
     pub engine: Engines,
     /// What is measured besides the energy and the collision rate.
     #[serde(default)]
@@ -277,6 +284,16 @@ pub struct Engines {
     /// Monte Carlo collisions at the rate of Enskog's theory, with the packing around each cell.
     #[serde(rename = "dsmc-enskog")]
     pub enskog: Option<Enskog>,
+    /// Monte Carlo collisions with partners from the cell of the point of contact (Montanero and Santos).
+    #[serde(rename = "dsmc-esmc")]
+    pub esmc: Option<Esmc>,
+    /// Monte Carlo collisions of overlapping disks along their line of centres (Donev, Alder and Garcia).
+    #[serde(rename = "dsmc-stochastic-disks")]
+    pub stochastic_disks: Option<StochasticDisks>,
+    /// Monte Carlo collisions at the rate of Enskog's theory with partners around the point of contact: the one to
+    /// compare with exact disks.
+    #[serde(rename = "dsmc-contact-point")]
+    pub contact_point: Option<ContactPoint>,
 }
 
 /// Exact event-driven hard disks.
@@ -290,124 +307,6 @@ pub struct EventDriven {
     /// Most collisions in one run, as a safety limit. Default: none.
     #[schemars(extend("minimum" = 1.0, "maximum" = 9_007_199_254_740_992.0, "x-allowed" = "a collision limit is a whole number from 1 to 9007199254740992"))]
     pub collision_limit: Option<f64>,
-}
-
-/// Monte Carlo collisions at the dilute rate.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Boltzmann {
-    /// Displace the partners of a collision as the consistent Boltzmann algorithm does.
-    #[schemars(extend("x-allowed" = "displacement is true or false"))]
-    pub displacement: bool,
-    /// Width of a cell in diameters. Default: half the mean free path, and at least 2.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a cell size lies above 0, in diameters"))]
-    pub cell_size: Option<f64>,
-    /// Simulated particles for each disk.
-    #[schemars(extend("minimum" = 1, "maximum" = 1000, "x-allowed" = "the simulators per disk are a whole number from 1 to 1000"))]
-    pub simulators_per_disk: u32,
-    /// Steps that the fastest particle needs to cross a cell.
-    #[schemars(extend("minimum" = 1.0, "maximum" = 1e6, "x-allowed" = "the steps per crossing are from 1 to 1000000"))]
-    pub steps_per_crossing: f64,
-}
-
-impl Default for Boltzmann {
-    fn default() -> Self {
-        Self {
-            displacement: false,
-            cell_size: None,
-            simulators_per_disk: 1,
-            steps_per_crossing: 4.0,
-        }
-    }
-}
-
-/// Monte Carlo collisions at the rate of the free volume in each cell.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FreeVolume {
-    /// Displace the partners of a collision as the consistent Boltzmann algorithm does.
-    #[schemars(extend("x-allowed" = "displacement is true or false"))]
-    pub displacement: bool,
-    /// Width of a cell in diameters. Default: half the mean free path, and at least 2.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a cell size lies above 0, in diameters"))]
-    pub cell_size: Option<f64>,
-    /// Simulated particles for each disk.
-    #[schemars(extend("minimum" = 1, "maximum" = 1000, "x-allowed" = "the simulators per disk are a whole number from 1 to 1000"))]
-    pub simulators_per_disk: u32,
-    /// Steps that the fastest particle needs to cross a cell.
-    #[schemars(extend("minimum" = 1.0, "maximum" = 1e6, "x-allowed" = "the steps per crossing are from 1 to 1000000"))]
-    pub steps_per_crossing: f64,
-    /// Limit on the factor by which the density raises the collision rate.
-    #[schemars(extend("minimum" = 1.0, "maximum" = 1e9, "x-allowed" = "the largest contact value is from 1 to 1000000000"))]
-    pub largest_contact_value: f64,
-}
-
-impl Default for FreeVolume {
-    fn default() -> Self {
-        Self {
-            displacement: true,
-            cell_size: None,
-            simulators_per_disk: 1,
-            steps_per_crossing: 4.0,
-            largest_contact_value: 10.0,
-        }
-    }
-}
-
-/// Monte Carlo collisions at the rate of Enskog's theory.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Enskog {
-    /// Displace the partners of a collision as the consistent Boltzmann algorithm does.
-    #[schemars(extend("x-allowed" = "displacement is true or false"))]
-    pub displacement: bool,
-    /// Width of a cell in diameters. Default: half the mean free path, and at least 2.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a cell size lies above 0, in diameters"))]
-    pub cell_size: Option<f64>,
-    /// Simulated particles for each disk.
-    #[schemars(extend("minimum" = 1, "maximum" = 1000, "x-allowed" = "the simulators per disk are a whole number from 1 to 1000"))]
-    pub simulators_per_disk: u32,
-    /// Steps that the fastest particle needs to cross a cell.
-    #[schemars(extend("minimum" = 1.0, "maximum" = 1e6, "x-allowed" = "the steps per crossing are from 1 to 1000000"))]
-    pub steps_per_crossing: f64,
-    /// Where the packing fraction in the contact value is taken: over the `(2n+1)^2` cells around, or
-    /// "mean" for the whole box.
-    #[schemars(extend("x-allowed" = "a neighbourhood is a whole number of cells from 0 to 50, or \"mean\" for the whole box"))]
-    pub neighbourhood: Neighbourhood,
-    /// Limit on the factor by which the density raises the collision rate.
-    #[schemars(extend("minimum" = 1.0, "maximum" = 1e9, "x-allowed" = "the largest contact value is from 1 to 1000000000"))]
-    pub largest_contact_value: f64,
-}
-
-impl Default for Enskog {
-    fn default() -> Self {
-        Self {
-            displacement: true,
-            cell_size: None,
-            simulators_per_disk: 1,
-            steps_per_crossing: 4.0,
-            neighbourhood: Neighbourhood::Cells(2),
-            largest_contact_value: 10.0,
-        }
-    }
-}
-
-/// A neighbourhood as written.
-#[derive(Clone, Copy, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Neighbourhood {
-    /// Cells on each side.
-    Cells(#[schemars(extend("minimum" = 0, "maximum" = 50))] u32),
-    /// The whole box.
-    Whole(Mean),
-}
-
-/// The word that stands for the whole box.
-#[derive(Clone, Copy, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Mean {
-    /// The mean packing fraction of the whole box.
-    Mean,
 }
 
 /// What is measured besides the energy and the collision rate.
