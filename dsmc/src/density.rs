@@ -1,25 +1,26 @@
 //! By how much density raises the collision rate.
 
-use std::f64::consts::FRAC_PI_4;
-
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::kinetic;
+use stosszahl_model::Space;
 
 /// Over which area the packing fraction is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Neighbourhood {
     /// The whole box.
     Mean,
-    /// The square of (2n + 1)^2 cells around.
+    /// The square or cube of (2n + 1)^D cells around.
     Cells(u32),
 }
 
 /// The factor chi on the collision rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Scheme {
+    /// No collisions at all: free molecular flow.
+    Collisionless,
     /// chi = 1: the dilute gas. Converges to the Boltzmann equation.
     Boltzmann,
-    /// chi = V/(V - `V_0`), `V_0` the area that the disks of the cell need at random close packing, 0.82:
+    /// chi = V/(V - `V_0`), `V_0` the area that the disks of the cell need at random close packing, 0.82 (spheres: 0.64):
     /// the scheme of Luding, Müller & McNamara (1998). 9 % below Enskog at packing 0.25; without a
     /// limit it is infinite or negative in a crowded cell.
     FreeVolume,
@@ -31,6 +32,7 @@ impl Scheme {
     /// The word used in file names and tables.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Collisionless => "collisionless",
             Self::Boltzmann => "boltzmann",
             Self::FreeVolume => "free-volume",
             Self::Enskog(_) => "enskog",
@@ -38,11 +40,12 @@ impl Scheme {
     }
 
     /// chi at a packing fraction, before any limit.
-    pub fn contact_value(self, packing_fraction: f64) -> f64 {
+    pub fn contact_value<S: Space>(self, packing_fraction: f64) -> f64 {
         match self {
-            Self::Boltzmann => 1.0,
-            Self::FreeVolume => kinetic::free_volume_factor(packing_fraction),
-            Self::Enskog(_) => kinetic::contact_value(packing_fraction),
+            Self::Collisionless | Self::Boltzmann => 1.0,
+            Self::FreeVolume if packing_fraction >= S::RANDOM_CLOSE_PACKING => f64::INFINITY,
+            Self::FreeVolume => 1.0 / (1.0 - packing_fraction / S::RANDOM_CLOSE_PACKING),
+            Self::Enskog(_) => S::contact_value(packing_fraction),
         }
     }
 }
@@ -50,191 +53,237 @@ impl Scheme {
 /// Most entries of the table of chi: beyond, in huge cells, it is computed.
 const LARGEST_TABLE: u32 = 1 << 14;
 
-/// chi in each cell, from how much area its neighbourhood's disks cover.
-#[derive(Debug)]
-pub(crate) struct Density {
+/// chi in each cell, from how much area or volume its neighbourhood's particles cover.
+pub(crate) struct Density<S: Space> {
     scheme: Scheme,
     limit: f64,
-    /// chi by the number of unit areas in the neighbourhood: the covered area is a small integer times
-    /// one disk's where all are alike, so chi is looked up.
+    /// chi by the number of units in the neighbourhood: the covered area is a small integer times
+    /// one particle's where all are alike, so chi is looked up.
     table: Vec<f64>,
-    /// Packing fraction of one unit of area in the neighbourhood.
+    /// Packing fraction of one unit in the neighbourhood.
     unit: f64,
     /// Half width of the neighbourhood in cells.
     reach: usize,
     mean: Option<f64>,
     mean_packing: f64,
-    counts: [usize; 2],
-    /// Area around each cell, in units.
-    around: Vec<f64>,
-    rows: Vec<f64>,
+    counts: [usize; 3],
+    /// Units in the 2n + 1 cells along the first axis around each cell; integers up to 2^24 are exact. Empty where no
+    /// neighbourhood is needed.
+    lines: Vec<f32>,
+    space: std::marker::PhantomData<S>,
 }
 
-impl Density {
-    /// `cell`: area of a cell; `unit_diameter`: of the disk whose area, times `weight`, is the unit;
-    /// `packing_fraction`: of the whole box.
-    pub(crate) fn new(
-        scheme: Scheme,
-        limit: f64,
-        counts: [usize; 2],
-        cell: f64,
-        unit_diameter: f64,
-        weight: f64,
-        packing_fraction: f64,
-    ) -> Self {
+/// What [`Density::new`] must know of the gas.
+pub(crate) struct Gas {
+    /// Limit on chi.
+    pub(crate) limit: f64,
+    /// Cells along each axis, and area or volume of one.
+    pub(crate) counts: [u32; 3],
+    pub(crate) cell: f64,
+    /// Area or volume of the largest particle, times the particles of a simulator: the unit.
+    pub(crate) unit: f64,
+    /// Packing fraction of the whole box.
+    pub(crate) packing_fraction: f64,
+}
+
+impl<S: Space> Density<S> {
+    pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
+        let counts = gas.counts.map(|count| count as usize);
+        let narrowest = counts[..S::DIMENSION].iter().min().copied().unwrap_or(1);
         let reach = match scheme {
-            // A neighbourhood that wraps around the box would count disks twice.
-            Scheme::Enskog(Neighbourhood::Cells(n)) => {
-                (n as usize).min((counts[0].min(counts[1]) - 1) / 2)
-            }
+            // A neighbourhood that wraps around the box would count particles twice.
+            Scheme::Enskog(Neighbourhood::Cells(n)) => (n as usize).min((narrowest - 1) / 2),
             _ => 0,
         };
         let mean = match scheme {
-            Scheme::Enskog(Neighbourhood::Mean) => Some(scheme.contact_value(packing_fraction)),
-            Scheme::Boltzmann => Some(1.0),
+            Scheme::Enskog(Neighbourhood::Mean) => {
+                Some(scheme.contact_value::<S>(gas.packing_fraction))
+            }
+            Scheme::Collisionless | Scheme::Boltzmann => Some(1.0),
             _ => None,
         };
-        let area = cell * ((2 * reach + 1) * (2 * reach + 1)) as f64;
-        let unit = weight * FRAC_PI_4 * unit_diameter * unit_diameter / area;
+        let unit = gas.unit / (gas.cell * ((2 * reach + 1) as f64).powi(S::DIMENSION as i32));
         let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
         let table = (0..table)
-            .map(|count| scheme.contact_value(f64::from(count) * unit))
-            .take_while(|&chi| chi < limit)
+            .map(|count| scheme.contact_value::<S>(f64::from(count) * unit))
+            .take_while(|&chi| chi < gas.limit)
             .collect();
+        let mean_packing = if matches!(scheme, Scheme::Collisionless | Scheme::Boltzmann) {
+            0.0
+        } else {
+            gas.packing_fraction
+        };
+        let cells = if reach > 0 { counts.iter().product() } else { 0 };
         Self {
             scheme,
-            limit,
+            limit: gas.limit,
             table,
             unit,
             reach,
             mean,
-            mean_packing: if scheme == Scheme::Boltzmann {
-                0.0
-            } else {
-                packing_fraction
-            },
+            mean_packing,
             counts,
-            around: Vec::new(),
-            rows: Vec::new(),
+            lines: vec![0.0; cells],
+            space: std::marker::PhantomData,
         }
     }
 
-    /// Takes the area covered in each cell, in units of one disk's.
-    pub(crate) fn update(&mut self, areas: impl Iterator<Item = f64>) {
-        if self.mean.is_some() {
-            return;
-        }
-        self.around.clear();
-        self.around.extend(areas);
-        if self.reach == 0 {
-            return;
-        }
-        let [columns, rows] = self.counts;
-        self.rows.resize(self.around.len(), 0.0);
-        for row in 0..rows {
-            let line = row * columns..(row + 1) * columns;
-            window_sums(
-                &self.around[line.clone()],
-                self.reach,
-                1,
-                &mut self.rows[line],
-            );
-        }
-        for column in 0..columns {
-            window_sums(
-                &self.rows[column..],
-                self.reach,
-                columns,
-                &mut self.around[column..],
-            );
+    /// Whether chi of a cell depends on other cells, so that all must be arranged before any collides.
+    pub(crate) fn looks_around(&self) -> bool {
+        self.reach > 0
+    }
+
+    /// Whether pairs collide at all.
+    pub(crate) fn collides(&self) -> bool {
+        self.scheme != Scheme::Collisionless
+    }
+
+    /// Takes the covered units of all cells: `fill` writes those of one line along the first axis, given its number.
+    pub(crate) fn update(&mut self, parallel: bool, fill: impl Fn(usize, &mut [f32]) + Sync) {
+        let (columns, reach) = (self.counts[0], self.reach);
+        let line = |padded: &mut Vec<f32>, (number, sums): (usize, &mut [f32])| {
+            padded.resize(columns + 2 * reach, 0.0);
+            fill(number, &mut padded[reach..reach + columns]);
+            padded.copy_within(columns..columns + reach, 0);
+            padded.copy_within(reach..2 * reach, reach + columns);
+            sums.fill(0.0);
+            for shift in 0..=2 * reach {
+                for (sum, &value) in sums.iter_mut().zip(&padded[shift..]) {
+                    *sum += value;
+                }
+            }
+        };
+        if parallel {
+            let lines = self.lines.par_chunks_mut(columns).enumerate();
+            lines.with_min_len(16).for_each_init(Vec::new, line);
+        } else {
+            let mut padded = Vec::new();
+            for item in self.lines.chunks_mut(columns).enumerate() {
+                line(&mut padded, item);
+            }
         }
     }
 
-    /// chi of a cell, and whether it was limited.
+    /// Units around a cell, of which the cell itself has `own`.
     #[inline]
-    pub(crate) fn contact_value(&self, cell: usize) -> (f64, bool) {
-        if let Some(chi) = self.mean {
-            return (chi.min(self.limit), chi > self.limit);
+    fn around(&self, cell: [u32; 3], own: f64) -> f64 {
+        if self.reach == 0 {
+            return own;
         }
-        let area = self.around[cell];
-        let known = if area.fract() == 0.0 {
-            self.table.get(area as usize)
+        let [columns, rows, layers] = self.counts;
+        let cell = cell.map(|at| at as usize);
+        let depth = if S::DIMENSION == 2 { 0 } else { self.reach };
+        let mut sum = 0.0;
+        for z in 0..=2 * depth {
+            let layer = wrapped(cell[2] + z, depth, layers);
+            for y in 0..=2 * self.reach {
+                let row = wrapped(cell[1] + y, self.reach, rows);
+                sum += self.lines[cell[0] + columns * (row + rows * layer)];
+            }
+        }
+        f64::from(sum)
+    }
+
+    /// chi of a cell whose own particles cover `own` units; whether it was limited; and the packing fraction that
+    /// it belongs to, none for the dilute gas.
+    #[inline]
+    pub(crate) fn contact_value(&self, cell: [u32; 3], own: f64) -> (f64, bool, f64) {
+        if let Some(chi) = self.mean {
+            return (chi.min(self.limit), chi > self.limit, self.mean_packing);
+        }
+        let units = self.around(cell, own);
+        let known = if units.fract() == 0.0 {
+            self.table.get(units as usize)
         } else {
             None
         };
         let chi = known
             .copied()
-            .unwrap_or_else(|| self.scheme.contact_value(area * self.unit));
-        (chi.min(self.limit), chi >= self.limit)
+            .unwrap_or_else(|| self.scheme.contact_value::<S>(units * self.unit));
+        (chi.min(self.limit), chi >= self.limit, units * self.unit)
     }
 
-    /// Packing fraction that chi of a cell belongs to; none for the dilute gas.
-    #[inline]
-    pub(crate) fn packing(&self, cell: usize) -> f64 {
-        self.around
-            .get(cell)
-            .map_or(self.mean_packing, |area| area * self.unit)
+    /// Memory \[bytes\].
+    pub(crate) fn bytes(&self) -> usize {
+        8 * self.table.capacity() + 4 * self.lines.capacity()
     }
 }
 
-/// Sums over periodic windows of `2 reach + 1` elements; elements are `stride` apart.
-fn window_sums(values: &[f64], reach: usize, stride: usize, sums: &mut [f64]) {
-    let count = values.len().div_ceil(stride);
-    let at = |index: usize| values[(index % count) * stride];
-    let mut sum: f64 = (0..=2 * reach).map(|step| at(count - reach + step)).sum();
-    for index in 0..count {
-        sums[index * stride] = sum;
-        // Integers stay exact, so sliding leaves no trace; unlike disks keep it within rounding.
-        sum += at(index + reach + 1) - at(index + count - reach);
-    }
+/// The number `shifted - reach`, around a ring of `count`; both are at most `count`.
+#[inline]
+fn wrapped(shifted: usize, reach: usize, count: usize) -> usize {
+    let at = shifted + count - reach;
+    let at = if at >= count { at - count } else { at };
+    if at >= count { at - count } else { at }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stosszahl_model::{Plane, Volume};
 
-    #[test]
-    fn windows_are_periodic_sums() {
-        let values = [1.0, 2.0, 3.0, 4.0, 5.0];
-        let mut sums = [0.0; 5];
-        window_sums(&values, 1, 1, &mut sums);
-        assert_eq!(sums, [8.0, 6.0, 9.0, 12.0, 10.0]);
-        window_sums(&values, 2, 1, &mut sums);
-        assert_eq!(sums, [15.0; 5]);
-    }
-
-    /// The sliding sums over the grid against the plain double sum.
-    #[test]
-    fn neighbourhood_packing_is_the_plain_sum() {
-        let counts = [7, 5];
-        let areas: Vec<f64> = (0..35).map(|i| f64::from(i * i % 4)).collect();
+    /// The sums along lines and across them against the plain sum over all cells around.
+    fn check<S: Space>(counts: [u32; 3]) {
+        let areas: Vec<f32> = (0..counts.iter().product())
+            .map(|i| (i * i % 5) as f32)
+            .collect();
+        let gas = Gas {
+            limit: 10.0,
+            counts,
+            cell: 4.0,
+            unit: 0.1,
+            packing_fraction: 0.25,
+        };
         let scheme = Scheme::Enskog(Neighbourhood::Cells(2));
-        let mut density = Density::new(scheme, 10.0, counts, 4.0, 1.0, 1.0, 0.25);
-        density.update(areas.iter().copied());
-        for row in 0..5 {
-            for column in 0..7 {
+        let columns = counts[0] as usize;
+        for parallel in [false, true] {
+            let mut density = Density::<S>::new(scheme, &gas);
+            density.update(parallel, |line, values| {
+                values.copy_from_slice(&areas[line * columns..(line + 1) * columns]);
+            });
+            let [nx, ny, nz] = counts.map(|count| count as usize);
+            let deep = if S::DIMENSION == 2 { 0..1 } else { 0..5 };
+            for cell in 0..areas.len() {
+                let at = [cell % nx, cell / nx % ny, cell / nx / ny];
                 let mut plain = 0.0;
-                for y in 0..5 {
-                    for x in 0..5 {
-                        plain += areas[((row + y + 3) % 5) * 7 + (column + x + 5) % 7];
+                for z in deep.clone() {
+                    let z = if nz == 1 { 0 } else { (at[2] + z + nz - 2) % nz };
+                    for y in 0..5 {
+                        for x in 0..5 {
+                            let (x, y) = ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);
+                            plain += f64::from(areas[x + nx * (y + ny * z)]);
+                        }
                     }
                 }
-                let packing = plain * FRAC_PI_4 / 100.0;
-                let cell = row * 7 + column;
-                assert!((density.packing(cell) - packing).abs() < 1e-14);
-                assert!(
-                    (density.contact_value(cell).0 - kinetic::contact_value(packing)).abs() < 1e-12
-                );
+                let packing = plain * 0.1 / 4.0 / 5_f64.powi(S::DIMENSION as i32);
+                let found = density.contact_value(at.map(|at| at as u32), 0.0);
+                assert!((found.2 - packing).abs() < 1e-14);
+                assert!((found.0 - S::contact_value(packing)).abs() < 1e-12);
             }
         }
     }
 
     #[test]
+    fn neighbourhood_packing_is_the_plain_sum() {
+        check::<Plane>([7, 5, 1]);
+        check::<Volume>([5, 7, 6]);
+    }
+
+    #[test]
     fn crowded_cells_are_limited_and_say_so() {
-        let mut density = Density::new(Scheme::FreeVolume, 10.0, [2, 1], 4.0, 1.0, 1.0, 0.25);
-        density.update([2.0, 5.0].into_iter());
-        let (chi, limited) = density.contact_value(0);
-        assert!(!limited && (chi - 1.0 / (1.0 - FRAC_PI_4 / 2.0 / 0.82)).abs() < 1e-14);
-        assert_eq!(density.contact_value(1), (10.0, true));
+        let gas = Gas {
+            limit: 10.0,
+            counts: [2, 1, 1],
+            cell: 4.0,
+            unit: Plane::ball(0.5),
+            packing_fraction: 0.25,
+        };
+        let density = Density::<Plane>::new(Scheme::FreeVolume, &gas);
+        let (chi, limited, packing) = density.contact_value([0; 3], 2.0);
+        let known = std::f64::consts::FRAC_PI_4 / 2.0;
+        assert!(!limited && (packing - known).abs() < 1e-15);
+        assert!((chi - 1.0 / (1.0 - known / 0.82)).abs() < 1e-14);
+        let (chi, limited, _) = density.contact_value([1, 0, 0], 5.0);
+        assert_eq!((chi, limited), (10.0, true));
     }
 }

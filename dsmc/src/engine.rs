@@ -1,233 +1,79 @@
-//! The engine: simulators, cells, and the step.
+//! The engine: how steps follow each other.
 
-use std::f64::consts::{PI, TAU};
-
-use nalgebra::{Vector2, vector};
-use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Collision, Domain, Encounter, Field, Free, Observe, Physics, Plane, Restitution, Sizes,
-    Smooth, State, collide, kinetic,
+    Body, Domain, Free, Observe, Physics, Sizes, Smooth, Space, State, Vector, VectorOf,
 };
 
-use crate::density::{Density, Scheme};
+use crate::collide::{Kernel, covered};
+use crate::density::{Density, Gas};
+use crate::grid::Grid;
+use crate::parameters::{EngineError, Parameters};
+use crate::simulator::{Follow, Simulator, SimulatorOf, Unfollowed, is_good};
+use crate::sweep::{Pool, is_parallel, sweep};
+use crate::tally::{Stock, Tally, Unit};
+use crate::tile::{Arrivals, Outbox, Tile, Traveller};
 
-/// Numerical choices of a run. All of them buy accuracy or speed; none is physics.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
-    /// How density raises the collision rate.
-    pub scheme: Scheme,
-    /// Whether partners are displaced by one contact distance along the transferred momentum.
-    pub displacement: bool,
-    /// Smallest side of a cell \[length\]; `None`: half a mean free path, but at least two diameters.
-    pub cell_size: Option<f64>,
-    /// Simulators for each disk.
-    pub simulators_per_disk: u32,
-    /// Steps in which the fastest simulator crosses a cell, and in which a mean free time passes.
-    pub steps_per_crossing: f64,
-    /// Limit on chi.
-    pub largest_contact_value: f64,
-}
-
-impl Parameters {
-    fn check(&self) -> Result<(), EngineError> {
-        let check = |name, value: f64, good: bool, allowed| {
-            if good {
-                Ok(())
-            } else {
-                Err(EngineError::BadParameter {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
-        };
-        let copies = f64::from(self.simulators_per_disk);
-        check("simulators_per_disk", copies, copies >= 1.0, "at least 1")?;
-        let steps = self.steps_per_crossing;
-        check(
-            "steps_per_crossing",
-            steps,
-            (1.0..=1e6).contains(&steps),
-            "from 1 to 1e6",
-        )?;
-        let limit = self.largest_contact_value;
-        check(
-            "largest_contact_value",
-            limit,
-            (1.0..=1e9).contains(&limit),
-            "from 1 to 1e9",
-        )?;
-        if let Some(size) = self.cell_size {
-            check(
-                "cell_size",
-                size,
-                size > 0.0 && size.is_finite(),
-                "above zero",
-            )?;
-        }
-        Ok(())
-    }
-
-    /// Mean free path at a packing fraction, by the scheme's own collision rate \[length\].
-    pub fn mean_free_path(&self, packing_fraction: f64, diameter: f64) -> f64 {
-        let chi = self
-            .scheme
-            .contact_value(packing_fraction)
-            .min(self.largest_contact_value);
-        diameter * kinetic::mean_free_path(packing_fraction.max(1e-12), chi)
-    }
-
-    /// Columns and rows of cells in a box: as many as fit at the chosen size.
-    pub fn cells(
-        &self,
-        domain: &Domain<Plane>,
-        packing_fraction: f64,
-        diameter: f64,
-    ) -> [usize; 2] {
-        let automatic =
-            || (0.5 * self.mean_free_path(packing_fraction, diameter)).max(2.0 * diameter);
-        let side = self.cell_size.unwrap_or_else(automatic);
-        // At most 2^26 cells in all: where more would fit, nearly all would be empty.
-        [0, 1].map(|axis| ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, 8192))
-    }
-}
-
-/// What was done, in numbers that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
-    /// Steps.
-    pub steps: u64,
-    /// Pairs tried.
-    pub trials: u64,
-    /// Pairs of simulators that collided.
-    pub collisions: u64,
-    /// Trials whose relative speed exceeded the majorant.
-    pub majorant_violations: u64,
-    /// Cells, summed over steps, with at least two simulators.
-    pub active_cells: u64,
-    /// Those of them in which chi was limited.
-    pub limited_cells: u64,
-    /// Collisions in cells in which chi was limited.
-    pub limited_collisions: u64,
-    /// Sum over collisions of the distance of the partners \[length\].
-    pub separation: f64,
-    /// Largest number of collisions per simulator in one cell and step.
-    pub busiest_cell: f64,
-}
-
-/// Why the engine could not start.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EngineError {
-    /// A parameter has no meaning.
-    #[error("{name} = {value}; allowed: {allowed}")]
-    BadParameter {
-        /// Which.
-        name: &'static str,
-        /// What was found.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
-    /// A position or velocity is no finite number, or too large to be squared.
-    #[error(
-        "simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150"
-    )]
-    BadNumber {
-        /// Index.
-        simulator: usize,
-        /// Position.
-        position: [f64; 2],
-        /// Velocity.
-        velocity: [f64; 2],
-    },
-}
-
-/// One simulator: 32 bytes, and its index where disks are unlike.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Simulator<T> {
-    position: Vector2<f64>,
-    velocity: Vector2<f64>,
-    tag: T,
-}
+/// Simulators that a tile is to hold: with its working copy it fits the second cache.
+const PER_TILE: usize = 4096;
 
 /// Everything needed to continue a run to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Checkpoint<P: Physics<Space = Plane>> {
+pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     time: f64,
-    simulators: Vec<Simulator<TagOf<P>>>,
-    displacements: Vec<Vector2<f64>>,
-    remainders: Vec<f64>,
-    fastest: f64,
-    temperature: f64,
+    /// In the order of their cells.
+    simulators: Vec<SimulatorOf<P, F>>,
+    stock: Stock<P::Space>,
+    unit: Unit,
     tally: Tally,
 }
 
-fn check_numbers<T>(simulators: &[Simulator<T>]) -> Result<(), EngineError> {
-    for (index, simulator) in simulators.iter().enumerate() {
-        let Simulator {
-            position, velocity, ..
-        } = simulator;
-        if !position
-            .iter()
-            .chain(velocity.iter())
-            .all(|x| x.abs() <= 1e150)
-        {
-            return Err(EngineError::BadNumber {
-                simulator: index,
-                position: (*position).into(),
-                velocity: (*velocity).into(),
-            });
-        }
-    }
-    Ok(())
-}
-
-type TagOf<P> = <<P as Physics>::Sizes as Sizes>::Tag;
-
-/// Direct Simulation Monte Carlo of smooth disks in a periodic box.
-pub struct Engine<P: Physics<Space = Plane>> {
-    /// The scene, with the sizes of all simulators.
-    scene: P,
-    parameters: Parameters,
-    streams: Streams,
-    domain: Domain<Plane>,
-    /// Number and sides of the cells.
-    counts: [usize; 2],
-    width: Vector2<f64>,
-    /// Disks per simulator.
+/// What of the gas never changes.
+struct Constants {
+    /// Particles for each simulator.
     weight: f64,
     /// Mean free path of the mean density \[length\], for the step.
     mean_free_path: f64,
     moment_ratio: f64,
-    density: Density,
-    /// In cell order after the sort.
-    simulators: Vec<Simulator<TagOf<P>>>,
-    sorted: Vec<Simulator<TagOf<P>>>,
-    /// How far each simulator has come, in the order of the simulators; empty unless asked for.
-    displacements: Vec<Vector2<f64>>,
-    /// Cell of each simulator, and where each cell's simulators begin.
-    places: Vec<u32>,
-    starts: Vec<u32>,
-    remainders: Vec<f64>,
+}
+
+/// Direct Simulation Monte Carlo of smooth particles in a periodic box.
+///
+/// `F` says whether it follows how far simulators come ([`crate::Followed`]) or not.
+pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
+    /// The scene, with the sizes of all simulators.
+    scene: P,
+    parameters: Parameters,
+    streams: Streams,
+    constants: Constants,
+    grid: Grid<P::Space>,
+    density: Density<P::Space>,
+    simulators: usize,
+    tiles: Vec<Tile<P, F>>,
+    /// What leaves tiles in the present flight, and what left them in the last.
+    departing: Vec<Outbox<P, F>>,
+    arriving: Vec<Outbox<P, F>>,
+    far: Vec<(u32, Traveller<P, F>)>,
+    pool: Pool<P, F>,
+    held_step: Option<f64>,
     time: f64,
-    fastest: f64,
-    temperature: f64,
+    stock: Stock<P::Space>,
+    unit: Unit,
     tally: Tally,
 }
 
-impl<P> Engine<P>
+impl<P, F> Engine<P, F>
 where
-    P: Physics<Space = Plane, Surface = Smooth, Field = Free>,
+    P: Physics<Surface = Smooth, Field = Free>,
+    F: Follow<P::Space>,
 {
-    /// Starts from a state of disks.
+    /// Starts from a state of particles.
     ///
-    /// With several simulators per disk, the first set has the state's own positions and velocities;
-    /// each further set is the whole state moved by a random vector with all velocities turned by a
-    /// random angle. This keeps energy and vanishing momentum, and is the same gas only where the state is
+    /// With several simulators per particle, the first set has the state's own positions and velocities;
+    /// each further set is the whole state moved by a random vector with all velocities turned at
+    /// random. This keeps energy and vanishing momentum, and is the same gas only where the state is
     /// homogeneous and isotropic: a density or flow pattern of the start is blurred.
     ///
     /// # Errors
@@ -238,44 +84,41 @@ where
         state: &State<P>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
+        parameters.check()?;
         let copies = parameters.simulators_per_disk as usize;
-        let scene = scene.with_sizes(scene.sizes().repeated(copies));
+        let sizes = scene.sizes().repeated(copies);
         let lengths = state.domain.lengths();
         let mut simulators = Vec::with_capacity(state.bodies.len() * copies);
         for copy in 0..copies {
             let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
-            let mut number = |scale: f64| {
-                if copy == 0 {
-                    0.0
-                } else {
-                    scale * stream.random::<f64>()
-                }
-            };
-            let shift = vector![number(lengths[0]), number(lengths[1])];
-            let (sine, cosine) = number(TAU).sin_cos();
+            let mut shift = VectorOf::<P>::default();
+            for axis in 0..P::Space::DIMENSION {
+                shift[axis] = lengths[axis] * rand::RngExt::random::<f64>(&mut stream);
+            }
+            let turn = P::Space::random_turn(&mut stream);
             for (index, body) in state.bodies.iter().enumerate() {
-                let v = body.velocity;
+                let (position, velocity) = if copy == 0 {
+                    (body.position, body.velocity)
+                } else {
+                    let velocity = P::Space::turned(turn, body.velocity);
+                    (body.position + shift, velocity)
+                };
                 simulators.push(Simulator {
-                    position: state.domain.wrap(body.position + shift),
-                    velocity: vector![cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1]],
-                    tag: scene.sizes().tag(copy * state.bodies.len() + index),
+                    position: state.domain.wrap(position),
+                    velocity,
+                    tag: sizes.tag(copy * state.bodies.len() + index),
+                    mark: F::Mark::default(),
                 });
             }
         }
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
-            displacements: Vec::new(),
-            remainders: Vec::new(),
-            fastest: 0.0,
-            temperature: 0.0,
+            stock: Stock::default(),
+            unit: Unit::of(0.0),
             tally: Tally::default(),
         };
-        let mut engine = Self::assemble(scene, parameters, state.domain, checkpoint, streams)?;
-        let mut stream = streams.at(Purpose::Remainders, [0, 0]);
-        engine.remainders = (0..engine.counts[0] * engine.counts[1])
-            .map(|_| stream.random())
-            .collect();
+        let mut engine = Self::resume(scene, parameters, state.domain, checkpoint, streams)?;
         engine.take_stock();
         Ok(engine)
     }
@@ -287,126 +130,162 @@ where
     pub fn resume(
         scene: &P,
         parameters: Parameters,
-        domain: Domain<Plane>,
-        checkpoint: Checkpoint<P>,
+        domain: Domain<P::Space>,
+        checkpoint: Checkpoint<P, F>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
-        let scene = scene.with_sizes(
-            scene
-                .sizes()
-                .repeated(parameters.simulators_per_disk as usize),
-        );
-        Self::assemble(scene, parameters, domain, checkpoint, streams)
-    }
-
-    fn assemble(
-        scene: P,
-        parameters: Parameters,
-        domain: Domain<Plane>,
-        checkpoint: Checkpoint<P>,
-        streams: Streams,
-    ) -> Result<Self, EngineError> {
+        parameters.check()?;
+        let copies = parameters.simulators_per_disk as usize;
+        let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let Checkpoint {
             time,
             simulators,
-            displacements,
-            remainders,
-            fastest,
-            temperature,
+            stock,
+            unit,
             tally,
         } = checkpoint;
-        parameters.check()?;
-        check_numbers(&simulators)?;
-        let copies = f64::from(parameters.simulators_per_disk);
-        let limit = parameters.largest_contact_value;
-        let weight = 1.0 / copies;
+        check_numbers::<P, F>(&simulators)?;
+        let weight = 1.0 / copies as f64;
         let sizes = scene.sizes();
-        let [mut first, mut second] = [0.0; 2];
+        let dimension = P::Space::DIMENSION as i32;
+        let [mut first, mut lower, mut upper, mut covered] = [0.0; 4];
         // In the order of the sizes, which unlike that of the simulators is the same after a restart.
         for index in 0..simulators.len() {
-            let diameter = 2.0 * sizes.radius(sizes.tag(index));
-            first += diameter;
-            second += diameter * diameter;
+            let radius = sizes.radius(sizes.tag(index));
+            first += 2.0 * radius;
+            lower += (2.0 * radius).powi(dimension - 1);
+            upper += (2.0 * radius).powi(dimension);
+            covered += P::Space::ball(radius);
         }
-        let packing = weight * PI / 4.0 * second / domain.volume();
-        let (mean_diameter, moment_ratio) = if second > 0.0 {
-            (first / simulators.len() as f64, first / second)
+        let packing_fraction = weight * covered / domain.volume();
+        let (mean_diameter, moment_ratio) = if upper > 0.0 {
+            (first / simulators.len() as f64, lower / upper)
         } else {
             (2.0 * sizes.largest_radius(), 1.0)
         };
-        let mean_free_path = parameters.mean_free_path(packing, mean_diameter);
-        let counts = parameters.cells(&domain, packing, mean_diameter);
-        let lengths = domain.lengths();
-        let width = vector![lengths[0] / counts[0] as f64, lengths[1] / counts[1] as f64];
-        let unit_diameter = 2.0 * sizes.largest_radius();
-        let density = Density::new(
-            parameters.scheme,
-            limit,
-            counts,
-            width[0] * width[1],
-            unit_diameter,
-            weight,
-            packing,
-        );
-        Ok(Self {
-            sorted: simulators.clone(),
-            places: vec![0; simulators.len()],
-            starts: vec![0; counts[0] * counts[1] + 1],
+        let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
+        let grid = Grid::new(domain, counts, simulators.len(), PER_TILE);
+        let gas = Gas {
+            limit: parameters.largest_contact_value,
+            counts: grid.counts(),
+            cell: grid.cell_volume(),
+            unit: weight * P::Space::ball(sizes.largest_radius()),
+            packing_fraction,
+        };
+        let mut engine = Self {
+            density: Density::new(parameters.scheme, &gas),
+            constants: Constants {
+                weight,
+                mean_free_path: parameters
+                    .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
+                moment_ratio,
+            },
             scene,
             parameters,
             streams,
-            domain,
-            counts,
-            width,
-            weight,
-            mean_free_path,
-            moment_ratio,
-            density,
-            simulators,
-            displacements,
-            remainders,
+            grid,
+            simulators: simulators.len(),
+            tiles: Vec::new(),
+            departing: Vec::new(),
+            arriving: Vec::new(),
+            far: Vec::new(),
+            pool: Pool::default(),
+            held_step: None,
             time,
-            fastest,
-            temperature,
+            stock,
+            unit,
             tally,
-        })
+        };
+        engine.fill(&simulators);
+        Ok(engine)
+    }
+
+    /// Distributes simulators among the tiles; those of a cell keep their order.
+    fn fill(&mut self, simulators: &[SimulatorOf<P, F>]) {
+        let places = self.grid.places();
+        let mut sorted: Vec<(u32, u16, u32)> = simulators
+            .iter()
+            .enumerate()
+            .map(|(index, simulator)| {
+                let (tile, cell) = self.grid.locate(self.grid.cell_at(simulator.position));
+                (tile as u32, cell as u16, index as u32)
+            })
+            .collect();
+        sorted.sort_unstable();
+        let mut rest = &sorted[..];
+        let mut members = Vec::new();
+        self.tiles.clear();
+        for (number, place) in places.into_iter().enumerate() {
+            let end = rest.partition_point(|(tile, ..)| *tile as usize == number);
+            members.clear();
+            members.extend(
+                rest[..end]
+                    .iter()
+                    .map(|&(_, cell, index)| (cell, simulators[index as usize])),
+            );
+            rest = &rest[end..];
+            let mut tile = Tile::new(place);
+            tile.take(&members);
+            self.tiles.push(tile);
+        }
+        let boxes = || (0..self.tiles.len()).map(|_| Outbox::default()).collect();
+        (self.departing, self.arriving) = (boxes(), boxes());
+        self.pool = Pool::default();
     }
 
     /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or
     /// for `most_steps`. True if the time was reached.
     pub fn advance(&mut self, until: f64, most_steps: u64, watch: &mut impl Observe<P>) -> bool {
-        for _ in 0..most_steps {
-            let left = until - self.time;
-            if left <= 0.0 {
-                return true;
-            }
-            let step = self.step_length();
-            // Equal last steps instead of a long and a tiny one.
-            let steps = (left / step).ceil();
-            let (step, last) = if steps <= 1.0 {
-                (left, true)
+        let mut left = most_steps;
+        let Some(mut step) = self.next_step(self.time, until, left) else {
+            return until <= self.time;
+        };
+        self.fly_only(0.5 * step);
+        loop {
+            left -= 1;
+            let end = if step >= until - self.time {
+                until
             } else {
-                (left / steps, false)
+                self.time + step
             };
-            self.step(step, watch);
-            self.time = if last { until } else { self.time + step };
+            let next = self.next_step(end, until, left);
+            // The half flights between two collisions are one flight.
+            let flight = 0.5 * (step + next.unwrap_or(0.0));
+            self.step(step, flight, watch);
+            self.time = end;
+            let Some(next) = next else { break };
+            step = next;
         }
+        self.settle();
         until <= self.time
     }
 
     /// The gas at the present time: one body for each simulator, in the order of the sizes of
     /// [`Engine::scene`].
     pub fn state(&self) -> State<P> {
-        let mut bodies = vec![Body::new(Vector2::zeros(), Vector2::zeros()); self.simulators.len()];
-        for (order, simulator) in self.simulators.iter().enumerate() {
+        let origin = VectorOf::<P>::default();
+        let mut bodies = vec![Body::new(origin, origin); self.simulators];
+        for (order, simulator) in self.ordered().enumerate() {
             bodies[P::Sizes::index(simulator.tag, order)] =
-                Body::new(self.domain.wrap(simulator.position), simulator.velocity);
+                Body::new(simulator.position, simulator.velocity);
         }
         State {
             time: self.time,
-            domain: self.domain,
+            domain: *self.grid.domain(),
             bodies,
         }
+    }
+
+    /// All simulators, in the order of the numbers of their cells.
+    fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
+        let [columns, rows, layers] = self.grid.counts();
+        let cells = (0..layers).flat_map(move |z| {
+            (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z]))
+        });
+        cells.flat_map(|cell| {
+            let (tile, local) = self.grid.locate(cell);
+            self.tiles[tile].members(local)
+        })
     }
 
     /// The scene with the sizes of all simulators.
@@ -414,37 +293,54 @@ where
         &self.scene
     }
 
-    /// Measures displacements from now on. They cost one vector a simulator and two passes over them a step.
+    /// Measures displacements from now on.
     pub fn follow_displacements(&mut self) {
-        self.displacements = vec![Vector2::zeros(); self.simulators.len()];
+        let tiles = self.tiles.iter_mut();
+        for simulator in tiles.flat_map(|tile| &mut tile.simulators) {
+            simulator.mark = F::Mark::default();
+        }
     }
 
-    /// How far simulators have come since [`Self::follow_displacements`], across the edges of the box \[length\]; in no
-    /// order that stays, and empty unless they are followed. The displacement of partners in the scheme counts.
-    pub fn displacements(&self) -> &[Vector2<f64>] {
-        &self.displacements
+    /// How far simulators have come since the start or [`Self::follow_displacements`], across the edges of the box
+    /// \[length\]; in the order of [`Self::state`] and zero unless they are followed. The displacement of partners in
+    /// the scheme counts.
+    pub fn displacements(&self) -> Vec<VectorOf<P>> {
+        let mut ways = vec![VectorOf::<P>::default(); self.simulators];
+        for (order, simulator) in self.ordered().enumerate() {
+            ways[P::Sizes::index(simulator.tag, order)] = F::way(simulator.mark);
+        }
+        ways
     }
 
     /// Adds to the velocity of each simulator, in the order of [`Engine::state`]; further simulators stay as they
     /// are.
-    pub fn kick(&mut self, changes: &[Vector2<f64>]) {
-        for (order, simulator) in self.simulators.iter_mut().enumerate() {
-            if let Some(change) = changes.get(P::Sizes::index(simulator.tag, order)) {
-                simulator.velocity += change;
+    pub fn kick(&mut self, changes: &[VectorOf<P>]) {
+        let [columns, rows, layers] = self.grid.counts();
+        let mut order = 0;
+        for z in 0..layers {
+            for y in 0..rows {
+                for x in 0..columns {
+                    let (tile, cell) = self.grid.locate([x, y, z]);
+                    for simulator in self.tiles[tile].members_mut(cell) {
+                        let index = P::Sizes::index(simulator.tag, order);
+                        if let Some(&change) = changes.get(index) {
+                            simulator.velocity += change;
+                        }
+                        order += 1;
+                    }
+                }
             }
         }
         self.take_stock();
     }
 
     /// Everything needed to go on from here.
-    pub fn checkpoint(&self) -> Checkpoint<P> {
+    pub fn checkpoint(&self) -> Checkpoint<P, F> {
         Checkpoint {
             time: self.time,
-            simulators: self.simulators.clone(),
-            displacements: self.displacements.clone(),
-            remainders: self.remainders.clone(),
-            fastest: self.fastest,
-            temperature: self.temperature,
+            simulators: self.ordered().copied().collect(),
+            stock: self.stock,
+            unit: self.unit,
             tally: self.tally,
         }
     }
@@ -461,286 +357,248 @@ where
 
     /// Number of simulators.
     pub fn simulators(&self) -> usize {
-        self.simulators.len()
+        self.simulators
     }
 
-    /// Disks per simulator.
+    /// Particles for each simulator.
     pub fn weight(&self) -> f64 {
-        self.weight
+        self.constants.weight
     }
 
     /// Sides of a cell \[length\].
-    pub fn cell(&self) -> [f64; 2] {
-        self.width.into()
+    pub fn cell(&self) -> VectorOf<P> {
+        self.grid.width()
     }
 
+    /// The cells and tiles.
+    pub fn grid(&self) -> &Grid<P::Space> {
+        &self.grid
+    }
+
+    /// Memory that the engine holds, all included \[bytes\].
+    pub fn bytes(&self) -> usize {
+        let boxes = self.departing.iter().chain(&self.arriving);
+        size_of::<Self>()
+            + self.tiles.iter().map(Tile::bytes).sum::<usize>()
+            + boxes.map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes()).sum::<usize>()
+            + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
+            + self.pool.bytes()
+            + self.density.bytes()
+            + self.grid.bytes()
+    }
+
+    /// Groups the cells in tiles that hold about so many simulators. It changes speed and memory, and no result.
+    pub fn retile(&mut self, simulators_per_tile: usize) {
+        let simulators: Vec<_> = self.ordered().copied().collect();
+        let counts = self.grid.counts().map(|count| count as usize);
+        let domain = *self.grid.domain();
+        self.grid = Grid::new(domain, counts, self.simulators, simulators_per_tile.max(1));
+        self.fill(&simulators);
+    }
+
+    /// Takes steps of this length from now on \[time\], whatever the gas does: whether it is short enough is then the
+    /// caller's concern. Not part of a checkpoint.
+    pub fn hold_step(&mut self, length: f64) {
+        self.held_step = (length > 0.0).then_some(length);
+    }
+
+    /// The length of the step that begins at the time `from`, unless that is the end or no step is left.
+    fn next_step(&self, from: f64, until: f64, steps_left: u64) -> Option<f64> {
+        let left = until - from;
+        if left.is_nan() || left <= 0.0 || steps_left == 0 {
+            return None;
+        }
+        let step = self.held_step.unwrap_or_else(|| self.step_length());
+        // Equal last steps instead of a long and a tiny one.
+        let steps = (left / step).ceil();
+        Some(if steps <= 1.0 {
+            left
+        } else if steps.is_finite() {
+            left / steps
+        } else {
+            step
+        })
+    }
+
+    /// What the gas allows, as it was before the last collisions: the fastest simulator crosses a cell in several
+    /// steps, and a mean free time lasts as many.
     fn step_length(&self) -> f64 {
-        let crossing = self.width.min() / self.fastest;
-        // Mean speed sqrt(pi T/(2m)); the mean mass is one in the program's units.
-        let free = self.mean_free_path / (PI / 2.0 * self.temperature).sqrt();
-        let step = crossing.min(free) / self.parameters.steps_per_crossing;
-        if step.is_finite() { step } else { f64::MAX }
+        let width = self.grid.width();
+        let crossing = (0..P::Space::DIMENSION)
+            .map(|axis| width[axis] / self.stock.speeds[axis])
+            .fold(f64::MAX, f64::min);
+        let degrees = P::Space::DIMENSION * self.simulators.max(1);
+        let temperature = self.stock.twice_energy(self.unit) / degrees as f64;
+        // The mean mass is one in the program's units.
+        let mean_speed = P::Space::MEAN_SPEED * temperature.sqrt();
+        let step = crossing.min(self.constants.mean_free_path / mean_speed);
+        // A gas at rest: any step, that can be added to another.
+        (step / self.parameters.steps_per_crossing).min(1e150)
     }
 
-    /// Largest speed and temperature, for the length of the next step.
+    /// Speeds and energy of the present state, for the length of the next step.
     fn take_stock(&mut self) {
         let sizes = self.scene.sizes();
-        let (mut fastest, mut twice_energy) = (0.0_f64, 0.0);
-        for simulator in &self.simulators {
-            let square = simulator.velocity.norm_squared();
-            fastest = fastest.max(square);
-            twice_energy += sizes.mass(simulator.tag) * square;
+        let mut total = 0.0;
+        for simulator in self.ordered() {
+            total += sizes.mass(simulator.tag) * simulator.velocity.square();
         }
-        self.fastest = fastest.sqrt();
-        self.temperature = twice_energy / (2.0 * self.simulators.len().max(1) as f64);
+        let unit = Unit::of(total);
+        let mut stock = Stock::default();
+        for simulator in self.ordered() {
+            let v = simulator.velocity;
+            let twice_energy = sizes.mass(simulator.tag) * v.square();
+            stock.note(v, v, twice_energy, unit.inverse());
+        }
+        (self.stock, self.unit) = (stock, unit);
     }
+}
 
-    fn step(&mut self, step: f64, watch: &mut impl Observe<P>) {
-        self.fly_and_sort(0.5 * step);
-        let sizes = self.scene.sizes();
-        let unit = sizes.largest_radius().powi(-2);
-        let (starts, simulators) = (&self.starts, &self.simulators);
-        self.density.update(starts.windows(2).map(|ends| {
-            if P::Sizes::UNIFORM {
-                f64::from(ends[1] - ends[0])
-            } else {
-                simulators[ends[0] as usize..ends[1] as usize]
-                    .iter()
-                    .map(|simulator| sizes.radius(simulator.tag).powi(2) * unit)
-                    .sum()
-            }
-        }));
-        for cell in 0..self.starts.len() - 1 {
-            if self.starts[cell + 1] - self.starts[cell] >= 2 {
-                self.collide_cell(cell, step, watch);
+impl<P, F> Engine<P, F>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+    F: Follow<P::Space>,
+{
+    /// Collisions of a step, and the flight after them.
+    fn step(&mut self, step: f64, flight: f64, watch: &mut impl Observe<P>) {
+        let parallel = is_parallel(self.simulators);
+        let around = self.density.looks_around();
+        if around {
+            self.settle();
+            self.look_around(parallel);
+        }
+        let unit = Unit::of(self.stock.twice_energy(self.unit));
+        let kernel = Kernel {
+            scene: &self.scene,
+            grid: &self.grid,
+            density: &self.density,
+            displacement: self.parameters.displacement,
+            weight: self.constants.weight,
+            moment_ratio: self.constants.moment_ratio,
+            step,
+            time: self.time + 0.5 * step,
+            streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
+            units: unit.inverse(),
+            looks: looks::<P, _>(watch),
+        };
+        let arrivals = Arrivals {
+            boxes: &self.arriving,
+            far: &self.far,
+        };
+        let (scene, grid) = (&self.scene, &self.grid);
+        sweep(
+            parallel,
+            &mut self.tiles,
+            &mut self.departing,
+            &self.pool,
+            |tile, outbox, scratch| {
+                if around {
+                    scratch.sorted.clear();
+                    scratch.sorted.extend_from_slice(&tile.simulators);
+                } else {
+                    tile.arrange(grid, &arrivals, scratch);
+                }
+                kernel.collide(tile, &mut scratch.sorted);
+                tile.fly(scene, grid, flight, scratch, outbox);
+            },
+        );
+        self.exchange();
+        self.stock = Stock::default();
+        self.unit = unit;
+        for tile in &mut self.tiles {
+            self.tally.add(&tile.tally);
+            self.stock.add(&tile.stock);
+            for collision in tile.log.drain(..) {
+                watch.collision(&collision);
             }
         }
-        self.note_flight(0.5 * step);
-        let field = self.scene.field();
-        for simulator in &mut self.simulators {
-            Field::<Plane>::drift(
-                field,
-                &mut simulator.position,
-                &mut simulator.velocity,
-                0.5 * step,
-            );
-        }
-        self.take_stock();
         self.tally.steps += 1;
     }
 
-    /// Half a free flight, then a counting sort by cell, which keeps the order within a cell.
-    fn fly_and_sort(&mut self, duration: f64) {
-        self.note_flight(duration);
-        let field = self.scene.field();
-        let scale = vector![1.0 / self.width[0], 1.0 / self.width[1]];
-        self.starts.fill(0);
-        for (simulator, place) in self.simulators.iter_mut().zip(&mut self.places) {
-            Field::<Plane>::drift(
-                field,
-                &mut simulator.position,
-                &mut simulator.velocity,
-                duration,
-            );
-            simulator.position = self.domain.wrap(simulator.position);
-            let column = ((simulator.position[0] * scale[0]) as usize).min(self.counts[0] - 1);
-            let row = ((simulator.position[1] * scale[1]) as usize).min(self.counts[1] - 1);
-            let cell = row * self.counts[0] + column;
-            *place = cell as u32;
-            self.starts[cell + 1] += 1;
-        }
-        let mut total = 0;
-        for start in &mut self.starts {
-            total += *start;
-            *start = total;
-        }
-        // `starts[c]` is now where cell c begins; filling moves it to where c ends, which is where
-        // c + 1 began: shifted back by one afterwards.
-        for (simulator, &place) in self.simulators.iter().zip(&self.places) {
-            let slot = &mut self.starts[place as usize];
-            self.sorted[*slot as usize] = *simulator;
-            *slot += 1;
-        }
-        self.starts.rotate_right(1);
-        self.starts[0] = 0;
-        std::mem::swap(&mut self.simulators, &mut self.sorted);
-        self.sort_displacements();
+    /// A flight from arranged tiles, with no collisions before.
+    fn fly_only(&mut self, duration: f64) {
+        let (scene, grid) = (&self.scene, &self.grid);
+        sweep(
+            is_parallel(self.simulators),
+            &mut self.tiles,
+            &mut self.departing,
+            &self.pool,
+            |tile, outbox, scratch| {
+                scratch.sorted.clear();
+                scratch.sorted.extend_from_slice(&tile.simulators);
+                tile.fly(scene, grid, duration, scratch, outbox);
+            },
+        );
+        self.exchange();
     }
 
-    /// Adds a free flight to the displacements that are followed.
-    fn note_flight(&mut self, duration: f64) {
-        for (displacement, simulator) in self.displacements.iter_mut().zip(&self.simulators) {
-            *displacement += simulator.velocity * duration;
-        }
-    }
-
-    /// Brings the displacements into the order of the simulators just sorted.
-    fn sort_displacements(&mut self) {
-        if self.displacements.is_empty() {
-            return;
-        }
-        let mut next = self.starts.clone();
-        let mut sorted = vec![Vector2::zeros(); self.displacements.len()];
-        for (&displacement, &place) in self.displacements.iter().zip(&self.places) {
-            let slot = &mut next[place as usize];
-            sorted[*slot as usize] = displacement;
-            *slot += 1;
-        }
-        self.displacements = sorted;
-    }
-
-    fn collide_cell(&mut self, cell: usize, step: f64, watch: &mut impl Observe<P>) {
-        let place = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-        // Nothing to slice unless displacements are followed.
-        let followed = self.displacements.get_mut(place.clone());
-        let followed = followed.unwrap_or_default();
-        let members = &mut self.simulators[place];
-        let count = members.len();
-        let sizes = self.scene.sizes();
-        let (chi, limited) = self.density.contact_value(cell);
-        self.tally.active_cells += 1;
-        self.tally.limited_cells += u64::from(limited);
-        let mut majorant = largest_relative_speed(members);
-        if majorant == 0.0 {
-            return;
-        }
-        let largest = 2.0 * sizes.largest_radius();
-        let packing = if P::Sizes::UNIFORM {
-            0.0
-        } else {
-            self.density.packing(cell).min(0.9)
+    /// Arranges all tiles, so that each holds its simulators by cell.
+    fn settle(&mut self) {
+        let grid = &self.grid;
+        let arrivals = Arrivals {
+            boxes: &self.arriving,
+            far: &self.far,
         };
-        // chi and contact distance of a pair over those of the largest disks at chi.
-        let pair_factor = |diameters: [f64; 2]| {
-            let distance = 0.5 * (diameters[0] + diameters[1]);
-            distance * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
-        };
-        let ceiling = if P::Sizes::UNIFORM {
-            largest * chi
-        } else {
-            pair_factor([largest; 2]).max(largest * chi)
-        };
-        let pairs = 0.5 * count as f64 * (count - 1) as f64;
-        let area = self.width[0] * self.width[1];
-        let trials =
-            pairs * 2.0 * ceiling * self.weight * majorant * step / area + self.remainders[cell];
-        self.remainders[cell] = trials.fract();
-        let trials = trials as u64;
-        if trials == 0 {
-            return;
+        sweep(
+            is_parallel(self.simulators),
+            &mut self.tiles,
+            &mut self.departing,
+            &self.pool,
+            |tile, _, scratch| {
+                tile.arrange(grid, &arrivals, scratch);
+                tile.settle(scratch);
+            },
+        );
+    }
+
+    /// Turns what departed into what arrives.
+    fn exchange(&mut self) {
+        std::mem::swap(&mut self.departing, &mut self.arriving);
+        self.far.clear();
+        for outbox in &mut self.arriving {
+            self.far.append(&mut outbox.far);
         }
-        let mut stream = self
-            .streams
-            .at(Purpose::Collisions, [self.tally.steps, cell as u64]);
-        let mut collisions = 0;
-        for _ in 0..trials {
-            let [i, j] = draw_pair(count, &mut stream);
-            let relative = members[i].velocity - members[j].velocity;
-            let square = relative.norm_squared();
-            let mut threshold = majorant * stream.random::<f64>();
-            if square > majorant * majorant {
-                self.tally.majorant_violations += 1;
-                majorant = square.sqrt();
+        let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
+        self.far.sort_by_key(order);
+    }
+
+    /// Lets the density see all cells.
+    fn look_around(&mut self, parallel: bool) {
+        let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
+        let rows = grid.counts()[1];
+        self.density.update(parallel, |line, values| {
+            let line = line as u32;
+            let mut x = 0;
+            while x < values.len() {
+                let cell = [x as u32, line % rows, line / rows];
+                let (tile, first) = grid.locate(cell);
+                let tile = &tiles[tile];
+                for local in 0..tile.place.sides[0] as usize {
+                    values[x] = covered::<P, F>(sizes, tile.members(first + local)) as f32;
+                    x += 1;
+                }
             }
-            let radii = [i, j].map(|who| sizes.radius(members[who].tag));
-            if !P::Sizes::UNIFORM {
-                threshold *= ceiling / pair_factor(radii.map(|radius| 2.0 * radius));
-            }
-            if square <= threshold * threshold {
-                continue;
-            }
-            collisions += 1;
-            let distance = radii[0] + radii[1];
-            let speed = square.sqrt();
-            let (normal, along) = draw_normal(relative / speed, &mut stream);
-            let line = normal * distance;
-            let masses = [i, j].map(|who| sizes.mass(members[who].tag));
-            let velocities = [members[i].velocity, members[j].velocity];
-            let restitution = self.scene.restitution().normal(-along * speed);
-            let pair = Encounter {
-                velocities,
-                masses,
-                line,
-            };
-            let [u, v] = collide(&self.scene, &pair, restitution);
-            members[i].velocity = u;
-            members[j].velocity = v;
-            self.tally.separation += self
-                .domain
-                .distance(members[i].position, members[j].position);
-            if self.parameters.displacement {
-                displace(members, followed, [i, j], line);
-            }
-            watch.collision(&Collision {
-                time: self.time + 0.5 * step,
-                relative,
-                line,
-                reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-                restitution,
-                weight: self.weight,
-            });
-        }
-        self.tally.trials += trials;
-        self.tally.collisions += collisions;
-        if limited {
-            self.tally.limited_collisions += collisions;
-        }
-        self.tally.busiest_cell = self
-            .tally
-            .busiest_cell
-            .max(2.0 * collisions as f64 / count as f64);
+        });
     }
 }
 
-/// Moves two partners apart by the vector `line` each, and notes it where displacements are followed.
-#[inline]
-fn displace<T>(
-    members: &mut [Simulator<T>],
-    followed: &mut [Vector2<f64>],
-    [i, j]: [usize; 2],
-    line: Vector2<f64>,
-) {
-    members[i].position += line;
-    members[j].position -= line;
-    if !followed.is_empty() {
-        followed[i] += line;
-        followed[j] -= line;
-    }
+fn looks<P: Physics, W: Observe<P>>(_watch: &W) -> bool {
+    W::LOOKS
 }
 
-/// The sum of the two largest speeds relative to the mean velocity: no pair is faster.
-#[inline]
-fn largest_relative_speed<T>(members: &[Simulator<T>]) -> f64 {
-    let sum = members
-        .iter()
-        .fold(Vector2::zeros(), |sum, member| sum + member.velocity);
-    let mean = sum / members.len() as f64;
-    let [mut first, mut second] = [0.0_f64; 2];
-    for member in members {
-        let square = (member.velocity - mean).norm_squared();
-        second = second.max(square.min(first));
-        first = first.max(square);
-    }
-    // Room for the rounding of the mean.
-    (first.sqrt() + second.sqrt()) * (1.0 + 1e-12)
-}
-
-/// A unit vector along the line of centres for an approach in the direction `direction`, with b/d uniform
-/// on [-1, 1], from the second partner to the first; and its component along the approach, never positive.
-#[inline]
-fn draw_normal(direction: Vector2<f64>, stream: &mut impl Rng) -> (Vector2<f64>, f64) {
-    let impact = 2.0 * stream.random::<f64>() - 1.0;
-    let along = -(1.0 - impact * impact).sqrt();
-    (
-        direction * along + vector![-direction[1], direction[0]] * impact,
-        along,
-    )
-}
-
-/// Two different numbers below `count`, each pair equally likely.
-#[inline]
-fn draw_pair(count: usize, stream: &mut impl Rng) -> [usize; 2] {
-    let i = stream.random_range(0..count);
-    let j = stream.random_range(0..count - 1);
-    [i, if j >= i { j + 1 } else { j }]
+fn check_numbers<P: Physics, F: Follow<P::Space>>(
+    simulators: &[SimulatorOf<P, F>],
+) -> Result<(), EngineError> {
+    let dimension = P::Space::DIMENSION;
+    let bad = simulators.iter().position(|simulator| {
+        !is_good(dimension, simulator.position) || !is_good(dimension, simulator.velocity)
+    });
+    bad.map_or(Ok(()), |index| {
+        let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();
+        Err(EngineError::BadNumber {
+            simulator: index,
+            position: list(simulators[index].position),
+            velocity: list(simulators[index].velocity),
+        })
+    })
 }

@@ -7,6 +7,8 @@
 
 use std::f64::consts::PI;
 
+pub mod spheres;
+
 /// Close packing of equal disks, pi/(2 sqrt 3).
 pub const CLOSE_PACKING: f64 = 0.906_899_682_117_089_3;
 

@@ -1,11 +1,15 @@
 //! The dimension of the scene, as a type.
 
+use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 
-use nalgebra::SVector;
+use nalgebra::{Quaternion, SVector, UnitQuaternion, vector};
+use rand::{Rng, RngExt};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use crate::kinetic::{self, spheres};
 
 /// Vector arithmetic that the engines and measurements need; met by `nalgebra`'s static vectors.
 pub trait Vector:
@@ -52,6 +56,31 @@ pub trait Space: Copy + Debug + Default + Send + Sync + 'static {
     const DIMENSION: usize;
     /// Positions and velocities.
     type Vector: Vector;
+    /// A rotation.
+    type Turn: Copy;
+
+    /// Area or volume of a particle, pi r^2 or 4 pi r^3/3 \[length^D\].
+    fn ball(radius: f64) -> f64;
+    /// What a particle sweeps through on its way, for a contact distance: 2 d or pi d^2 \[length^(D-1)\].
+    fn cross_section(distance: f64) -> f64;
+    /// A unit vector along the line of centres, from the second partner to the first, for an approach along the
+    /// unit vector `direction`, and its component along it, never positive: the impact parameter is uniform in the
+    /// cross section, as molecular chaos has it.
+    fn line_of_centres(direction: Self::Vector, stream: &mut impl Rng) -> (Self::Vector, f64);
+    /// A random rotation, all equally likely.
+    fn random_turn(stream: &mut impl Rng) -> Self::Turn;
+    /// A vector, rotated.
+    fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
+    /// Pair correlation of equal particles at contact.
+    fn contact_value(packing_fraction: f64) -> f64;
+    /// Packing fraction of random close packing.
+    const RANDOM_CLOSE_PACKING: f64;
+    /// Mean free path over the diameter.
+    fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64;
+    /// Collisions per particle and time in units of sqrt(T/m)/d, for a Maxwellian gas.
+    fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64;
+    /// Mean speed over sqrt(T/m).
+    const MEAN_SPEED: f64;
 }
 
 /// Two dimensions: disks.
@@ -65,9 +94,171 @@ pub struct Volume;
 impl Space for Plane {
     const DIMENSION: usize = 2;
     type Vector = SVector<f64, 2>;
+    /// Sine and cosine.
+    type Turn = (f64, f64);
+
+    #[inline]
+    fn ball(radius: f64) -> f64 {
+        PI * radius * radius
+    }
+    #[inline]
+    fn cross_section(distance: f64) -> f64 {
+        2.0 * distance
+    }
+    #[inline]
+    fn line_of_centres(direction: Self::Vector, stream: &mut impl Rng) -> (Self::Vector, f64) {
+        let impact = 2.0 * stream.random::<f64>() - 1.0;
+        let along = -(1.0 - impact * impact).sqrt();
+        let aside = vector![-direction[1], direction[0]];
+        (direction * along + aside * impact, along)
+    }
+    fn random_turn(stream: &mut impl Rng) -> Self::Turn {
+        (TAU * stream.random::<f64>()).sin_cos()
+    }
+    fn turned((sine, cosine): Self::Turn, v: Self::Vector) -> Self::Vector {
+        vector![cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1]]
+    }
+    fn contact_value(packing_fraction: f64) -> f64 {
+        kinetic::contact_value(packing_fraction)
+    }
+    const RANDOM_CLOSE_PACKING: f64 = kinetic::RANDOM_CLOSE_PACKING;
+    fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
+        kinetic::mean_free_path(packing_fraction, contact_value)
+    }
+    fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
+        kinetic::collision_rate(packing_fraction, contact_value, 0.0)
+    }
+    /// sqrt(pi/2).
+    const MEAN_SPEED: f64 = 1.253_314_137_315_500_3;
 }
 
 impl Space for Volume {
     const DIMENSION: usize = 3;
     type Vector = SVector<f64, 3>;
+    type Turn = UnitQuaternion<f64>;
+
+    #[inline]
+    fn ball(radius: f64) -> f64 {
+        4.0 / 3.0 * PI * radius.powi(3)
+    }
+    #[inline]
+    fn cross_section(distance: f64) -> f64 {
+        PI * distance * distance
+    }
+    #[inline]
+    fn line_of_centres(direction: Self::Vector, stream: &mut impl Rng) -> (Self::Vector, f64) {
+        // A point in the unit disk: no sine, no cosine.
+        let (x, y, square) = loop {
+            let x = 2.0 * stream.random::<f64>() - 1.0;
+            let y = 2.0 * stream.random::<f64>() - 1.0;
+            let square = x * x + y * y;
+            if square < 1.0 {
+                break (x, y, square);
+            }
+        };
+        // Two vectors across the direction: Duff et al., J. Comput. Graph. Tech. 6, 1 (2017).
+        let sign = 1.0_f64.copysign(direction[2]);
+        let a = -1.0 / (sign + direction[2]);
+        let b = direction[0] * direction[1] * a;
+        let first = vector![
+            1.0 + sign * direction[0] * direction[0] * a,
+            sign * b,
+            -sign * direction[0]
+        ];
+        let second = vector![b, sign + direction[1] * direction[1] * a, -direction[1]];
+        let along = -(1.0 - square).sqrt();
+        (direction * along + first * x + second * y, along)
+    }
+    fn random_turn(stream: &mut impl Rng) -> Self::Turn {
+        // Shoemake, Graphics Gems III, 124 (1992).
+        let split: f64 = stream.random();
+        let [first, second] = [(); 2].map(|()| (TAU * stream.random::<f64>()).sin_cos());
+        let (low, high) = ((1.0 - split).sqrt(), split.sqrt());
+        UnitQuaternion::new_normalize(Quaternion::new(
+            high * second.1,
+            low * first.0,
+            low * first.1,
+            high * second.0,
+        ))
+    }
+    fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector {
+        turn * vector
+    }
+    fn contact_value(packing_fraction: f64) -> f64 {
+        spheres::contact_value(packing_fraction)
+    }
+    const RANDOM_CLOSE_PACKING: f64 = spheres::RANDOM_CLOSE_PACKING;
+    fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
+        spheres::mean_free_path(packing_fraction, contact_value)
+    }
+    fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
+        spheres::collision_rate(packing_fraction, contact_value)
+    }
+    /// sqrt(8/pi).
+    const MEAN_SPEED: f64 = 1.595_769_121_605_730_7;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// Unit length; the square of the impact parameter has the mean 1/3 on a line and 1/2 in a disk, and the mean of
+    /// what is aside vanishes: z = 4.4 standard errors (false alarm 1e-5 each).
+    fn check<S: Space>(directions: &[S::Vector], mean_square: f64, variance: f64) {
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);
+        let count = 100_000;
+        let (mut square, mut aside) = (0.0, S::Vector::default());
+        for index in 0..count {
+            let direction = directions[index % directions.len()];
+            let (normal, along) = S::line_of_centres(direction, &mut stream);
+            assert!((normal.square() - 1.0).abs() < 1e-14);
+            assert!((normal.inner(&direction) - along).abs() < 1e-14 && along <= 0.0);
+            square += 1.0 - along * along;
+            aside += normal - direction * along;
+        }
+        let n = count as f64;
+        assert!((square / n - mean_square).abs() < 4.4 * (variance / n).sqrt());
+        for axis in 0..S::DIMENSION {
+            assert!(aside[axis].abs() / n < 4.4 * (mean_square / n).sqrt());
+        }
+    }
+
+    #[test]
+    fn impact_parameters_are_uniform_in_the_cross_section() {
+        check::<Plane>(&[vector![0.6, -0.8]], 1.0 / 3.0, 4.0 / 45.0);
+        let poles = [
+            vector![0.0, 0.0, -1.0],
+            vector![0.0, 0.0, 1.0],
+            vector![0.6, 0.0, -0.8],
+            vector![1.0, 0.0, 0.0],
+        ];
+        check::<Volume>(&poles, 0.5, 1.0 / 12.0);
+    }
+
+    #[test]
+    fn turns_keep_lengths_and_go_everywhere() {
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(6);
+        let mut sum = SVector::<f64, 3>::zeros();
+        for _ in 0..20_000 {
+            let turn = Volume::random_turn(&mut stream);
+            let v = Volume::turned(turn, vector![0.0, 0.0, 2.0]);
+            assert!((v.norm() - 2.0).abs() < 1e-14);
+            sum += v;
+        }
+        // Each component has the variance 4/3.
+        assert!(sum.amax() < 4.4 * (4.0 / 3.0 * 20_000.0_f64).sqrt());
+    }
+
+    #[test]
+    fn rates_are_mean_speed_over_mean_free_path() {
+        fn check<S: Space>() {
+            let (phi, chi) = (0.1, S::contact_value(0.1));
+            let rate = S::MEAN_SPEED / S::mean_free_path(phi, chi);
+            assert!((rate / S::collision_rate(phi, chi) - 1.0).abs() < 1e-14);
+        }
+        check::<Plane>();
+        check::<Volume>();
+    }
 }

@@ -112,15 +112,8 @@ impl<P: Physics> State<P> {
     /// The share of the domain that the particles cover.
     pub fn packing_fraction(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
-        let dimension = P::Space::DIMENSION;
-        // pi r^2 in the plane, 4 pi r^3 / 3 in space.
-        let unit = if dimension == 2 {
-            std::f64::consts::PI
-        } else {
-            4.0 * std::f64::consts::FRAC_PI_3
-        };
         let covered: f64 = (0..self.bodies.len())
-            .map(|index| unit * sizes.radius(sizes.tag(index)).powi(dimension as i32))
+            .map(|index| P::Space::ball(sizes.radius(sizes.tag(index))))
             .sum();
         covered / self.domain.volume()
     }

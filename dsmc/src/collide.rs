@@ -1,0 +1,330 @@
+//! Collisions within cells.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::random::Bundle;
+use stosszahl_model::{
+    Collision, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, Vector, VectorOf,
+    collide, kinetic,
+};
+
+use crate::density::Density;
+use crate::grid::Grid;
+use crate::poisson::poisson;
+use crate::simulator::{Follow, SimulatorOf};
+use crate::tally::{Stock, Tally, larger, smaller};
+use crate::tile::Tile;
+
+/// Everything that the collisions of one step share.
+pub(crate) struct Kernel<'a, P: Physics> {
+    pub(crate) scene: &'a P,
+    pub(crate) grid: &'a Grid<P::Space>,
+    pub(crate) density: &'a Density<P::Space>,
+    /// Whether partners are displaced.
+    pub(crate) displacement: bool,
+    /// Particles for each simulator.
+    pub(crate) weight: f64,
+    /// `M_(D-1)/M_D` of the diameters.
+    pub(crate) moment_ratio: f64,
+    /// Length of the step \[time\], and its middle.
+    pub(crate) step: f64,
+    pub(crate) time: f64,
+    /// The random streams of the step, by cell.
+    pub(crate) streams: Bundle,
+    /// Units of energy for one.
+    pub(crate) units: f64,
+    /// Whether collisions are kept for somebody to look at.
+    pub(crate) looks: bool,
+}
+
+/// What the collisions of a tile leave.
+struct Report<'a, P: Physics> {
+    tally: Tally,
+    stock: Stock<P::Space>,
+    log: &'a mut Vec<Collision<VectorOf<P>>>,
+}
+
+/// A cell about to collide.
+struct Cell {
+    /// Number among all.
+    number: u32,
+    /// Trials expected for each pair and unit of relative speed, for the pairs of the largest cross section.
+    rate: f64,
+    chi: f64,
+    limited: bool,
+    packing: f64,
+    /// Largest product of cross section and chi of a pair.
+    ceiling: f64,
+}
+
+impl<P> Kernel<'_, P>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+{
+    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
+    pub(crate) fn collide<F: Follow<P::Space>>(
+        &self,
+        tile: &mut Tile<P, F>,
+        sorted: &mut [SimulatorOf<P, F>],
+    ) {
+        let mut report = Report::<P> {
+            tally: Tally::default(),
+            stock: Stock::default(),
+            log: &mut tile.log,
+        };
+        let place = tile.place;
+        let collides = self.density.collides();
+        let mut index = 0;
+        for z in 0..place.sides[2] {
+            for y in 0..place.sides[1] {
+                let line = [place.first[0], place.first[1] + y, place.first[2] + z];
+                for x in 0..place.sides[0] {
+                    let range = tile.starts[index] as usize..tile.starts[index + 1] as usize;
+                    index += 1;
+                    let members = &mut sorted[range];
+                    if members.is_empty() {
+                        continue;
+                    }
+                    let majorant = self.take_stock::<F>(members, &mut report.stock);
+                    if members.len() >= 2 && collides {
+                        let at = [line[0] + x, line[1], line[2]];
+                        self.collide_cell::<F>(members, at, majorant, &mut report);
+                    }
+                }
+            }
+        }
+        let Report { tally, stock, .. } = report;
+        (tile.tally, tile.stock) = (tally, stock);
+    }
+
+    /// Notes speeds and energy, and returns the diagonal of the box that holds all velocities: no pair is faster.
+    #[inline(always)]
+    fn take_stock<F: Follow<P::Space>>(
+        &self,
+        members: &[SimulatorOf<P, F>],
+        stock: &mut Stock<P::Space>,
+    ) -> f64 {
+        let sizes = self.scene.sizes();
+        let [mut low, mut high] = [members[0].velocity; 2];
+        let mut squares = VectorOf::<P>::default();
+        for member in members {
+            let velocity = member.velocity;
+            let mass = if P::Sizes::UNIFORM {
+                1.0
+            } else {
+                sizes.mass(member.tag)
+            };
+            for axis in 0..P::Space::DIMENSION {
+                let v = velocity[axis];
+                low[axis] = smaller(v, low[axis]);
+                high[axis] = larger(v, high[axis]);
+                squares[axis] += if P::Sizes::UNIFORM {
+                    v * v
+                } else {
+                    mass * v * v
+                };
+            }
+        }
+        let mut twice_energy = (0..P::Space::DIMENSION).map(|axis| squares[axis]).sum();
+        if P::Sizes::UNIFORM {
+            twice_energy *= sizes.mass(members[0].tag);
+        }
+        stock.note(low, high, twice_energy, self.units);
+        (high - low).square().sqrt()
+    }
+
+    #[inline(always)]
+    fn collide_cell<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        at: [u32; 3],
+        mut majorant: f64,
+        report: &mut Report<'_, P>,
+    ) {
+        let cell = self.cell::<F>(members, at);
+        report.tally.active_cells += 1;
+        report.tally.limited_cells += u64::from(cell.limited);
+        let count = members.len() as u64;
+        let mut stream = self.streams.at(u64::from(cell.number));
+        let ordered = (count * (count - 1)) as f64;
+        let trials = poisson(0.5 * ordered * cell.rate * majorant, &mut stream);
+        let mut collisions = 0;
+        for _ in 0..trials {
+            let [i, j] = draw_pair(count, &mut stream);
+            let relative = members[i].velocity - members[j].velocity;
+            let square = relative.square();
+            let mut threshold = majorant * stream.random::<f64>();
+            if square > majorant * majorant {
+                report.tally.majorant_violations += 1;
+                majorant = square.sqrt();
+            }
+            if !P::Sizes::UNIFORM {
+                let sizes = self.scene.sizes();
+                let diameters = [i, j].map(|who| 2.0 * sizes.radius(members[who].tag));
+                threshold *=
+                    cell.ceiling / self.pair_factor(cell.chi, cell.packing, diameters);
+            }
+            if square > threshold * threshold {
+                collisions += 1;
+                self.collide_pair::<F>(members, [i, j], relative, square, report, &mut stream);
+            }
+        }
+        let tally = &mut report.tally;
+        tally.trials += trials;
+        tally.collisions += collisions;
+        if cell.limited {
+            tally.limited_collisions += collisions;
+        }
+        let each = 2.0 * collisions as f64;
+        if each > tally.busiest_cell * count as f64 {
+            tally.busiest_cell = each / count as f64;
+        }
+    }
+
+    /// Rates of a cell.
+    #[inline(always)]
+    fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
+        let sizes = self.scene.sizes();
+        let own = covered::<P, F>(sizes, members);
+        let (chi, limited, packing) = self.density.contact_value(at, own);
+        let packing = packing.min(0.9);
+        let largest = 2.0 * sizes.largest_radius();
+        let ceiling = chi * P::Space::cross_section(largest);
+        let ceiling = if P::Sizes::UNIFORM {
+            ceiling
+        } else {
+            ceiling.max(self.pair_factor(chi, packing, [largest; 2]))
+        };
+        Cell {
+            number: self.grid.number(at),
+            rate: ceiling * self.weight * self.step / self.grid.cell_volume(),
+            chi,
+            limited,
+            packing,
+            ceiling,
+        }
+    }
+
+    /// Cross section times chi of a pair.
+    #[inline]
+    fn pair_factor(&self, chi: f64, packing: f64, diameters: [f64; 2]) -> f64 {
+        P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
+            * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
+    }
+
+    /// Collides a pair of members whose relative velocity has the given square.
+    #[inline(always)]
+    fn collide_pair<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        [i, j]: [usize; 2],
+        relative: VectorOf<P>,
+        square: f64,
+        report: &mut Report<'_, P>,
+        stream: &mut impl Rng,
+    ) {
+        let sizes = self.scene.sizes();
+        let radii = [i, j].map(|who| sizes.radius(members[who].tag));
+        let masses = [i, j].map(|who| sizes.mass(members[who].tag));
+        let speed = square.sqrt();
+        let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
+        let line = normal * (radii[0] + radii[1]);
+        let velocities = [i, j].map(|who| members[who].velocity);
+        let restitution = self.scene.restitution().normal(-along * speed);
+        let pair = Encounter {
+            velocities,
+            masses,
+            line,
+        };
+        let after = collide(self.scene, &pair, restitution);
+        let apart = nearest::<P>(self.grid, members[i].position - members[j].position);
+        report.tally.separation += apart.square().sqrt();
+        let gained = (after[0] - velocities[0]) * masses[0];
+        let mut virial = apart.inner(&gained);
+        members[i].velocity = after[0];
+        members[j].velocity = after[1];
+        if self.displacement {
+            virial += line.inner(&(after[0] * masses[0] - after[1] * masses[1]));
+            for (who, by) in [(i, line), (j, -line)] {
+                members[who].position += by;
+                F::moved(&mut members[who].mark, by);
+            }
+        }
+        report.tally.virial += self.weight * virial;
+        if self.looks {
+            report.log.push(Collision {
+                time: self.time,
+                relative,
+                line,
+                reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+                restitution,
+                weight: self.weight,
+            });
+        }
+    }
+}
+
+/// What members of a cell cover, in units of the largest particle.
+#[inline(always)]
+pub(crate) fn covered<P: Physics, F: Follow<P::Space>>(
+    sizes: &P::Sizes,
+    members: &[SimulatorOf<P, F>],
+) -> f64 {
+    if P::Sizes::UNIFORM {
+        return members.len() as f64;
+    }
+    let unit = 1.0 / sizes.largest_radius();
+    let share = |member: &SimulatorOf<P, F>| {
+        (sizes.radius(member.tag) * unit).powi(P::Space::DIMENSION as i32)
+    };
+    members.iter().map(share).sum()
+}
+
+/// The shortest image of a difference of positions in the box or a little outside.
+#[inline(always)]
+fn nearest<P: Physics>(grid: &Grid<P::Space>, mut difference: VectorOf<P>) -> VectorOf<P> {
+    let lengths = grid.domain().lengths();
+    for axis in 0..P::Space::DIMENSION {
+        let x = difference[axis];
+        if x.abs() > 0.5 * lengths[axis] {
+            difference[axis] = x - lengths[axis] * (x / lengths[axis]).round();
+        }
+    }
+    difference
+}
+
+/// Two different numbers below `count`, each pair equally likely to count^2/2^64.
+#[inline(always)]
+fn draw_pair(count: u64, stream: &mut impl Rng) -> [usize; 2] {
+    // What the first product has below its integer part is as random as what it came from.
+    let first = u128::from(stream.random::<u64>()) * u128::from(count);
+    let second = u128::from(first as u64) * u128::from(count - 1);
+    let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
+    [i, j + usize::from(j >= i)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoroshiro128PlusPlus;
+
+    /// All ordered pairs of seven: chi-squared with 41 degrees of freedom exceeds 93.2 once in 1e5.
+    #[test]
+    fn pairs_are_equally_likely() {
+        let mut stream = Xoroshiro128PlusPlus::seed_from_u64(1);
+        let mut found = [[0.0; 7]; 7];
+        let draws = 420_000;
+        for _ in 0..draws {
+            let [i, j] = draw_pair(7, &mut stream);
+            found[i][j] += 1.0;
+        }
+        let expected = f64::from(draws) / 42.0;
+        let mut chi_squared = 0.0;
+        for (i, row) in found.iter().enumerate() {
+            assert_eq!(row[i], 0.0);
+            let others = row.iter().enumerate().filter(|(j, _)| *j != i);
+            chi_squared += others.map(|(_, n)| (n - expected).powi(2) / expected).sum::<f64>();
+        }
+        assert!(chi_squared < 93.2, "{chi_squared}");
+    }
+}

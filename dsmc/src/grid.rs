@@ -1,0 +1,269 @@
+//! Cells, and the tiles that they are grouped in.
+
+use stosszahl_model::{Domain, Space};
+
+/// Most cells of a tile: their numbers within it have 16 bits.
+const MOST_CELLS: usize = 1 << 16;
+
+/// Added to a number below 2^31, it leaves the nearest integer in the last 32 bits.
+const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
+
+/// Number of offsets from a tile to itself and its neighbours, in three dimensions.
+pub(crate) const OFFSETS: usize = 27;
+
+/// The cells of a box: equal rectangles or cuboids, numbered with the first axis running fastest; and tiles of nearly
+/// equal numbers of cells along each axis, numbered alike. There are always three axes: beyond the dimension, with one cell.
+#[derive(Clone, Debug)]
+pub struct Grid<S: Space> {
+    domain: Domain<S>,
+    /// Cells along each axis.
+    counts: [u32; 3],
+    /// Cells for each unit of length.
+    scale: S::Vector,
+    /// Tiles along each axis, and their first cells, with the number of cells at the end.
+    tiles: [u32; 3],
+    firsts: [Vec<u32>; 3],
+    /// Smallest coordinate in each tile, with the length of the box at the end.
+    edges: [Vec<f64>; 3],
+    /// The tile of each cell, by coordinate.
+    owners: [Vec<u32>; 3],
+}
+
+/// The place of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<S: Space> {
+    /// Its coordinates among the tiles.
+    pub(crate) tile: [u32; 3],
+    /// Its first cell, and the number of its cells, along each axis.
+    pub(crate) first: [u32; 3],
+    pub(crate) sides: [u32; 3],
+    /// Positions in it: from `low`, below `high`.
+    pub(crate) low: S::Vector,
+    pub(crate) high: S::Vector,
+}
+
+impl<S: Space> Grid<S> {
+    /// `counts` cells along each axis, in tiles that hold about `per_tile` of all `simulators`.
+    pub(crate) fn new(
+        domain: Domain<S>,
+        counts: [usize; 3],
+        simulators: usize,
+        per_tile: usize,
+    ) -> Self {
+        let cells: usize = counts.iter().product();
+        let each = (simulators.max(1) as f64 / cells as f64).max(1.0 / 16.0);
+        let volume = (per_tile as f64 / each).clamp(1.0, MOST_CELLS as f64);
+        let side = volume.powf(1.0 / S::DIMENSION as f64).max(1.0);
+        // A little below what the number of bits allows, as sides are rounded.
+        let most = if S::DIMENSION == 2 { 255 } else { 40 };
+        let counts = counts.map(|count| count.max(1) as u32);
+        let tiles = counts.map(|count| {
+            let wanted = (f64::from(count) / side).round().max(1.0) as u32;
+            wanted.max(count.div_ceil(most)).min(count)
+        });
+        let mut scale = S::Vector::default();
+        for axis in 0..S::DIMENSION {
+            // A little less, so that no position below the length of the box is in a cell beyond it.
+            let exact = f64::from(counts[axis]) / domain.lengths()[axis];
+            scale[axis] = exact * (1.0 - 4.0 * f64::EPSILON);
+        }
+        let axes = [0, 1, 2];
+        let firsts = axes.map(|axis| {
+            let [count, tiles] = [counts[axis], tiles[axis]].map(u64::from);
+            (0..=tiles).map(|tile| (tile * count / tiles) as u32).collect::<Vec<_>>()
+        });
+        let mut grid = Self {
+            domain,
+            counts,
+            scale,
+            tiles,
+            owners: axes.map(|axis| {
+                let ends = firsts[axis].windows(2).enumerate();
+                ends.flat_map(|(tile, ends)| (ends[0]..ends[1]).map(move |_| tile as u32))
+                    .collect()
+            }),
+            firsts,
+            edges: [const { Vec::new() }; 3],
+        };
+        for axis in 0..S::DIMENSION {
+            grid.edges[axis] = grid.firsts[axis]
+                .iter()
+                .map(|&first| grid.edge(axis, first))
+                .collect();
+        }
+        grid
+    }
+
+    /// The smallest coordinate whose cell is `first` or beyond; the length of the box, if there is none.
+    fn edge(&self, axis: usize, first: u32) -> f64 {
+        if first == 0 {
+            return 0.0;
+        }
+        if first >= self.counts[axis] {
+            return self.domain.lengths()[axis];
+        }
+        let mut edge = f64::from(first) / self.scale[axis];
+        while self.column(axis, edge) >= first {
+            edge = edge.next_down();
+        }
+        while self.column(axis, edge) < first {
+            edge = edge.next_up();
+        }
+        edge
+    }
+
+    /// The cell of a coordinate inside the box: round(x scale - 1/2), which keeps order and is fast.
+    #[inline(always)]
+    pub(crate) fn column(&self, axis: usize, x: f64) -> u32 {
+        ((x * self.scale[axis] - 0.5) + ROUNDER).to_bits() as u32
+    }
+
+    /// The cell of a position inside the box, by its coordinates.
+    #[inline]
+    pub fn cell_at(&self, position: S::Vector) -> [u32; 3] {
+        let mut cell = [0; 3];
+        for axis in 0..S::DIMENSION {
+            cell[axis] = self.column(axis, position[axis]);
+        }
+        cell
+    }
+
+    /// The number of a cell among all.
+    #[inline]
+    pub fn number(&self, cell: [u32; 3]) -> u32 {
+        cell[0] + self.counts[0] * (cell[1] + self.counts[1] * cell[2])
+    }
+
+    /// Number of cells along each axis; one beyond the dimension.
+    pub fn counts(&self) -> [u32; 3] {
+        self.counts
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.counts.iter().map(|&count| count as usize).product()
+    }
+
+    /// Sides of a cell \[length\].
+    pub fn width(&self) -> S::Vector {
+        let mut width = self.domain.lengths();
+        for axis in 0..S::DIMENSION {
+            width[axis] /= f64::from(self.counts[axis]);
+        }
+        width
+    }
+
+    /// Area or volume of a cell.
+    pub fn cell_volume(&self) -> f64 {
+        (0..S::DIMENSION).map(|axis| self.width()[axis]).product()
+    }
+
+    /// The box.
+    pub fn domain(&self) -> &Domain<S> {
+        &self.domain
+    }
+
+    /// Number of tiles along each axis; one beyond the dimension.
+    pub fn tiles(&self) -> [u32; 3] {
+        self.tiles
+    }
+
+    /// The number of the tile of a cell, and the cell's number within it.
+    #[inline]
+    pub fn locate(&self, cell: [u32; 3]) -> (usize, usize) {
+        let tile = [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize]);
+        let [mut local, mut stride] = [0; 2];
+        for axis in (0..3).rev() {
+            let first = &self.firsts[axis][tile[axis] as usize..];
+            stride = first[1] - first[0];
+            local = local * stride + (cell[axis] - first[0]);
+        }
+        let _ = stride;
+        (self.tile_number(tile), local as usize)
+    }
+
+    /// The number of a tile among all.
+    #[inline]
+    pub(crate) fn tile_number(&self, tile: [u32; 3]) -> usize {
+        (tile[0] + self.tiles[0] * (tile[1] + self.tiles[1] * tile[2])) as usize
+    }
+
+    /// The tile of a cell, by its coordinates.
+    #[inline]
+    pub(crate) fn owner(&self, cell: [u32; 3]) -> [u32; 3] {
+        [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize])
+    }
+
+    /// The tile at an offset of -1, 0 or 1 along each axis, around the box.
+    pub(crate) fn neighbour(&self, tile: [u32; 3], offset: [i32; 3]) -> [u32; 3] {
+        [0, 1, 2].map(|axis| {
+            let count = self.tiles[axis];
+            (tile[axis] + count).wrapping_add_signed(offset[axis]) % count
+        })
+    }
+
+    /// All places of tiles, in their order.
+    pub(crate) fn places(&self) -> Vec<Place<S>> {
+        let [columns, rows, layers] = self.tiles;
+        let mut places = Vec::with_capacity((columns * rows * layers) as usize);
+        for layer in 0..layers {
+            for row in 0..rows {
+                for column in 0..columns {
+                    places.push(self.place([column, row, layer]));
+                }
+            }
+        }
+        places
+    }
+
+    fn place(&self, tile: [u32; 3]) -> Place<S> {
+        let first = |axis: usize, more: usize| self.firsts[axis][tile[axis] as usize + more];
+        let (mut low, mut high) = (S::Vector::default(), S::Vector::default());
+        for axis in 0..S::DIMENSION {
+            let edges = &self.edges[axis][tile[axis] as usize..];
+            (low[axis], high[axis]) = (edges[0], edges[1]);
+        }
+        Place {
+            tile,
+            first: [0, 1, 2].map(|axis| first(axis, 0)),
+            sides: [0, 1, 2].map(|axis| first(axis, 1) - first(axis, 0)),
+            low,
+            high,
+        }
+    }
+
+    /// Memory of the tables \[bytes\].
+    pub(crate) fn bytes(&self) -> usize {
+        let tables = |axis: usize| {
+            4 * (self.firsts[axis].capacity() + self.owners[axis].capacity())
+                + 8 * self.edges[axis].capacity()
+        };
+        (0..3).map(tables).sum()
+    }
+}
+
+/// The offset with the given number, below [`OFFSETS`].
+pub(crate) fn offset(number: usize) -> [i32; 3] {
+    let number = number as i32;
+    [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1]
+}
+
+/// The number of the offset from one tile to another, if they are neighbours, for `tiles` tiles along each axis. Where
+/// several offsets lead there, it is always the same of them.
+pub(crate) fn offset_number(tiles: [u32; 3], from: [u32; 3], to: [u32; 3]) -> Option<usize> {
+    let mut number = 0;
+    for axis in (0..3).rev() {
+        let apart = (to[axis] + tiles[axis] - from[axis]) % tiles[axis];
+        let digit = if apart == 0 {
+            1
+        } else if apart == 1 {
+            2
+        } else if apart + 1 == tiles[axis] {
+            0
+        } else {
+            return None;
+        };
+        number = 3 * number + digit;
+    }
+    Some(number)
+}

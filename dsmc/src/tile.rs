@@ -1,0 +1,332 @@
+//! Tiles: the simulators of a block of cells, and their exchange.
+//!
+//! Between two collisions a tile does three things, each a function here or in `collide` and `fly`:
+//! **arrange** sorts the simulators of the tile by cell, **collide** treats cell after cell, and **fly** moves all and
+//! sends those that leave to the tiles they enter. What arrange sorted lies in a scratch buffer that fits the
+//! cache and belongs to a thread; fly writes it back. So each simulator crosses the memory bus once in a step.
+//!
+//! The order within a cell is canonical: that of the cells in which the simulators were when they were last sorted, by
+//! number, and within each the order that they had there. It depends on neither threads nor tiles.
+
+use stosszahl_model::{Collision, Physics, VectorOf};
+
+use crate::grid::{Grid, OFFSETS, Place, offset};
+use crate::simulator::{Follow, SimulatorOf};
+use crate::tally::{Stock, Tally};
+
+/// A simulator that left its tile, and the number of the cell that it was in.
+pub(crate) struct Traveller<P: Physics, F: Follow<P::Space>> {
+    pub(crate) source: u32,
+    pub(crate) simulator: SimulatorOf<P, F>,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Clone for Traveller<P, F> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<P: Physics, F: Follow<P::Space>> Copy for Traveller<P, F> {}
+
+/// What left a tile: by the offset of the neighbour it enters, and by its tile where that is no neighbour.
+pub(crate) struct Outbox<P: Physics, F: Follow<P::Space>> {
+    near: Vec<Traveller<P, F>>,
+    /// Where those for each offset end.
+    ends: [u32; OFFSETS],
+    pub(crate) far: Vec<(u32, Traveller<P, F>)>,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
+    fn default() -> Self {
+        Self {
+            near: Vec::new(),
+            ends: [0; OFFSETS],
+            far: Vec::new(),
+        }
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
+    /// Those for the neighbour at the offset with the given number, in the order of their source cells.
+    fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
+        let begin = if offset == 0 { 0 } else { self.ends[offset - 1] };
+        &self.near[begin as usize..self.ends[offset] as usize]
+    }
+
+    /// Takes travellers with the numbers of their offsets, in the order of their source cells.
+    pub(crate) fn fill(&mut self, leavers: &[(u8, Traveller<P, F>)]) {
+        let mut starts = [0_u32; OFFSETS];
+        for (offset, _) in leavers {
+            starts[usize::from(*offset)] += 1;
+        }
+        let mut total = 0;
+        for start in &mut starts {
+            total += *start;
+            *start = total - *start;
+        }
+        self.near.clear();
+        fit(&mut self.near, leavers.len());
+        if let Some(&(_, first)) = leavers.first() {
+            self.near.resize(leavers.len(), first);
+        }
+        for &(offset, traveller) in leavers {
+            let slot = &mut starts[usize::from(offset)];
+            self.near[*slot as usize] = traveller;
+            *slot += 1;
+        }
+        self.ends = starts;
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.near.capacity() * size_of::<Traveller<P, F>>()
+            + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
+    }
+}
+
+/// Room for `count` elements with little to spare; room that is far too much is given back.
+pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
+    let enough = count + count / 24 + 4;
+    if vector.capacity() < count {
+        vector.reserve_exact(enough - vector.len());
+    } else if vector.capacity() > 2 * enough + 64 {
+        vector.shrink_to(enough);
+    }
+}
+
+/// The simulators of a block of cells.
+pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
+    pub(crate) place: Place<P::Space>,
+    /// Arranged: by cell. After a flight: those that stayed, in the order of the cells that they flew from.
+    pub(crate) simulators: Vec<SimulatorOf<P, F>>,
+    /// After a flight: the cell of each, by its number within the tile.
+    pub(crate) codes: Vec<u16>,
+    /// Arranged: where each cell begins, and the end. After a flight: how many stayed in each cell.
+    pub(crate) starts: Vec<u32>,
+    /// After a flight: where those that flew from each line of cells along the first axis end.
+    pub(crate) lines: Vec<u32>,
+    /// What happened in the present step.
+    pub(crate) tally: Tally,
+    pub(crate) stock: Stock<P::Space>,
+    /// Collisions that somebody wants to look at.
+    pub(crate) log: Vec<Collision<VectorOf<P>>>,
+}
+
+/// Working memory of a thread.
+pub(crate) struct Scratch<P: Physics, F: Follow<P::Space>> {
+    pub(crate) sorted: Vec<SimulatorOf<P, F>>,
+    next: Vec<u32>,
+    pub(crate) leavers: Vec<(u8, Traveller<P, F>)>,
+    arrivals: Vec<Traveller<P, F>>,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
+    fn default() -> Self {
+        Self {
+            sorted: Vec::new(),
+            next: Vec::new(),
+            leavers: Vec::new(),
+            arrivals: Vec::new(),
+        }
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> Scratch<P, F> {
+    pub(crate) fn bytes(&self) -> usize {
+        self.sorted.capacity() * size_of::<SimulatorOf<P, F>>()
+            + self.next.capacity() * 4
+            + self.leavers.capacity() * size_of::<(u8, Traveller<P, F>)>()
+            + self.arrivals.capacity() * size_of::<Traveller<P, F>>()
+    }
+}
+
+/// What comes into tiles.
+pub(crate) struct Arrivals<'a, P: Physics, F: Follow<P::Space>> {
+    /// What left each tile in the last flight.
+    pub(crate) boxes: &'a [Outbox<P, F>],
+    /// Those who came from farther than the next tile, by the tile they enter and their source.
+    pub(crate) far: &'a [(u32, Traveller<P, F>)],
+}
+
+impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
+    pub(crate) fn new(place: Place<P::Space>) -> Self {
+        let mut tile = Self {
+            place,
+            simulators: Vec::new(),
+            codes: Vec::new(),
+            starts: Vec::new(),
+            lines: vec![0; (place.sides[1] * place.sides[2]) as usize],
+            tally: Tally::default(),
+            stock: Stock::default(),
+            log: Vec::new(),
+        };
+        tile.starts = vec![0; tile.cells() + 1];
+        tile
+    }
+
+    /// Number of cells.
+    pub(crate) fn cells(&self) -> usize {
+        self.place.sides.iter().map(|&side| side as usize).product()
+    }
+
+    /// The number among all of the first cell of a line along the first axis.
+    #[inline]
+    pub(crate) fn line_number(&self, grid: &Grid<P::Space>, line: u32) -> u32 {
+        let Place { first, sides, .. } = self.place;
+        grid.number([
+            first[0],
+            first[1] + line % sides[1],
+            first[2] + line / sides[1],
+        ])
+    }
+
+    /// The number within the tile of the cell of a position that is in it.
+    #[inline(always)]
+    pub(crate) fn code(&self, grid: &Grid<P::Space>, position: VectorOf<P>) -> u16 {
+        code::<P>(grid, &self.place, position)
+    }
+
+    /// Sorts what stayed and what came by cell, into the scratch buffer.
+    pub(crate) fn arrange(
+        &mut self,
+        grid: &Grid<P::Space>,
+        arrivals: &Arrivals<'_, P, F>,
+        scratch: &mut Scratch<P, F>,
+    ) {
+        let Scratch {
+            sorted,
+            next,
+            arrivals: foreign,
+            ..
+        } = scratch;
+        self.receive(grid, arrivals, foreign);
+        let total = self.simulators.len() + foreign.len();
+        sorted.resize(total, SimulatorOf::<P, F>::default());
+        next.clear();
+        next.reserve(self.starts.len());
+        let mut sum = 0;
+        for count in &mut self.starts {
+            next.push(sum);
+            let begin = sum;
+            sum += *count;
+            *count = begin;
+        }
+        let mut put = |code: u16, simulator: &SimulatorOf<P, F>| {
+            let slot = &mut next[usize::from(code)];
+            sorted[*slot as usize] = *simulator;
+            *slot += 1;
+        };
+        let mut begin = 0;
+        let mut coming = foreign.iter().peekable();
+        for (line, &end) in self.lines.iter().enumerate() {
+            let number = self.line_number(grid, line as u32);
+            while let Some(traveller) = coming.next_if(|traveller| traveller.source < number) {
+                let position = traveller.simulator.position;
+                put(self.code(grid, position), &traveller.simulator);
+            }
+            let stayed = begin as usize..end as usize;
+            for (&code, simulator) in
+                self.codes[stayed.clone()].iter().zip(&self.simulators[stayed])
+            {
+                put(code, simulator);
+            }
+            begin = end;
+        }
+        for traveller in coming {
+            let position = traveller.simulator.position;
+            put(self.code(grid, position), &traveller.simulator);
+        }
+    }
+
+    /// Gathers those who come from other tiles, by source, and counts them into their cells.
+    fn receive(
+        &mut self,
+        grid: &Grid<P::Space>,
+        arrivals: &Arrivals<'_, P, F>,
+        foreign: &mut Vec<Traveller<P, F>>,
+    ) {
+        foreign.clear();
+        let tile = self.place.tile;
+        let here = grid.tile_number(tile);
+        for number in 0..OFFSETS {
+            let back = offset(OFFSETS - 1 - number);
+            if (0..3).any(|axis| axis >= crate::dimension::<P>() && back[axis] != 0) {
+                continue;
+            }
+            let from = grid.tile_number(grid.neighbour(tile, back));
+            foreign.extend_from_slice(arrivals.boxes[from].towards(number));
+        }
+        if !arrivals.far.is_empty() {
+            let begin = arrivals.far.partition_point(|(to, _)| (*to as usize) < here);
+            let mine = arrivals.far[begin..].iter();
+            foreign.extend(
+                mine.take_while(|(to, _)| *to as usize == here)
+                    .map(|(_, traveller)| *traveller),
+            );
+        }
+        // Several sorted runs, which a stable sort merges; no two of them share a source.
+        foreign.sort_by_key(|traveller| traveller.source);
+        for traveller in foreign.iter() {
+            let code = self.code(grid, traveller.simulator.position);
+            self.starts[usize::from(code)] += 1;
+        }
+    }
+
+    /// Keeps what was arranged in the scratch buffer.
+    pub(crate) fn settle(&mut self, scratch: &Scratch<P, F>) {
+        let total = scratch.sorted.len();
+        self.simulators.truncate(total);
+        fit(&mut self.simulators, total);
+        self.simulators.clear();
+        self.simulators.extend_from_slice(&scratch.sorted);
+    }
+
+    /// Takes simulators that are sorted by cell, with the cell of each.
+    pub(crate) fn take(&mut self, members: &[(u16, SimulatorOf<P, F>)]) {
+        self.simulators = Vec::with_capacity(members.len() + members.len() / 24);
+        self.simulators
+            .extend(members.iter().map(|(_, simulator)| *simulator));
+        self.starts.fill(0);
+        for (code, _) in members {
+            self.starts[usize::from(*code) + 1] += 1;
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+    }
+
+    /// The simulators of a cell, by its number within the tile; arranged.
+    #[inline]
+    pub(crate) fn members(&self, cell: usize) -> &[SimulatorOf<P, F>] {
+        &self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// The same, to be changed.
+    #[inline]
+    pub(crate) fn members_mut(&mut self, cell: usize) -> &mut [SimulatorOf<P, F>] {
+        &mut self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.simulators.capacity() * size_of::<SimulatorOf<P, F>>()
+            + 2 * self.codes.capacity()
+            + 4 * (self.starts.capacity() + self.lines.capacity())
+            + self.log.capacity() * size_of::<Collision<VectorOf<P>>>()
+    }
+}
+
+/// The number within a tile of the cell of a position in it.
+#[inline(always)]
+pub(crate) fn code<P: Physics>(
+    grid: &Grid<P::Space>,
+    place: &Place<P::Space>,
+    position: VectorOf<P>,
+) -> u16 {
+    let mut code = 0;
+    for axis in (0..crate::dimension::<P>()).rev() {
+        let column = grid.column(axis, position[axis]).wrapping_sub(place.first[axis]);
+        code = code * place.sides[axis] + column;
+    }
+    code as u16
+}
