@@ -9,6 +9,7 @@ use stosszahl_model::{
 
 use crate::density::Density;
 use crate::grid::Grid;
+use crate::parameters::Displacement;
 use crate::poisson::poisson;
 use crate::simulator::{Follow, SimulatorOf};
 use crate::tally::{Stock, Tally, larger, smaller};
@@ -19,8 +20,12 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     pub(crate) density: &'a Density<P::Space>,
-    /// Whether partners are displaced.
-    pub(crate) displacement: bool,
+    /// How far partners are displaced.
+    pub(crate) displacement: Displacement,
+    /// Radius around a point within which all simulators are equally likely partners \[length\].
+    pub(crate) partner_radius: f64,
+    /// Mean radius of the particles \[length\].
+    pub(crate) mean_radius: f64,
     /// Particles for each simulator.
     pub(crate) weight: f64,
     /// `M_(D-1)/M_D` of the diameters.
@@ -206,7 +211,7 @@ where
 
     /// Cross section times chi of a pair.
     #[inline]
-    fn pair_factor(&self, chi: f64, packing: f64, diameters: [f64; 2]) -> f64 {
+    pub(crate) fn pair_factor(&self, chi: f64, packing: f64, diameters: [f64; 2]) -> f64 {
         P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
             * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
     }
@@ -236,13 +241,19 @@ where
             line,
         };
         let after = collide(self.scene, &pair, restitution);
-        let apart = nearest::<P>(self.grid, members[i].position - members[j].position);
+        let apart = nearest_image::<P>(self.grid, members[i].position - members[j].position);
         report.tally.separation += apart.square().sqrt();
         let gained = (after[0] - velocities[0]) * masses[0];
         let mut virial = apart.inner(&gained);
         members[i].velocity = after[0];
         members[j].velocity = after[1];
-        if self.displacement {
+        let share = match self.displacement {
+            Displacement::None => 0.0,
+            Displacement::Diameter => 1.0,
+            Displacement::Inelastic => 0.5 * (1.0 + restitution) / restitution,
+        };
+        if share > 0.0 {
+            let line = line * share;
             virial += line.inner(&(after[0] * masses[0] - after[1] * masses[1]));
             for (who, by) in [(i, line), (j, -line)] {
                 members[who].position += by;
@@ -281,7 +292,7 @@ pub(crate) fn covered<P: Physics, F: Follow<P::Space>>(
 
 /// The shortest image of a difference of positions in the box or a little outside.
 #[inline(always)]
-fn nearest<P: Physics>(grid: &Grid<P::Space>, mut difference: VectorOf<P>) -> VectorOf<P> {
+pub(crate) fn nearest_image<P: Physics>(grid: &Grid<P::Space>, mut difference: VectorOf<P>) -> VectorOf<P> {
     let lengths = grid.domain().lengths();
     for axis in 0..P::Space::DIMENSION {
         let x = difference[axis];

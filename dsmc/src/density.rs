@@ -13,8 +13,11 @@ pub enum Neighbourhood {
     Cells(u32),
 }
 
-/// The factor chi on the collision rate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Which pairs collide, and how often.
+///
+/// Collisions per pair and time are those of kinetic theory with the factor chi. The first four draw pairs within a cell;
+/// the last three draw partners by where they are, over a contact distance d.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Scheme {
     /// No collisions at all: free molecular flow.
     Collisionless,
@@ -26,6 +29,26 @@ pub enum Scheme {
     FreeVolume,
     /// chi of the packing around the cell: with many simulators the local Enskog collision rate.
     Enskog(Neighbourhood),
+    /// A partner from the cell of the point at d from the simulator along a random line of centres, as likely as that cell is
+    /// crowded, times chi halfway: Enskog Simulation Monte Carlo (Montanero & Santos, Phys. Rev. E 54, 438 (1996),
+    /// doi:10.1103/PhysRevE.54.438). With many simulators and small cells it solves the Enskog equation.
+    Esmc(Neighbourhood),
+    /// Partners nearer than d that approach at `g_n` along the line between them collide with the rate
+    /// `stiffness` D chi `g_n`/d: stochastic hard-sphere dynamics (Donev, Alder & Garcia, Phys. Rev. Lett. 101, 075902 (2008),
+    /// doi:10.1103/PhysRevLett.101.075902). The gas is a fluid of penetrable particles, with fluctuations and structure
+    /// of its own equation of state; stiff, it tends to exact hard particles, its collision rate from below.
+    StochasticDisks {
+        /// How readily overlapping particles collide: 1 would give Enskog's rate if they overlapped as in the dilute gas.
+        stiffness: f64,
+    },
+    /// A partner from around the point at about d from the simulator along a random line of centres, at the rate of
+    /// Enskog's theory for the density around, however few the partners: see [`crate::across`]. With many simulators and a
+    /// small radius it solves the Enskog equation.
+    ContactPoint {
+        /// Radius around the point within which all simulators are equally likely; if there is none, the nearest is
+        /// taken \[length\]. None: half the diameter, or a quarter of the mean free path if that is longer.
+        radius: Option<f64>,
+    },
 }
 
 impl Scheme {
@@ -36,6 +59,34 @@ impl Scheme {
             Self::Boltzmann => "boltzmann",
             Self::FreeVolume => "free-volume",
             Self::Enskog(_) => "enskog",
+            Self::Esmc(_) => "esmc",
+            Self::StochasticDisks { .. } => "stochastic-disks",
+            Self::ContactPoint { .. } => "contact-point",
+        }
+    }
+
+    /// Whether partners are drawn by where they are, from other cells too.
+    pub fn is_across(self) -> bool {
+        matches!(
+            self,
+            Self::Esmc(_) | Self::StochasticDisks { .. } | Self::ContactPoint { .. }
+        )
+    }
+
+    /// Cells on each side over which the packing is taken; none for the whole box, or where it does not count.
+    /// `cell` and `diameter`: their widths.
+    fn reach(self, cell: f64, diameter: f64, simulators_per_particle: f64, dimension: usize) -> Option<u32> {
+        match self {
+            Self::Enskog(Neighbourhood::Cells(n)) | Self::Esmc(Neighbourhood::Cells(n)) => Some(n),
+            Self::FreeVolume => Some(0),
+            Self::StochasticDisks { .. } => Some(2),
+            // Ten diameters around one simulator per particle, fewer around many, which make less noise.
+            Self::ContactPoint { .. } => {
+                let shrunk = 10.0 / simulators_per_particle.powf(1.0 / dimension as f64);
+                let side = shrunk.max(3.0) * diameter;
+                Some(((0.5 * (side / cell - 1.0)).round().max(0.0) as u32).min(50))
+            }
+            _ => None,
         }
     }
 
@@ -45,7 +96,7 @@ impl Scheme {
             Self::Collisionless | Self::Boltzmann => 1.0,
             Self::FreeVolume if packing_fraction >= S::RANDOM_CLOSE_PACKING => f64::INFINITY,
             Self::FreeVolume => 1.0 / (1.0 - packing_fraction / S::RANDOM_CLOSE_PACKING),
-            Self::Enskog(_) => S::contact_value(packing_fraction),
+            _ => S::contact_value(packing_fraction),
         }
     }
 }
@@ -80,6 +131,10 @@ pub(crate) struct Gas {
     /// Cells along each axis, and area or volume of one.
     pub(crate) counts: [u32; 3],
     pub(crate) cell: f64,
+    /// Narrowest side of a cell, and the mean diameter.
+    pub(crate) width: f64,
+    pub(crate) diameter: f64,
+    pub(crate) simulators_per_particle: f64,
     /// Area or volume of the largest particle, times the particles of a simulator: the unit.
     pub(crate) unit: f64,
     /// Packing fraction of the whole box.
@@ -90,18 +145,17 @@ impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
         let counts = gas.counts.map(|count| count as usize);
         let narrowest = counts[..S::DIMENSION].iter().min().copied().unwrap_or(1);
-        let reach = match scheme {
-            // A neighbourhood that wraps around the box would count particles twice.
-            Scheme::Enskog(Neighbourhood::Cells(n)) => (n as usize).min((narrowest - 1) / 2),
-            _ => 0,
-        };
-        let mean = match scheme {
-            Scheme::Enskog(Neighbourhood::Mean) => {
-                Some(scheme.contact_value::<S>(gas.packing_fraction))
-            }
-            Scheme::Collisionless | Scheme::Boltzmann => Some(1.0),
-            _ => None,
-        };
+        let wanted = scheme.reach(
+            gas.width,
+            gas.diameter,
+            gas.simulators_per_particle,
+            S::DIMENSION,
+        );
+        // A neighbourhood that wraps around the box would count particles twice.
+        let reach = (wanted.unwrap_or(0) as usize).min((narrowest - 1) / 2);
+        let mean = wanted
+            .is_none()
+            .then(|| scheme.contact_value::<S>(gas.packing_fraction));
         let unit = gas.unit / (gas.cell * ((2 * reach + 1) as f64).powi(S::DIMENSION as i32));
         let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
         let table = (0..table)
@@ -131,6 +185,16 @@ impl<S: Space> Density<S> {
     /// Whether chi of a cell depends on other cells, so that all must be arranged before any collides.
     pub(crate) fn looks_around(&self) -> bool {
         self.reach > 0
+    }
+
+    /// Which pairs collide.
+    pub(crate) fn scheme(&self) -> Scheme {
+        self.scheme
+    }
+
+    /// Packing fraction of one unit in a neighbourhood.
+    pub(crate) fn unit(&self) -> f64 {
+        self.unit
     }
 
     /// Whether pairs collide at all.
@@ -166,7 +230,7 @@ impl<S: Space> Density<S> {
 
     /// Units around a cell, of which the cell itself has `own`.
     #[inline]
-    fn around(&self, cell: [u32; 3], own: f64) -> f64 {
+    pub(crate) fn around(&self, cell: [u32; 3], own: f64) -> f64 {
         if self.reach == 0 {
             return own;
         }
@@ -231,6 +295,9 @@ mod tests {
             limit: 10.0,
             counts,
             cell: 4.0,
+            width: 2.0,
+            diameter: 1.0,
+            simulators_per_particle: 1.0,
             unit: 0.1,
             packing_fraction: 0.25,
         };

@@ -3,14 +3,16 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Domain, Free, Observe, Physics, Sizes, Smooth, Space, State, Vector, VectorOf,
+    Body, Domain, Free, Observe, Physics, Restitution, Sizes, Smooth, Space, State, Vector, VectorOf,
 };
 
+use crate::across::{Arm, Rates};
 use crate::collide::{Kernel, covered};
 use crate::density::{Density, Gas};
 use crate::grid::Grid;
-use crate::parameters::{EngineError, Parameters};
-use crate::simulator::{Follow, Simulator, SimulatorOf, Unfollowed, is_good};
+use crate::parameters::{Displacement, EngineError, Parameters};
+use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
+use crate::start;
 use crate::sweep::{Pool, is_parallel, sweep};
 use crate::tally::{Stock, Tally, Unit};
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
@@ -28,6 +30,7 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     stock: Stock<P::Space>,
     unit: Unit,
     tally: Tally,
+    arm: Arm,
 }
 
 /// What of the gas never changes.
@@ -37,6 +40,10 @@ struct Constants {
     /// Mean free path of the mean density \[length\], for the step.
     mean_free_path: f64,
     moment_ratio: f64,
+    /// Radius around a point within which all simulators are equally likely partners \[length\].
+    partner_radius: f64,
+    /// Mean radius of the particles \[length\].
+    mean_radius: f64,
 }
 
 /// Direct Simulation Monte Carlo of smooth particles in a periodic box.
@@ -50,6 +57,9 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     constants: Constants,
     grid: Grid<P::Space>,
     density: Density<P::Space>,
+    /// Collisions across cells: their rates, and how far partners are sought.
+    rates: Option<Rates<P::Space>>,
+    arm: Arm,
     simulators: usize,
     tiles: Vec<Tile<P, F>>,
     /// What leaves tiles in the present flight, and what left them in the last.
@@ -71,10 +81,8 @@ where
 {
     /// Starts from a state of particles.
     ///
-    /// With several simulators per particle, the first set has the state's own positions and velocities;
-    /// each further set is the whole state moved by a random vector with all velocities turned at
-    /// random. This keeps energy and vanishing momentum, and is the same gas only where the state is
-    /// homogeneous and isotropic: a density or flow pattern of the start is blurred.
+    /// With several simulators per particle, the first set has the state's own positions and velocities, and further sets
+    /// are made as [`crate::Copies`] says.
     ///
     /// # Errors
     /// [`EngineError`] if a parameter or a number of the state has no meaning.
@@ -85,38 +93,14 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
-        let copies = parameters.simulators_per_disk as usize;
-        let sizes = scene.sizes().repeated(copies);
-        let lengths = state.domain.lengths();
-        let mut simulators = Vec::with_capacity(state.bodies.len() * copies);
-        for copy in 0..copies {
-            let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
-            let mut shift = VectorOf::<P>::default();
-            for axis in 0..P::Space::DIMENSION {
-                shift[axis] = lengths[axis] * rand::RngExt::random::<f64>(&mut stream);
-            }
-            let turn = P::Space::random_turn(&mut stream);
-            for (index, body) in state.bodies.iter().enumerate() {
-                let (position, velocity) = if copy == 0 {
-                    (body.position, body.velocity)
-                } else {
-                    let velocity = P::Space::turned(turn, body.velocity);
-                    (body.position + shift, velocity)
-                };
-                simulators.push(Simulator {
-                    position: state.domain.wrap(position),
-                    velocity,
-                    tag: sizes.tag(copy * state.bodies.len() + index),
-                    mark: F::Mark::default(),
-                });
-            }
-        }
+        let simulators = start::simulators::<P, F>(scene, &parameters, state, &streams);
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
             stock: Stock::default(),
             unit: Unit::of(0.0),
             tally: Tally::default(),
+            arm: Arm::default(),
         };
         let mut engine = Self::resume(scene, parameters, state.domain, checkpoint, streams)?;
         engine.take_stock();
@@ -135,6 +119,10 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
+        let inelastic = parameters.displacement == Displacement::Inelastic;
+        if inelastic && scene.restitution().normal(1.0) <= 0.0 {
+            return Err(EngineError::NoDisplacement);
+        }
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let Checkpoint {
@@ -143,6 +131,7 @@ where
             stock,
             unit,
             tally,
+            arm,
         } = checkpoint;
         check_numbers::<P, F>(&simulators)?;
         let weight = 1.0 / copies as f64;
@@ -169,16 +158,31 @@ where
             limit: parameters.largest_contact_value,
             counts: grid.counts(),
             cell: grid.cell_volume(),
+            width: (0..P::Space::DIMENSION)
+                .map(|axis| grid.width()[axis])
+                .fold(f64::MAX, f64::min),
+            diameter: mean_diameter,
+            simulators_per_particle: copies as f64,
             unit: weight * P::Space::ball(sizes.largest_radius()),
             packing_fraction,
         };
+        let density = Density::new(parameters.scheme, &gas);
+        let rates = parameters.scheme.is_across().then(|| {
+            let ball = covered / simulators.len().max(1) as f64;
+            Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM)
+        });
         let mut engine = Self {
-            density: Density::new(parameters.scheme, &gas),
+            density,
+            rates,
+            arm,
             constants: Constants {
                 weight,
                 mean_free_path: parameters
                     .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
                 moment_ratio,
+                partner_radius: parameters
+                    .partner_radius::<P::Space>(packing_fraction, mean_diameter),
+                mean_radius: 0.5 * mean_diameter,
             },
             scene,
             parameters,
@@ -342,6 +346,7 @@ where
             stock: self.stock,
             unit: self.unit,
             tally: self.tally,
+            arm: self.arm.clone(),
         }
     }
 
@@ -384,6 +389,7 @@ where
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
             + self.pool.bytes()
             + self.density.bytes()
+            + self.rates.as_ref().map_or(0, Rates::bytes)
             + self.grid.bytes()
     }
 
@@ -424,7 +430,9 @@ where
     /// steps, and a mean free time lasts as many.
     fn step_length(&self) -> f64 {
         let width = self.grid.width();
-        let crossing = (0..P::Space::DIMENSION)
+        // Partners across cells are sought afresh in every step, so that nothing hangs on the crossing of a cell.
+        let axes = if self.parameters.scheme.is_across() { 0 } else { P::Space::DIMENSION };
+        let crossing = (0..axes)
             .map(|axis| width[axis] / self.stock.speeds[axis])
             .fold(f64::MAX, f64::min);
         let degrees = P::Space::DIMENSION * self.simulators.max(1);
@@ -462,9 +470,12 @@ where
     /// Collisions of a step, and the flight after them.
     fn step(&mut self, step: f64, flight: f64, watch: &mut impl Observe<P>) {
         let parallel = is_parallel(self.simulators);
+        let across = self.parameters.scheme.is_across();
         let around = self.density.looks_around();
-        if around {
+        if around || across {
             self.settle();
+        }
+        if around {
             self.look_around(parallel);
         }
         let unit = Unit::of(self.stock.twice_energy(self.unit));
@@ -475,12 +486,23 @@ where
             displacement: self.parameters.displacement,
             weight: self.constants.weight,
             moment_ratio: self.constants.moment_ratio,
+            partner_radius: self.constants.partner_radius,
+            mean_radius: self.constants.mean_radius,
             step,
             time: self.time + 0.5 * step,
             streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
             units: unit.inverse(),
             looks: looks::<P, _>(watch),
         };
+        if let Some(rates) = &self.rates {
+            let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
+            for collision in kernel.collide_across(parallel, tiles, rates, arm, tally) {
+                watch.collision(&collision);
+            }
+            self.fly_only(flight);
+            self.close_step(unit);
+            return;
+        }
         let arrivals = Arrivals {
             boxes: &self.arriving,
             far: &self.far,
@@ -503,14 +525,21 @@ where
             },
         );
         self.exchange();
-        self.stock = Stock::default();
-        self.unit = unit;
         for tile in &mut self.tiles {
             self.tally.add(&tile.tally);
-            self.stock.add(&tile.stock);
             for collision in tile.log.drain(..) {
                 watch.collision(&collision);
             }
+        }
+        self.close_step(unit);
+    }
+
+    /// Adds up what the next step follows.
+    fn close_step(&mut self, unit: Unit) {
+        self.stock = Stock::default();
+        self.unit = unit;
+        for tile in &self.tiles {
+            self.stock.add(&tile.stock);
         }
         self.tally.steps += 1;
     }

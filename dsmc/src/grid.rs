@@ -188,6 +188,18 @@ impl<S: Space> Grid<S> {
         (tile[0] + self.tiles[0] * (tile[1] + self.tiles[1] * tile[2])) as usize
     }
 
+    /// The coordinates of a tile, by its number.
+    pub(crate) fn place_of(&self, number: usize) -> [u32; 3] {
+        let (number, [columns, rows, _]) = (number as u32, self.tiles);
+        [number % columns, number / columns % rows, number / columns / rows]
+    }
+
+    /// The narrowest side of a tile \[length\].
+    pub(crate) fn narrowest_tile(&self) -> f64 {
+        let sides = (0..S::DIMENSION).flat_map(|axis| self.edges[axis].windows(2));
+        sides.map(|ends| ends[1] - ends[0]).fold(f64::MAX, f64::min)
+    }
+
     /// The tile of a cell, by its coordinates.
     #[inline]
     pub(crate) fn owner(&self, cell: [u32; 3]) -> [u32; 3] {

@@ -1,4 +1,5 @@
 //! DSMC
+mod across;
 mod collide;
 mod density;
 mod engine;
@@ -7,6 +8,7 @@ mod grid;
 mod parameters;
 mod poisson;
 mod simulator;
+mod start;
 mod sweep;
 mod tally;
 mod tile;
@@ -14,7 +16,7 @@ mod tile;
 pub use density::{Neighbourhood, Scheme};
 pub use engine::{Checkpoint, Engine};
 pub use grid::Grid;
-pub use parameters::{EngineError, Parameters};
+pub use parameters::{Copies, Displacement, EngineError, Parameters};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
 pub use tally::Tally;
 

@@ -5,18 +5,47 @@ use stosszahl_model::{Domain, Space};
 
 use crate::density::Scheme;
 
+/// How far the partners of a collision within a cell are displaced, along the momentum that each receives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Displacement {
+    /// Not at all.
+    None,
+    /// By the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212 (1995),
+    /// doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic hard particles, and 2r/(1 + r) of
+    /// it for a restitution r, which shortens the momentum that is carried.
+    Diameter,
+    /// By d (1 + r)/(2r), which makes up for that. Not for restitution 0.
+    Inelastic,
+}
+
+/// How several simulators of a particle start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Copies {
+    /// Each set is the whole state moved by a random vector, with all velocities turned alike at random. This keeps energy and
+    /// vanishing momentum, and is the same gas only where the state is homogeneous and isotropic: a pattern of density
+    /// or flow is blurred, and thermal noise is weaker by the number of simulators.
+    Independent,
+    /// Each set keeps the long waves of the state: it is moved by no more than a neighbourhood of some 32 particles, and
+    /// velocities relative to the mean of that neighbourhood are turned at random, each by itself. The noise that the start
+    /// has at longer waves, which seeds instabilities, is then the state's own.
+    Coherent,
+}
+
 /// Numerical choices of a run. All of them buy accuracy or speed; none is physics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
-    /// How density raises the collision rate.
+    /// Which pairs collide, and how often.
     pub scheme: Scheme,
-    /// Whether partners are displaced by one contact distance along the transferred momentum.
-    pub displacement: bool,
-    /// Smallest side of a cell \[length\]; `None`: half a mean free path, but at least two diameters.
+    /// How far partners within a cell are displaced.
+    pub displacement: Displacement,
+    /// Smallest side of a cell \[length\]; `None`: what the scheme likes. Within cells, half a mean free path, but at least two
+    /// diameters; across, what makes the search for partners fast.
     pub cell_size: Option<f64>,
     /// Simulators for each particle.
     pub simulators_per_disk: u32,
-    /// Steps in which the fastest simulator crosses a cell, and in which a mean free time passes.
+    /// How they start, if several.
+    pub copies: Copies,
+    /// Steps in which a mean free time passes and, for pairs within cells, in which the fastest simulator crosses a cell.
     pub steps_per_crossing: f64,
     /// Limit on chi.
     pub largest_contact_value: f64,
@@ -51,6 +80,25 @@ impl Parameters {
             (1.0..=1e9).contains(&limit),
             "from 1 to 1e9",
         )?;
+        if self.scheme.is_across() && self.displacement != Displacement::None {
+            let scheme = self.scheme.name();
+            return Err(EngineError::Displaced { scheme });
+        }
+        match self.scheme {
+            Scheme::StochasticDisks { stiffness } => check(
+                "stiffness",
+                stiffness,
+                stiffness > 0.0 && stiffness <= 1e6,
+                "above 0 and at most 1e6",
+            )?,
+            Scheme::ContactPoint { radius: Some(radius) } => check(
+                "radius",
+                radius,
+                radius >= 0.0 && radius.is_finite(),
+                "0 or more",
+            )?,
+            _ => {}
+        }
         if let Some(size) = self.cell_size {
             check(
                 "cell_size",
@@ -71,6 +119,63 @@ impl Parameters {
         diameter * S::mean_free_path(packing_fraction.max(1e-12), chi)
     }
 
+    /// Radius around the point of contact within which partners are drawn \[length\].
+    pub fn partner_radius<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
+        let path = || self.mean_free_path::<S>(packing_fraction, diameter);
+        match self.scheme {
+            Scheme::ContactPoint { radius } => {
+                radius.unwrap_or_else(|| (0.5 * diameter).max(0.25 * path()))
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// The width of a cell that suits the scheme \[length\].
+    fn automatic_cell<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
+        let path = || self.mean_free_path::<S>(packing_fraction, diameter);
+        match self.scheme {
+            Scheme::ContactPoint { .. } => {
+                // One or two simulators in a cell, or the radius.
+                let density = packing_fraction.max(1e-12) / S::ball(0.5 * diameter);
+                let each = 1.5 / (density * f64::from(self.simulators_per_disk));
+                let radius = self.partner_radius::<S>(packing_fraction, diameter);
+                each.powf(1.0 / S::DIMENSION as f64).max(radius)
+            }
+            Scheme::StochasticDisks { .. } => diameter,
+            Scheme::Esmc(_) => (0.5 * path()).max(0.5 * diameter),
+            _ => (0.5 * path()).max(2.0 * diameter),
+        }
+    }
+
+    /// Simulators for each particle with which the partners of a collision are strangers: as many as put some 128 in the
+    /// shell around a particle from which partners come, so that the chance to meet one again hardly counts (two partners of
+    /// the same collision are correlated, and lose less energy when they meet again: K at `t_0` is too high by about 0.4
+    /// over the number of partners at restitution 0.8). At most 1000, and at most 2^21 in all.
+    pub fn strangers<S: Space>(
+        scheme: Scheme,
+        packing_fraction: f64,
+        diameter: f64,
+        particles: usize,
+    ) -> u32 {
+        const PARTNERS: f64 = 128.0;
+        const MOST: usize = 1 << 21;
+        let parameters = Self {
+            scheme,
+            displacement: Displacement::None,
+            cell_size: None,
+            simulators_per_disk: 1,
+            copies: Copies::Independent,
+            steps_per_crossing: 1.0,
+            largest_contact_value: 1e9,
+        };
+        let radius = parameters.partner_radius::<S>(packing_fraction, diameter);
+        let density = packing_fraction.max(1e-12) / S::ball(0.5 * diameter);
+        let shell = S::ball(diameter + radius) - S::ball((diameter - radius).max(0.0));
+        let wanted = (PARTNERS / (density * shell)).clamp(1.0, 1000.0);
+        let affordable = (MOST / particles.max(1)).clamp(1, 1000) as f64;
+        2_u32.pow(wanted.log2().ceil().min(affordable.log2().floor()) as u32).min(1000)
+    }
+
     /// Number of cells along each axis of a box: as many as fit at the chosen size; one beyond the dimension.
     pub fn cells<S: Space>(
         &self,
@@ -78,14 +183,16 @@ impl Parameters {
         packing_fraction: f64,
         diameter: f64,
     ) -> [usize; 3] {
-        let automatic =
-            || (0.5 * self.mean_free_path::<S>(packing_fraction, diameter)).max(2.0 * diameter);
-        let side = self.cell_size.unwrap_or_else(automatic);
+        let side = self
+            .cell_size
+            .unwrap_or_else(|| self.automatic_cell::<S>(packing_fraction, diameter));
         // At most 2^26 cells in all: where more would fit, nearly all would be empty.
         let most = if S::DIMENSION == 2 { 8192 } else { 406 };
         [0, 1, 2].map(|axis| {
             if axis < S::DIMENSION {
-                ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, most)
+                let count = ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, most);
+                // Pairs of overlapping disks are sought in each cell and the next: around two cells, each would be met twice.
+                if matches!(self.scheme, Scheme::StochasticDisks { .. }) && count < 3 { 1 } else { count }
             } else {
                 1
             }
@@ -106,6 +213,15 @@ pub enum EngineError {
         value: f64,
         /// What is allowed.
         allowed: &'static str,
+    },
+    /// Restitution 0 leaves no momentum for a displacement to make up for.
+    #[error("restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none")]
+    NoDisplacement,
+    /// Displacements are for pairs within cells.
+    #[error("the scheme {scheme} with a displacement; allowed: none, as its partners are a contact distance apart anyway")]
+    Displaced {
+        /// Its name.
+        scheme: &'static str,
     },
     /// A position or velocity is no finite number, or too large to be squared.
     #[error(

@@ -26,6 +26,8 @@ pub struct Tally {
     /// momentum dp that the first gains, and the displacements dr of both: the momentum that collisions carry, so that
     /// `Z = 1 + virial/(D N T t)` for N particles and constant T \[energy\].
     pub virial: f64,
+    /// Trials across cells that found no partner in reach.
+    pub missed: u64,
     /// Largest number of collisions per simulator in one cell and step.
     pub busiest_cell: f64,
 }
@@ -41,6 +43,7 @@ impl Tally {
         self.limited_collisions += other.limited_collisions;
         self.separation += other.separation;
         self.virial += other.virial;
+        self.missed += other.missed;
         self.busiest_cell = self.busiest_cell.max(other.busiest_cell);
     }
 }

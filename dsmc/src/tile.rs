@@ -178,6 +178,17 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         ])
     }
 
+    /// The coordinates among all of a cell, by its number within the tile.
+    pub(crate) fn cell_at(&self, local: usize) -> [u32; 3] {
+        let Place { first, sides, .. } = self.place;
+        let local = local as u32;
+        [
+            first[0] + local % sides[0],
+            first[1] + local / sides[0] % sides[1],
+            first[2] + local / sides[0] / sides[1],
+        ]
+    }
+
     /// The number within the tile of the cell of a position that is in it.
     #[inline(always)]
     pub(crate) fn code(&self, grid: &Grid<P::Space>, position: VectorOf<P>) -> u16 {

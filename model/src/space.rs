@@ -67,12 +67,18 @@ pub trait Space: Copy + Debug + Default + Send + Sync + 'static {
     /// unit vector `direction`, and its component along it, never positive: the impact parameter is uniform in the
     /// cross section, as molecular chaos has it.
     fn line_of_centres(direction: Self::Vector, stream: &mut impl Rng) -> (Self::Vector, f64);
+    /// A random unit vector, all directions equally likely.
+    fn random_direction(stream: &mut impl Rng) -> Self::Vector;
+    /// All directions together: 2 pi or 4 pi.
+    const SOLID_ANGLE: f64;
     /// A random rotation, all equally likely.
     fn random_turn(stream: &mut impl Rng) -> Self::Turn;
     /// A vector, rotated.
     fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
     /// Pair correlation of equal particles at contact.
     fn contact_value(packing_fraction: f64) -> f64;
+    /// Structure factor at long waves of an elastic gas of equal particles.
+    fn structure_factor_at_zero(packing_fraction: f64) -> f64;
     /// Packing fraction of random close packing.
     const RANDOM_CLOSE_PACKING: f64;
     /// Mean free path over the diameter.
@@ -112,6 +118,18 @@ impl Space for Plane {
         let aside = vector![-direction[1], direction[0]];
         (direction * along + aside * impact, along)
     }
+    #[inline]
+    fn random_direction(stream: &mut impl Rng) -> Self::Vector {
+        loop {
+            let x = 2.0 * stream.random::<f64>() - 1.0;
+            let y = 2.0 * stream.random::<f64>() - 1.0;
+            let square = x * x + y * y;
+            if square < 1.0 && square > 1e-4 {
+                return vector![x, y] / square.sqrt();
+            }
+        }
+    }
+    const SOLID_ANGLE: f64 = TAU;
     fn random_turn(stream: &mut impl Rng) -> Self::Turn {
         (TAU * stream.random::<f64>()).sin_cos()
     }
@@ -120,6 +138,9 @@ impl Space for Plane {
     }
     fn contact_value(packing_fraction: f64) -> f64 {
         kinetic::contact_value(packing_fraction)
+    }
+    fn structure_factor_at_zero(packing_fraction: f64) -> f64 {
+        kinetic::structure_factor_at_zero(packing_fraction)
     }
     const RANDOM_CLOSE_PACKING: f64 = kinetic::RANDOM_CLOSE_PACKING;
     fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
@@ -169,6 +190,20 @@ impl Space for Volume {
         let along = -(1.0 - square).sqrt();
         (direction * along + first * x + second * y, along)
     }
+    #[inline]
+    fn random_direction(stream: &mut impl Rng) -> Self::Vector {
+        // Marsaglia, Ann. Math. Statist. 43, 645 (1972).
+        loop {
+            let x = 2.0 * stream.random::<f64>() - 1.0;
+            let y = 2.0 * stream.random::<f64>() - 1.0;
+            let square = x * x + y * y;
+            if square < 1.0 {
+                let root = 2.0 * (1.0 - square).sqrt();
+                return vector![x * root, y * root, 1.0 - 2.0 * square];
+            }
+        }
+    }
+    const SOLID_ANGLE: f64 = 2.0 * TAU;
     fn random_turn(stream: &mut impl Rng) -> Self::Turn {
         // Shoemake, Graphics Gems III, 124 (1992).
         let split: f64 = stream.random();
@@ -186,6 +221,9 @@ impl Space for Volume {
     }
     fn contact_value(packing_fraction: f64) -> f64 {
         spheres::contact_value(packing_fraction)
+    }
+    fn structure_factor_at_zero(packing_fraction: f64) -> f64 {
+        spheres::structure_factor_at_zero(packing_fraction)
     }
     const RANDOM_CLOSE_PACKING: f64 = spheres::RANDOM_CLOSE_PACKING;
     fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {

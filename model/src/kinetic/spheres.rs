@@ -30,3 +30,16 @@ pub fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
 pub fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
     1.0 / (6.0 * 2.0_f64.sqrt() * packing_fraction * contact_value)
 }
+
+/// Structure factor at long waves of an elastic gas, 1/(d(phi Z)/dphi) with the pressure of Carnahan and Starling:
+/// (1 - phi)^4/(1 + 4 phi + 4 phi^2 - 4 phi^3 + phi^4).
+///
+/// ```
+/// // To second order 1 - 8 phi + 34 phi^2.
+/// let s = stosszahl_model::kinetic::spheres::structure_factor_at_zero(1e-4);
+/// assert!((s - (1.0 - 8e-4 + 34e-8)).abs() < 1e-9);
+/// ```
+pub fn structure_factor_at_zero(packing_fraction: f64) -> f64 {
+    let phi = packing_fraction;
+    (1.0 - phi).powi(4) / (1.0 + phi * (4.0 + phi * (4.0 + phi * (phi - 4.0))))
+}

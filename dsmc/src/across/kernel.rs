@@ -1,0 +1,328 @@
+//! Collisions with a partner from where the line of centres says.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::{
+    Collision, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, Vector, VectorOf,
+    collide,
+};
+
+use super::arm::{self, Arm};
+use super::partners::Search;
+use super::shared::{Around, At};
+use super::{Bounds, Rates, Report};
+use crate::collide::{Kernel, covered, nearest_image};
+use crate::density::Scheme;
+use crate::grid::{Grid, OFFSETS, offset};
+use crate::poisson::poisson;
+use crate::simulator::{Follow, SimulatorOf};
+
+/// Whoever works around a tile.
+pub(super) struct Worker<'a, P: Physics, F: Follow<P::Space>> {
+    pub(super) kernel: &'a Kernel<'a, P>,
+    pub(super) rates: &'a Rates<P::Space>,
+    pub(super) arm: &'a Arm,
+    /// Of the tile and all next to it together, with velocities relative to the middle of the tile.
+    pub(super) bounds: Bounds<VectorOf<P>>,
+    pub(super) around: Around<'a, P, F>,
+    pub(super) report: Report<P>,
+}
+
+/// A cell whose simulators look for partners.
+#[derive(Clone, Copy)]
+pub(super) struct Cell {
+    pub(super) at: [u32; 3],
+    pub(super) tile: u32,
+    begin: u32,
+    end: u32,
+    /// Units around, itself included, and their packing fraction.
+    units: f64,
+    packing: f64,
+}
+
+/// The bounds of a tile and all next to it.
+pub(super) fn around<S: Space>(
+    grid: &Grid<S>,
+    bounds: &[Bounds<S::Vector>],
+    number: usize,
+) -> Bounds<S::Vector> {
+    let mut all = bounds[number];
+    let tile = grid.place_of(number);
+    for step in 0..OFFSETS {
+        let other = &bounds[grid.tile_number(grid.neighbour(tile, offset(step)))];
+        all.crowd = all.crowd.max(other.crowd);
+        all.chi = all.chi.max(other.chi);
+        // An empty tile has no velocities.
+        if other.crowd > 0 {
+            let apart = (other.middle - all.middle).square().sqrt();
+            all.spread = all.spread.max(apart + other.spread);
+        }
+    }
+    all
+}
+
+impl<P, F> Worker<'_, P, F>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+    F: Follow<P::Space>,
+{
+    /// Collides the simulators of the tile with each other and with those around it.
+    pub(super) fn collide(mut self, number: u32) -> Report<P> {
+        let kernel = self.kernel;
+        let mut search = Search::new(kernel.grid, kernel.partner_radius);
+        let scheme = kernel.density.scheme();
+        let cells = self.around.tile(number).cells();
+        for local in 0..cells {
+            let Some(cell) = self.cell(number, local) else {
+                continue;
+            };
+            let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
+            let before = self.report.tally.collisions;
+            match scheme {
+                Scheme::ContactPoint { .. } => self.around_points(cell, &mut search, &mut stream),
+                Scheme::Esmc(_) => self.in_cells(cell, &mut stream),
+                Scheme::StochasticDisks { stiffness } => {
+                    self.overlapping(cell, stiffness, &mut stream);
+                }
+                _ => {}
+            }
+            let tally = &mut self.report.tally;
+            let each = 2.0 * (tally.collisions - before) as f64;
+            tally.busiest_cell = tally.busiest_cell.max(each / f64::from(cell.end - cell.begin));
+        }
+        self.report
+    }
+
+    /// A cell of a tile, if it is not empty.
+    fn cell(&mut self, tile: u32, local: usize) -> Option<Cell> {
+        let kernel = self.kernel;
+        let home = self.around.tile(tile);
+        let members = home.members(local);
+        if members.is_empty() {
+            return None;
+        }
+        let at = home.cell_at(local);
+        let (begin, end) = (home.starts[local], home.starts[local + 1]);
+        let own = covered::<P, F>(kernel.scene.sizes(), members);
+        let (_, limited, packing) = kernel.density.contact_value(at, own);
+        let units = kernel.density.around(at, own);
+        self.report.tally.active_cells += 1;
+        self.report.tally.limited_cells += u64::from(limited);
+        Some(Cell {
+            at,
+            tile,
+            begin,
+            end,
+            units,
+            packing,
+        })
+    }
+
+    /// One of the simulators of a cell.
+    fn draw(&self, cell: Cell, stream: &mut impl Rng) -> (At, SimulatorOf<P, F>) {
+        let at = At {
+            tile: cell.tile,
+            index: stream.random_range(cell.begin..cell.end),
+        };
+        (at, self.around.read(at))
+    }
+
+    /// No simulator of a cell approaches any partner faster.
+    fn majorant(&self, cell: Cell) -> f64 {
+        let members = &self.around.tile(cell.tile).simulators;
+        let squares = members[cell.begin as usize..cell.end as usize]
+            .iter()
+            .map(|member| (member.velocity - self.bounds.middle).square());
+        // Room for the rounding of the middle.
+        (squares.fold(0.0, f64::max).sqrt() + self.bounds.spread) * (1.0 + 1e-12)
+    }
+
+    /// Partners around the point of contact, at the rate of Enskog's theory.
+    fn around_points(&mut self, cell: Cell, search: &mut Search<'_, P>, stream: &mut impl Rng) {
+        let kernel = self.kernel;
+        let sizes = kernel.scene.sizes();
+        let majorant = self.majorant(cell);
+        let largest = 2.0 * sizes.largest_radius();
+        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
+        // Of pairs over pairs of the largest with the chi of equal ones.
+        let ceiling = self.pair_ceiling(cell, largest);
+        let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * self.rates.at(cell.units);
+        let count = f64::from(cell.end - cell.begin);
+        let trials = poisson(count * rate * majorant * kernel.step, stream);
+        self.report.tally.trials += trials;
+        let class = arm::class(cell.packing);
+        let reach = self.arm.reach(class);
+        for _ in 0..trials {
+            let (first, simulator) = self.draw(cell, stream);
+            let normal = P::Space::random_direction(stream);
+            let threshold = majorant * stream.random::<f64>();
+            let fastest =
+                (simulator.velocity - self.bounds.middle).inner(&normal) + self.bounds.spread;
+            if fastest <= threshold {
+                continue;
+            }
+            let distance = sizes.radius(simulator.tag) + kernel.mean_radius;
+            let point = simulator.position + normal * (reach * distance);
+            let Some(second) = search.partner(&self.around, point, first, stream) else {
+                self.report.tally.missed += 1;
+                continue;
+            };
+            let pair = [first, second].map(|at| self.around.read(at));
+            let Some(contact) = self.approach(&pair, normal, threshold, majorant) else {
+                continue;
+            };
+            if !P::Sizes::UNIFORM {
+                let share = self.pair_share(cell, contact, largest) / ceiling;
+                if stream.random::<f64>() >= share {
+                    continue;
+                }
+            }
+            let apart = self.strike([first, second], &pair, normal, contact);
+            self.report.distances.note(class, -apart.inner(&normal) / contact);
+        }
+    }
+
+    /// Partners from the cell of the point of contact.
+    fn in_cells(&mut self, cell: Cell, stream: &mut impl Rng) {
+        let kernel = self.kernel;
+        let sizes = kernel.scene.sizes();
+        let majorant = self.majorant(cell);
+        let largest = 2.0 * sizes.largest_radius();
+        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
+        let ceiling = self.pair_ceiling(cell, largest);
+        let Bounds { crowd, chi, .. } = self.bounds;
+        let density = f64::from(crowd) * kernel.weight / kernel.grid.cell_volume();
+        let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * chi * density;
+        let count = f64::from(cell.end - cell.begin);
+        let trials = poisson(count * rate * majorant * kernel.step, stream);
+        self.report.tally.trials += trials;
+        for _ in 0..trials {
+            let (first, simulator) = self.draw(cell, stream);
+            let normal = P::Space::random_direction(stream);
+            let threshold = majorant * stream.random::<f64>();
+            let fastest =
+                (simulator.velocity - self.bounds.middle).inner(&normal) + self.bounds.spread;
+            let slot = stream.random_range(0..crowd);
+            if fastest <= threshold {
+                continue;
+            }
+            let distance = sizes.radius(simulator.tag) + kernel.mean_radius;
+            let domain = kernel.grid.domain();
+            let point = domain.wrap(simulator.position + normal * distance);
+            let (tile, local) = kernel.grid.locate(kernel.grid.cell_at(point));
+            let home = self.around.tile(tile as u32);
+            if slot >= home.starts[local + 1] - home.starts[local] {
+                continue;
+            }
+            let second = At {
+                tile: tile as u32,
+                index: home.starts[local] + slot,
+            };
+            if second == first {
+                continue;
+            }
+            let middle = domain.wrap(simulator.position + normal * (0.5 * distance));
+            let middle = kernel.grid.cell_at(middle);
+            let (tile, local) = kernel.grid.locate(middle);
+            let own = covered::<P, F>(sizes, self.around.tile(tile as u32).members(local));
+            let (there, ..) = kernel.density.contact_value(middle, own);
+            if chi * stream.random::<f64>() >= there {
+                continue;
+            }
+            let pair = [first, second].map(|at| self.around.read(at));
+            let Some(contact) = self.approach(&pair, normal, threshold, majorant) else {
+                continue;
+            };
+            if !P::Sizes::UNIFORM {
+                let share = self.pair_share(cell, contact, largest) / ceiling;
+                if stream.random::<f64>() >= share {
+                    continue;
+                }
+            }
+            self.strike([first, second], &pair, normal, contact);
+        }
+    }
+
+    /// The contact distance of two simulators, if the first approaches the second along `normal` faster than the
+    /// threshold.
+    fn approach(
+        &mut self,
+        pair: &[SimulatorOf<P, F>; 2],
+        normal: VectorOf<P>,
+        threshold: f64,
+        majorant: f64,
+    ) -> Option<f64> {
+        let speed = (pair[0].velocity - pair[1].velocity).inner(&normal);
+        self.report.tally.majorant_violations += u64::from(speed > majorant);
+        let sizes = self.kernel.scene.sizes();
+        (speed > threshold).then(|| sizes.radius(pair[0].tag) + sizes.radius(pair[1].tag))
+    }
+
+    /// Cross section times chi of the pairs of largest particles, over `largest^(D-1)` and the chi of equal ones.
+    fn pair_ceiling(&self, cell: Cell, largest: f64) -> f64 {
+        if P::Sizes::UNIFORM {
+            1.0
+        } else {
+            self.pair_share(cell, largest, largest).max(1.0)
+        }
+    }
+
+    /// The same of pairs with a contact distance; they are taken as alike, which is right to the second order in their
+    /// difference.
+    fn pair_share(&self, cell: Cell, contact: f64, largest: f64) -> f64 {
+        let chi = P::Space::contact_value(cell.packing.min(0.9));
+        let pair = self.kernel.pair_factor(chi, cell.packing.min(0.9), [contact; 2]);
+        pair / (P::Space::cross_section(largest) * chi)
+    }
+
+    /// Collides a pair along `normal`, from the first to the second, and returns the vector from the second to the first.
+    pub(super) fn strike(
+        &mut self,
+        places: [At; 2],
+        pair: &[SimulatorOf<P, F>; 2],
+        normal: VectorOf<P>,
+        contact: f64,
+    ) -> VectorOf<P> {
+        let kernel = self.kernel;
+        let sizes = kernel.scene.sizes();
+        let velocities = pair.map(|simulator| simulator.velocity);
+        let masses = pair.map(|simulator| sizes.mass(simulator.tag));
+        let relative = velocities[0] - velocities[1];
+        let line = -normal * contact;
+        let restitution = kernel.scene.restitution().normal(relative.inner(&normal));
+        let encounter = Encounter {
+            velocities,
+            masses,
+            line,
+        };
+        let after = collide(kernel.scene, &encounter, restitution);
+        let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
+        for (place, velocity) in places.into_iter().zip(after) {
+            self.around.set_velocity(place, velocity);
+        }
+        let tally = &mut self.report.tally;
+        tally.collisions += 1;
+        tally.separation += apart.square().sqrt();
+        tally.virial += kernel.weight * apart.inner(&((after[0] - velocities[0]) * masses[0]));
+        if kernel.looks {
+            self.report.log.push(Collision {
+                time: kernel.time,
+                relative,
+                line,
+                reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+                restitution,
+                weight: kernel.weight,
+            });
+        }
+        apart
+    }
+}
+
+impl Cell {
+    /// The places of its simulators.
+    pub(super) fn places(self) -> impl Iterator<Item = At> + Clone {
+        (self.begin..self.end).map(move |index| At {
+            tile: self.tile,
+            index,
+        })
+    }
+}

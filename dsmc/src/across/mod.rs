@@ -1,0 +1,155 @@
+//! Collisions between partners in different cells.
+//!
+//! Three schemes draw a partner by where it is, not by its cell ([`crate::Scheme`] has their laws and limits): the line of
+//! centres is drawn first, and the partner from where it then has to be. All tiles are arranged; then each is worked on
+//! together with its neighbours, colour after colour ([`shared`]), and the pairs of a tile one after the other.
+
+mod arm;
+mod kernel;
+mod overlap;
+mod partners;
+mod rate;
+mod shared;
+
+use rayon::prelude::*;
+use stosszahl_model::{Collision, Free, Physics, Sizes, Smooth, Space, Vector, VectorOf};
+
+pub(crate) use arm::Arm;
+pub(crate) use rate::Rates;
+
+use crate::collide::Kernel;
+use crate::density::Scheme;
+use crate::simulator::Follow;
+use crate::tally::Tally;
+use crate::tile::Tile;
+use arm::Distances;
+
+/// What the simulators of a tile have in common, before the collisions of a step.
+#[derive(Clone, Copy)]
+struct Bounds<V> {
+    /// Middle of all velocities, and how far from it the farthest is.
+    middle: V,
+    spread: f64,
+    /// Most simulators in a cell.
+    crowd: u32,
+    /// Largest chi of a cell.
+    chi: f64,
+}
+
+/// What the collisions around a tile leave.
+struct Report<P: Physics> {
+    tally: Tally,
+    distances: Distances,
+    log: Vec<Collision<VectorOf<P>>>,
+}
+
+impl<P: Physics> Default for Report<P> {
+    fn default() -> Self {
+        Self {
+            tally: Tally::default(),
+            distances: Distances::default(),
+            log: Vec::new(),
+        }
+    }
+}
+
+/// How far beyond its own cells work on a tile reaches, at most \[length\].
+fn reach<S: Space>(scheme: Scheme, diameter: f64, radius: f64, widest: f64) -> f64 {
+    match scheme {
+        Scheme::ContactPoint { .. } => Arm::LONGEST * diameter + radius.max(widest),
+        _ => diameter,
+    }
+}
+
+impl<P> Kernel<'_, P>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+{
+    /// Collides all pairs of a step; all tiles are arranged. Returns the collisions that somebody wants to look at.
+    pub(crate) fn collide_across<F: Follow<P::Space>>(
+        &self,
+        parallel: bool,
+        tiles: &mut [Tile<P, F>],
+        rates: &Rates<P::Space>,
+        arm: &mut Arm,
+        total: &mut Tally,
+    ) -> Vec<Collision<VectorOf<P>>> {
+        let diameter = 2.0 * self.scene.sizes().largest_radius();
+        let width = self.grid.width();
+        let widest = (0..P::Space::DIMENSION).map(|axis| width[axis]).fold(0.0, f64::max);
+        let far = reach::<P::Space>(
+            self.density.scheme(),
+            diameter,
+            self.partner_radius,
+            partners::WIDEST as f64 * widest,
+        );
+        // Where tiles are too narrow for the reach to stay within the next, each is its own colour.
+        let parallel = parallel && far < self.grid.narrowest_tile();
+        let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
+        let bounds: Vec<_> = if parallel {
+            tiles.par_iter_mut().map(bounds).collect()
+        } else {
+            tiles.iter_mut().map(bounds).collect()
+        };
+        let grid = self.grid;
+        let learnt = &*arm;
+        let mut reports = shared::sweep_around(parallel, grid, tiles, |number, around| {
+            let worker = kernel::Worker {
+                kernel: self,
+                rates,
+                arm: learnt,
+                bounds: kernel::around(grid, &bounds, number),
+                around,
+                report: Report::<P>::default(),
+            };
+            worker.collide(number as u32)
+        });
+        arm.learn(reports.iter().map(|report| &report.distances));
+        for report in &reports {
+            total.add(&report.tally);
+        }
+        reports.iter_mut().flat_map(|report| report.log.drain(..)).collect()
+    }
+
+    /// Takes stock of a tile.
+    fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds<VectorOf<P>> {
+        tile.stock = crate::tally::Stock::default();
+        let needs_chi = matches!(self.density.scheme(), Scheme::Esmc(_));
+        let mut bounds = Bounds {
+            middle: VectorOf::<P>::default(),
+            spread: 0.0,
+            crowd: 0,
+            chi: 0.0,
+        };
+        let mut range: Option<[VectorOf<P>; 2]> = None;
+        let mut stock = tile.stock;
+        let sizes = self.scene.sizes();
+        for cell in 0..tile.cells() {
+            let members = tile.members(cell);
+            bounds.crowd = bounds.crowd.max(members.len() as u32);
+            if needs_chi {
+                let own = crate::collide::covered::<P, F>(sizes, members);
+                let (chi, ..) = self.density.contact_value(tile.cell_at(cell), own);
+                bounds.chi = bounds.chi.max(chi);
+            }
+            for member in members {
+                let v = member.velocity;
+                stock.note(v, v, sizes.mass(member.tag) * v.square(), self.units);
+                let [low, high] = range.get_or_insert([v; 2]);
+                for axis in 0..P::Space::DIMENSION {
+                    low[axis] = crate::tally::smaller(v[axis], low[axis]);
+                    high[axis] = crate::tally::larger(v[axis], high[axis]);
+                }
+            }
+        }
+        tile.stock = stock;
+        if let Some([low, high]) = range {
+            bounds.middle = (low + high) * 0.5;
+            let squares = tile.simulators.iter().map(|member| {
+                (member.velocity - bounds.middle).square()
+            });
+            bounds.spread = squares.fold(0.0, f64::max).sqrt();
+        }
+        bounds
+    }
+}

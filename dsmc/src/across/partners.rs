@@ -1,0 +1,197 @@
+//! The search for a partner around a point.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::{Physics, Space, Vector, VectorOf};
+
+use super::shared::{Around, At};
+use crate::collide::nearest_image;
+use crate::grid::Grid;
+use crate::simulator::Follow;
+
+/// Simulators that lie next to each other in one tile.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    tile: u32,
+    begin: u32,
+    end: u32,
+}
+
+/// Draws before all simulators around are looked at one by one.
+const DRAWS: usize = 16;
+
+/// Widest search for the nearest, in cells on each side.
+pub(super) const WIDEST: i64 = 3;
+
+/// Finds partners around a tile.
+pub(super) struct Search<'a, P: Physics> {
+    grid: &'a Grid<P::Space>,
+    radius: f64,
+    runs: Vec<Run>,
+}
+
+impl<'a, P: Physics> Search<'a, P> {
+    /// `radius`: within which all simulators are equally likely.
+    pub(super) fn new(grid: &'a Grid<P::Space>, radius: f64) -> Self {
+        Self {
+            grid,
+            radius,
+            runs: Vec::new(),
+        }
+    }
+
+    /// A simulator other than `who` around a point in the box or a little outside: any within the radius, all equally
+    /// likely; if there is none, the nearest; none if that is farther than a few cells.
+    pub(super) fn partner<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, P, F>,
+        point: VectorOf<P>,
+        who: At,
+        stream: &mut impl Rng,
+    ) -> Option<At> {
+        if self.radius > 0.0 {
+            let total = self.gather(around, point, self.radius);
+            if total > 0
+                && let Some(found) = self.draw(around, point, who, total, stream)
+            {
+                return Some(found);
+            }
+        }
+        self.nearest(around, point, who)
+    }
+
+    /// Any simulator within the radius, all equally likely.
+    fn draw<F: Follow<P::Space>>(
+        &self,
+        around: &Around<'_, P, F>,
+        point: VectorOf<P>,
+        who: At,
+        total: u32,
+        stream: &mut impl Rng,
+    ) -> Option<At> {
+        let square = self.radius * self.radius;
+        let is_near = |at: At| at != who && self.distance_square(around, point, at) < square;
+        for _ in 0..DRAWS {
+            let at = self.nth(stream.random_range(0..total));
+            if is_near(at) {
+                return Some(at);
+            }
+        }
+        // Few or none: count them, and draw among them, which is the same law.
+        let all = (0..total).map(|number| self.nth(number));
+        let near = all.clone().filter(|&at| is_near(at)).count();
+        if near == 0 {
+            return None;
+        }
+        all.filter(|&at| is_near(at)).nth(stream.random_range(0..near))
+    }
+
+    /// The nearest simulator to a point.
+    fn nearest<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, P, F>,
+        point: VectorOf<P>,
+        who: At,
+    ) -> Option<At> {
+        let width = self.grid.width();
+        let narrowest = (0..P::Space::DIMENSION)
+            .map(|axis| width[axis])
+            .fold(f64::MAX, f64::min);
+        for cells in 1..=WIDEST {
+            let reach = cells as f64 * narrowest;
+            let total = self.gather(around, point, reach);
+            let mut best = (f64::MAX, None);
+            for number in 0..total {
+                let at = self.nth(number);
+                let square = self.distance_square(around, point, at);
+                if square < best.0 && at != who {
+                    best = (square, Some(at));
+                }
+            }
+            if best.0 <= reach * reach {
+                return best.1;
+            }
+        }
+        None
+    }
+
+    fn distance_square<F: Follow<P::Space>>(
+        &self,
+        around: &Around<'_, P, F>,
+        point: VectorOf<P>,
+        at: At,
+    ) -> f64 {
+        let position = around.tile(at.tile).simulators[at.index as usize].position;
+        nearest_image::<P>(self.grid, position - point).square()
+    }
+
+    /// The simulator with this number in the runs.
+    #[inline]
+    fn nth(&self, mut number: u32) -> At {
+        for run in &self.runs {
+            let length = run.end - run.begin;
+            if number < length {
+                return At {
+                    tile: run.tile,
+                    index: run.begin + number,
+                };
+            }
+            number -= length;
+        }
+        // Not reached: the number is below the total length.
+        At { tile: 0, index: 0 }
+    }
+
+    /// Gathers the runs of all cells that a ball around a point touches, and returns how many simulators they hold.
+    fn gather<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, P, F>,
+        point: VectorOf<P>,
+        radius: f64,
+    ) -> u32 {
+        self.runs.clear();
+        let counts = self.grid.counts();
+        let width = self.grid.width();
+        let (mut low, mut span) = ([0_u32; 3], [1_u32; 3]);
+        for axis in 0..P::Space::DIMENSION {
+            let scale = 1.0 / width[axis];
+            let first = ((point[axis] - radius) * scale).floor() as i64;
+            let last = ((point[axis] + radius) * scale).floor() as i64;
+            let count = i64::from(counts[axis]);
+            // Around a narrow box no cell is counted twice.
+            span[axis] = (last - first + 1).min(count) as u32;
+            low[axis] = first.rem_euclid(count) as u32;
+        }
+        let around_ring = |axis: usize, step: u32| {
+            let at = low[axis] + step;
+            if at >= counts[axis] { at - counts[axis] } else { at }
+        };
+        let mut total = 0;
+        for layer in 0..span[2] {
+            let z = around_ring(2, layer);
+            for row in 0..span[1] {
+                let y = around_ring(1, row);
+                let mut done = 0;
+                while done < span[0] {
+                    let cell = [around_ring(0, done), y, z];
+                    let (number, local) = self.grid.locate(cell);
+                    let tile = around.tile(number as u32);
+                    // As far as the line goes on in this tile.
+                    let left = tile.place.first[0] + tile.place.sides[0] - cell[0];
+                    let length = left.min(span[0] - done);
+                    let begin = tile.starts[local];
+                    let end = tile.starts[local + length as usize];
+                    if end > begin {
+                        self.runs.push(Run {
+                            tile: number as u32,
+                            begin,
+                            end,
+                        });
+                        total += end - begin;
+                    }
+                    done += length;
+                }
+            }
+        }
+        total
+    }
+}
