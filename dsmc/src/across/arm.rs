@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 const CLASSES: usize = 32;
 
 /// Collisions over which the excess is averaged.
-const MEMORY: f64 = 3e5;
+const MEMORY: f64 = 5e4;
 
 /// Collisions that the first guess, no excess, counts as.
 const PRIOR: f64 = 300.0;
