@@ -1,9 +1,12 @@
 //! DSMC
 mod collide;
+mod cross;
 mod density;
 mod engine;
 mod fly;
 mod grid;
+#[cfg(test)]
+mod oracle;
 mod parameters;
 mod poisson;
 mod simulator;
