@@ -87,6 +87,37 @@ pub struct StressEd {
 pub enum Bench {
     /// Event-driven hard disks on one thread: make the start, equilibrate it elastically, then time.
     Ed(BenchEd),
+    /// Monte Carlo: dilute elastic hard disks or spheres in cells of half a mean free path, with a constant step.
+    Dsmc(BenchDsmc),
+}
+
+/// `stosszahl bench dsmc`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchDsmc {
+    /// Disks in the plane (2) or spheres in space (3).
+    #[arg(long, value_name = "D", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
+    pub dimension: u8,
+    /// Number of simulators, about: cells are filled equally.
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(2..))]
+    pub simulators: u32,
+    /// Simulators for each cell.
+    #[arg(long, value_name = "C", default_value_t = 10.0)]
+    pub per_cell: f64,
+    /// Pair collisions for each simulator and step.
+    #[arg(long, value_name = "R", default_value_t = 0.07)]
+    pub collisions_per_step: f64,
+    /// Steps to time.
+    #[arg(long, value_name = "S", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
+    pub steps: u64,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T")]
+    pub threads: Option<usize>,
+    /// No collisions; all else as with them.
+    #[arg(long)]
+    pub free_flight: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `stosszahl bench ed`.

@@ -12,6 +12,10 @@ use stosszahl_model::{
     Body, Constant, Domain, Free, Monodisperse, Plane, Scene, Smooth, State, kinetic,
 };
 
+mod monte_carlo;
+
+pub use monte_carlo::{MonteCarlo, MonteCarloSpeed};
+
 /// Smooth equal disks of diameter and mass one.
 pub type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
@@ -35,6 +39,9 @@ pub enum BenchError {
     /// The engine cannot go on.
     #[error(transparent)]
     Engine(#[from] EngineError),
+    /// The Monte Carlo engine cannot start.
+    #[error(transparent)]
+    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
 }
 
 /// The scene of unit disks with a normal contact law.

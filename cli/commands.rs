@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, io, thread};
 
-use stosszahl_model::Sizes;
+use stosszahl_model::{Plane, Sizes};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
 use crate::arguments::{
-    Arguments, Bench, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
+    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
     Stress,
 };
 use crate::bench::{self, BenchError};
@@ -124,6 +124,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             .map_err(CommandError::from)
             .map(|path| say(&path.display().to_string())),
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
+        Command::Bench(Bench::Dsmc(arguments)) => bench_dsmc(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
             stress::command(&arguments, say).map_err(CommandError::from)
         }
@@ -241,7 +242,7 @@ fn estimate(setup: &Setup) -> (f64, f64) {
                 // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
                 let path = setup
                     .dsmc_parameters(dsmc)
-                    .mean_free_path(setup.packing_fraction, 1.0);
+                    .mean_free_path::<Plane>(setup.packing_fraction, 1.0);
                 let step =
                     (setup.cell_size(dsmc)[0] / 4.5).min(path / 1.25) / dsmc.steps_per_crossing;
                 let steps = setup.expected_collisions(until) / setup.collision_rate() / step;
@@ -292,6 +293,47 @@ fn bench_ed(arguments: &BenchEd) -> Result<(), CommandError> {
             speed.crossings_per_collision,
             speed.stale_per_collision,
             speed.broken_per_collision
+        ));
+    }
+    Ok(())
+}
+
+fn bench_dsmc(arguments: &BenchDsmc) -> Result<(), CommandError> {
+    if arguments.threads == Some(0) {
+        return Err(CommandError::Threads { found: 0 });
+    }
+    let work = bench::MonteCarlo {
+        dimension: usize::from(arguments.dimension),
+        simulators: arguments.simulators as usize,
+        per_cell: arguments.per_cell,
+        collisions_per_step: arguments.collisions_per_step,
+        steps: arguments.steps,
+        free_flight: arguments.free_flight,
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.unwrap_or(0))
+        .build()?;
+    let speed = pool.install(|| work.time())?;
+    if arguments.json {
+        say(&serde_json::to_string(&speed).unwrap_or_default());
+    } else {
+        say(&format!(
+            "{} simulators in {} cells, {} dimensions, {} threads: {:.4e} particle-steps/s of wall time, {:.4e} of CPU \
+             time ({} steps in {:.2} s); {:.4e} collisions/s, {:.4} a simulator and step, {:.4} of theory's rate, {:.2} \
+             trials each; {:.1} bytes/simulator",
+            speed.simulators,
+            speed.cells,
+            work.dimension,
+            pool.current_num_threads(),
+            speed.particle_steps_per_second,
+            speed.particle_steps_per_cpu_second,
+            speed.steps,
+            speed.seconds,
+            speed.collisions_per_second,
+            speed.collisions_per_step,
+            speed.collision_rate_over_theory,
+            speed.trials_per_collision,
+            speed.bytes_per_simulator
         ));
     }
     Ok(())

@@ -4,8 +4,8 @@
 mod support;
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Engine as MonteCarlo, Neighbourhood, Parameters, Scheme};
-use stosszahl_ed::{Checkpoint, Dissipation, Engine};
+use stosszahl_dsmc::{Engine, Followed, Neighbourhood, Parameters, Scheme};
+use stosszahl_ed::{Checkpoint, Dissipation, Engine as EventDriven};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Body, Domain, State, kinetic};
@@ -29,7 +29,7 @@ fn unwrapped(gas: &Checkpoint<Disks>) -> Vec<Vector2<f64>> {
 
 fn leg(gas: Checkpoint<Disks>, restitution: f64, until: f64) -> Checkpoint<Disks> {
     let mut engine =
-        Engine::<_>::new(disks(restitution), Dissipation::Scene, gas).expect("an engine");
+        EventDriven::<_>::new(disks(restitution), Dissipation::Scene, gas).expect("an engine");
     assert!(engine.advance(until, u64::MAX, &mut ()).expect("a leg"));
     engine.checkpoint()
 }
@@ -113,7 +113,7 @@ fn windings_add_up_to_the_displacements() {
 fn windings_of_other_disks_are_refused() {
     let mut start = tracked(gas(Arrangement::Square, 16, 0.2, 5));
     start.windings.pop();
-    let refused = Engine::<_>::new(disks(1.0), Dissipation::Scene, start);
+    let refused = EventDriven::<_>::new(disks(1.0), Dissipation::Scene, start);
     assert_eq!(
         refused.err().expect("an error").to_string(),
         "15 windings for 16 disks; allowed are none, or one for each disk"
@@ -144,13 +144,13 @@ fn displacements_of_simulators_end_at_their_positions() {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
         let mut engine =
-            MonteCarlo::new(&disks(1.0), parameters, &start, streams).expect("an engine");
+            Engine::<_, Followed>::start(&disks(1.0), parameters, &start, streams).expect("an engine");
         engine.follow_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
         // In two parts, as a run that is continued.
         let checkpoint = engine.checkpoint();
         let mut engine =
-            MonteCarlo::resume(&disks(1.0), parameters, start.domain, checkpoint, streams)
+            Engine::resume(&disks(1.0), parameters, start.domain, checkpoint, streams)
                 .expect("an engine");
         engine.advance(80.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 5_000);
@@ -184,7 +184,7 @@ fn simulators_diffuse_as_enskog_says() {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
             let streams = Streams::new(seed, 0);
             let mut engine =
-                MonteCarlo::new(&disks(1.0), parameters(4.0, 32, false), &start, streams)
+                Engine::<_, Followed>::start(&disks(1.0), parameters(4.0, 32, false), &start, streams)
                     .expect("an engine");
             engine.follow_displacements();
             engine.advance(time, u64::MAX, &mut ());
@@ -268,7 +268,7 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
             let start = gas(Arrangement::Disordered, 400, packing, seed);
             let streams = Streams::new(seed, 0);
             let mut engine =
-                MonteCarlo::new(&disks(r), parameters(4.0, 16, false), &start, streams)
+                Engine::<_, Followed>::start(&disks(r), parameters(4.0, 16, false), &start, streams)
                     .expect("an engine");
             engine.follow_displacements();
             engine.advance(2.0 * haff, u64::MAX, &mut ());

@@ -76,7 +76,7 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
             let tally = gas.tally();
             // Only a speed that grew within the step can exceed the sum of the two largest.
             assert!(tally.majorant_violations * 1000 < tally.trials, "{tally:?}");
-            let theory = kinetic::collision_rate(0.25, scheme.contact_value(0.25), 0.0);
+            let theory = kinetic::collision_rate(0.25, scheme.contact_value::<Plane>(0.25), 0.0);
             rates.push(2.0 * tally.collisions as f64 / 20_000.0 / 5.0 / theory);
             squares.push(sums.square / tally.collisions as f64 / 6.0);
             for (sum, bin) in bins.iter_mut().zip(sums.bins) {

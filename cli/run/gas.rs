@@ -6,9 +6,10 @@ use nalgebra::{Vector2, vector};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::windows::Windows;
+use stosszahl_dsmc::Follow;
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Drive, State};
+use stosszahl_model::{Drive, Plane, State};
 
 use super::{RunError, leg_collisions};
 use crate::dispatch::Planar;
@@ -139,9 +140,9 @@ impl<P: Planar> Gas for Exact<P> {
     }
 }
 
-impl<P: Planar> Gas for stosszahl_dsmc::Engine<P> {
+impl<P: Planar, F: Follow<Plane>> Gas for stosszahl_dsmc::Engine<P, F> {
     type Physics = P;
-    type Checkpoint = stosszahl_dsmc::Checkpoint<P>;
+    type Checkpoint = stosszahl_dsmc::Checkpoint<P, F>;
 
     fn leg(&mut self, until: f64, watch: &mut Windows) -> Result<bool, RunError> {
         let steps = (LEG_SIMULATOR_STEPS / self.simulators().max(1) as u64).max(LEAST_STEPS);

@@ -7,9 +7,10 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::energy::EnergySample;
+use stosszahl_dsmc::{Engine as MonteCarlo, Follow, Followed, Unfollowed};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Drive, Sizes, State, snapshot};
+use stosszahl_model::{Drive, Plane, Sizes, State, snapshot};
 
 use super::gas::{Exact, ExactCheckpoint, Gas};
 use super::record::{Moment, Record, Structure, schedule};
@@ -90,20 +91,30 @@ pub(super) fn run_engine<P: Planar>(
         Engine::Dsmc(dsmc) => {
             let parameters = setup.dsmc_parameters(dsmc);
             let streams = streams.branch(scheme_number(dsmc));
-            let begin = |checkpoint: Option<stosszahl_dsmc::Checkpoint<P>>| {
-                Ok(match checkpoint {
-                    Some(gas) => stosszahl_dsmc::Engine::resume(
-                        scene,
-                        parameters,
-                        start.domain,
-                        gas,
-                        streams,
-                    )?,
-                    None => stosszahl_dsmc::Engine::new(scene, parameters, start, streams)?,
-                })
-            };
-            follow(setup, engine, noise, begin, &control.with(), snapshots)
+            // Which of the two is decided by the case, so a checkpoint is always of the same kind.
+            if schedule(setup).iter().any(|moment| moment.displacement.is_some()) {
+                let begin = begin_dsmc::<P, Followed>(scene, parameters, start, streams);
+                follow(setup, engine, noise, begin, &control.with(), snapshots)
+            } else {
+                let begin = begin_dsmc::<P, Unfollowed>(scene, parameters, start, streams);
+                follow(setup, engine, noise, begin, &control.with(), snapshots)
+            }
         }
+    }
+}
+
+/// How a Monte Carlo gas begins, or goes on from a checkpoint.
+fn begin_dsmc<P: Planar, F: Follow<Plane>>(
+    scene: &P,
+    parameters: stosszahl_dsmc::Parameters,
+    start: &State<P>,
+    streams: Streams,
+) -> impl FnOnce(Option<stosszahl_dsmc::Checkpoint<P, F>>) -> Result<MonteCarlo<P, F>, RunError> {
+    move |checkpoint| {
+        Ok(match checkpoint {
+            Some(gas) => MonteCarlo::resume(scene, parameters, start.domain, gas, streams)?,
+            None => MonteCarlo::start(scene, parameters, start, streams)?,
+        })
     }
 }
 

@@ -74,6 +74,24 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     tally: Tally,
 }
 
+impl<P> Engine<P>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+{
+    /// [`Engine::start`] where displacements are not followed.
+    ///
+    /// # Errors
+    /// As [`Engine::start`].
+    pub fn new(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        Self::start(scene, parameters, state, streams)
+    }
+}
+
 impl<P, F> Engine<P, F>
 where
     P: Physics<Surface = Smooth, Field = Free>,
@@ -86,7 +104,7 @@ where
     ///
     /// # Errors
     /// [`EngineError`] if a parameter or a number of the state has no meaning.
-    pub fn new(
+    pub fn start(
         scene: &P,
         parameters: Parameters,
         state: &State<P>,
@@ -417,13 +435,14 @@ where
         let step = self.held_step.unwrap_or_else(|| self.step_length());
         // Equal last steps instead of a long and a tiny one.
         let steps = (left / step).ceil();
-        Some(if steps <= 1.0 {
-            left
-        } else if steps.is_finite() {
-            left / steps
-        } else {
-            step
-        })
+        if steps <= 1.0 {
+            return Some(left);
+        }
+        let step = if steps.is_finite() { left / steps } else { step };
+        // What the clock shows after it, which rounds, less what it shows before: positions and clock do not
+        // drift apart. Where the step is too short for the clock, its least.
+        let end = (from + step).max(from.next_up());
+        Some(end - from)
     }
 
     /// What the gas allows, as it was before the last collisions: the fastest simulator crosses a cell in several

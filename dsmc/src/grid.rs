@@ -172,13 +172,11 @@ impl<S: Space> Grid<S> {
     #[inline]
     pub fn locate(&self, cell: [u32; 3]) -> (usize, usize) {
         let tile = [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize]);
-        let [mut local, mut stride] = [0; 2];
+        let mut local = 0;
         for axis in (0..3).rev() {
             let first = &self.firsts[axis][tile[axis] as usize..];
-            stride = first[1] - first[0];
-            local = local * stride + (cell[axis] - first[0]);
+            local = local * (first[1] - first[0]) + (cell[axis] - first[0]);
         }
-        let _ = stride;
         (self.tile_number(tile), local as usize)
     }
 

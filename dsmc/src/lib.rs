@@ -1,10 +1,13 @@
 //! DSMC
 mod across;
 mod collide;
+mod cross;
 mod density;
 mod engine;
 mod fly;
 mod grid;
+#[cfg(test)]
+mod oracle;
 mod parameters;
 mod poisson;
 mod simulator;

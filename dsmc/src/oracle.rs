@@ -1,0 +1,561 @@
+//! Tests of the engine as a whole against a plain one: one vector, a stable sort by cell in each step, no tiles, no
+//! threads, and the formulas written out once more. Same streams, same bytes.
+
+use nalgebra::Vector2;
+use rand::RngExt;
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{
+    Body, Constant, Domain, Encounter, Free, Monodisperse, Observe, Physics, Plane, Polydisperse,
+    Restitution, Scene, Sizes, Smooth, Space, State, Vector, VectorOf, Volume, collide, kinetic,
+};
+
+use crate::poisson::poisson;
+use crate::{Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed};
+
+type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
+type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
+
+fn equal<S: Space>(restitution: f64) -> Equal<S> {
+    Scene {
+        space: S::default(),
+        surface: Smooth,
+        restitution: Constant::new(restitution).expect("a coefficient"),
+        sizes: Monodisperse {
+            radius: 0.5,
+            mass: 1.0,
+        },
+        field: Free,
+    }
+}
+
+fn mixture(count: usize) -> Mixture {
+    let sizes = (0..count)
+        .map(|i| [(0.5, 1.0), (0.25, 0.2)][i % 2])
+        .collect();
+    Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: Constant::new(0.9).expect("a coefficient"),
+        sizes: Polydisperse::new(sizes).expect("sizes"),
+        field: Free,
+    }
+}
+
+/// Positions uniform in a box of the given sides, components of velocities uniform from -1 to 1.
+fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
+    let mut stream = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
+    let mut vector = |low: f64, high: VectorOf<P>| {
+        let mut vector = VectorOf::<P>::default();
+        for axis in 0..P::Space::DIMENSION {
+            vector[axis] = low + (high[axis] - low) * stream.random::<f64>();
+        }
+        vector
+    };
+    let mut ones = VectorOf::<P>::default();
+    for axis in 0..P::Space::DIMENSION {
+        ones[axis] = 1.0;
+    }
+    State {
+        time: 0.0,
+        domain: Domain::periodic(sides).expect("a box"),
+        bodies: (0..count)
+            .map(|_| Body::new(vector(0.0, sides), vector(-1.0, ones)))
+            .collect(),
+    }
+}
+
+/// The plain engine, with steps of one length.
+struct Plain<P: Physics> {
+    scene: P,
+    parameters: Parameters,
+    domain: Domain<P::Space>,
+    counts: [usize; 3],
+    /// Positions, velocities, indices; by cell after a sort.
+    members: Vec<(VectorOf<P>, VectorOf<P>, usize)>,
+    streams: Streams,
+}
+
+impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
+    fn new(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+        counts: [usize; 3],
+    ) -> Self {
+        let members = state.bodies.iter().enumerate();
+        let mut plain = Self {
+            scene: scene.clone(),
+            parameters,
+            domain: state.domain,
+            counts,
+            members: members
+                .map(|(index, body)| (body.position, body.velocity, index))
+                .collect(),
+            streams,
+        };
+        plain.sort();
+        plain
+    }
+
+    fn cell(&self, position: VectorOf<P>) -> [usize; 3] {
+        let mut cell = [0; 3];
+        for axis in 0..P::Space::DIMENSION {
+            let share = position[axis] / self.domain.lengths()[axis];
+            cell[axis] = (share * self.counts[axis] as f64) as usize;
+        }
+        cell
+    }
+
+    fn number(&self, cell: [usize; 3]) -> usize {
+        cell[0] + self.counts[0] * (cell[1] + self.counts[1] * cell[2])
+    }
+
+    fn sort(&mut self) {
+        let mut members = std::mem::take(&mut self.members);
+        members.sort_by_key(|(position, ..)| self.number(self.cell(*position)));
+        self.members = members;
+    }
+
+    fn fly(&mut self, duration: f64) {
+        for (position, velocity, _) in &mut self.members {
+            *position += *velocity * duration;
+            *position = self.domain.wrap(*position);
+        }
+    }
+
+    /// As [`Engine::advance`] with a held step that the clock can show exactly.
+    fn advance(&mut self, steps: u64, first: u64, step: f64) -> u64 {
+        let mut collisions = 0;
+        self.fly(0.5 * step);
+        for number in 0..steps {
+            self.sort();
+            collisions += self.collide(first + number, step);
+            let next = if number + 1 < steps { step } else { 0.0 };
+            self.fly(0.5 * (step + next));
+        }
+        self.sort();
+        collisions
+    }
+
+    /// Packing fraction of a block of cells, of the number of cells around that the scheme asks for.
+    fn packing(&self, cell: [usize; 3], volume: f64) -> f64 {
+        let reach = match self.parameters.scheme {
+            Scheme::Enskog(Neighbourhood::Cells(n)) => n as usize,
+            _ => 0,
+        };
+        let sizes = self.scene.sizes();
+        let mut covered = 0.0;
+        for (position, _, index) in &self.members {
+            let other = self.cell(*position);
+            let near = (0..P::Space::DIMENSION).all(|axis| {
+                let apart = other[axis].abs_diff(cell[axis]);
+                apart.min(self.counts[axis] - apart) <= reach
+            });
+            if near {
+                let share = sizes.radius(sizes.tag(*index)) / sizes.largest_radius();
+                covered += share.powi(P::Space::DIMENSION as i32);
+            }
+        }
+        let cells = ((2 * reach + 1) as f64).powi(P::Space::DIMENSION as i32);
+        covered * (P::Space::ball(sizes.largest_radius()) / (volume * cells))
+    }
+
+    fn collide(&mut self, number: u64, step: f64) -> u64 {
+        let mut total = 0;
+        let bundle = self.streams.bundle(Purpose::Collisions, number);
+        let before = self.members.clone();
+        let [nx, ny, nz] = self.counts;
+        let volume: f64 = (0..P::Space::DIMENSION)
+            .map(|axis| self.domain.lengths()[axis] / self.counts[axis] as f64)
+            .product();
+        let mut begin = 0;
+        for cell in 0..nx * ny * nz {
+            let at = [cell % nx, cell / nx % ny, cell / nx / ny];
+            let here = |(position, ..): &&(VectorOf<P>, _, _)| self.cell(*position) == at;
+            let count = before[begin..].iter().take_while(here).count();
+            let range = begin..begin + count;
+            begin += count;
+            if count < 2 {
+                continue;
+            }
+            let packing = if self.parameters.scheme == Scheme::Boltzmann {
+                0.0
+            } else {
+                let now = std::mem::replace(&mut self.members, before.clone());
+                let packing = self.packing(at, volume);
+                self.members = now;
+                packing
+            };
+            let chi = self
+                .parameters
+                .scheme
+                .contact_value::<P::Space>(packing)
+                .min(self.parameters.largest_contact_value);
+            let mut stream = bundle.at(cell as u64);
+            total += self.collide_cell(range, step / volume, [chi, packing], &mut stream);
+        }
+        total
+    }
+
+    fn collide_cell(
+        &mut self,
+        range: std::ops::Range<usize>,
+        step: f64,
+        [chi, packing]: [f64; 2],
+        stream: &mut stosszahl_model::random::ShortStream,
+    ) -> u64 {
+        let sizes = self.scene.sizes().clone();
+        let dimension = P::Space::DIMENSION;
+        let members = &mut self.members[range];
+        let mut diagonal = VectorOf::<P>::default();
+        for axis in 0..dimension {
+            let all = members.iter().map(|(_, velocity, _)| velocity[axis]);
+            diagonal[axis] =
+                all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min);
+        }
+        let mut majorant = diagonal.square().sqrt();
+        let moments = (0..members_of(&sizes)).map(|i| 2.0 * sizes.radius(sizes.tag(i)));
+        let ratio = moments.clone().map(|d| d.powi(dimension as i32 - 1)).sum::<f64>()
+            / moments.map(|d| d.powi(dimension as i32)).sum::<f64>();
+        let factor = |diameters: [f64; 2]| {
+            P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
+                * kinetic::mixture_contact_value(chi, packing.min(0.9), diameters, ratio)
+        };
+        let largest = 2.0 * sizes.largest_radius();
+        let mut ceiling = chi * P::Space::cross_section(largest);
+        if !P::Sizes::UNIFORM {
+            ceiling = ceiling.max(factor([largest; 2]));
+        }
+        let n = members.len() as u64;
+        let pairs = 0.5 * (n * (n - 1)) as f64;
+        let mut collisions = 0;
+        for _ in 0..poisson(pairs * (ceiling * step) * majorant, stream) {
+            let first = u128::from(stream.random::<u64>()) * u128::from(n);
+            let second = u128::from(first as u64) * u128::from(n - 1);
+            let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
+            let j = if j >= i { j + 1 } else { j };
+            let relative = members[i].1 - members[j].1;
+            let diameters = [i, j].map(|who| 2.0 * sizes.radius(sizes.tag(members[who].2)));
+            let mut threshold = majorant * stream.random::<f64>();
+            let speed = relative.square().sqrt();
+            majorant = majorant.max(speed);
+            if !P::Sizes::UNIFORM {
+                threshold *= ceiling / factor(diameters);
+            }
+            if speed <= threshold {
+                continue;
+            }
+            collisions += 1;
+            let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
+            let pair = Encounter {
+                velocities: [members[i].1, members[j].1],
+                masses: [i, j].map(|who| sizes.mass(sizes.tag(members[who].2))),
+                line: normal * (0.5 * (diameters[0] + diameters[1])),
+            };
+            let restitution = self.scene.restitution().normal(-along * speed);
+            let [u, v] = collide(&self.scene, &pair, restitution);
+            (members[i].1, members[j].1) = (u, v);
+            if self.parameters.displacement {
+                members[i].0 += pair.line;
+                members[j].0 -= pair.line;
+            }
+        }
+        collisions
+    }
+}
+
+/// How many there are: 400 in every mixture of these tests, and all alike otherwise.
+fn members_of<Z: Sizes>(_sizes: &Z) -> usize {
+    if Z::UNIFORM { 1 } else { 400 }
+}
+
+fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().expect("threads").install(work)
+}
+
+const PARAMETERS: Parameters = Parameters {
+    scheme: Scheme::Boltzmann,
+    displacement: false,
+    cell_size: Some(2.0),
+    simulators_per_disk: 1,
+    steps_per_crossing: 4.0,
+    largest_contact_value: 10.0,
+};
+
+/// Both engines after two runs, and again for other tiles.
+fn compare<P>(scene: &P, parameters: Parameters, sides: VectorOf<P>, count: usize, step: f64)
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+{
+    let state = start::<P>(count, sides, 1);
+    let streams = Streams::new(3, 0);
+    for per_tile in [1, 40, 4096] {
+        let mut engine = Engine::new(scene, parameters, &state, streams).expect("an engine");
+        engine.retile(per_tile);
+        engine.hold_step(step);
+        let counts = engine.grid().counts().map(|count| count as usize);
+        let mut plain = Plain::new(scene, parameters, &state, streams, counts);
+        let mut collisions = 0;
+        for (first, steps) in [(0, 7), (7, 5)] {
+            engine.advance(f64::INFINITY, steps, &mut ());
+            collisions += plain.advance(steps, first, step);
+            let found = engine.state();
+            let mut bodies = found.bodies.clone();
+            for (order, (position, velocity, index)) in plain.members.iter().enumerate() {
+                let index = P::Sizes::index(scene.sizes().tag(*index), order);
+                bodies[index] = Body::new(*position, *velocity);
+            }
+            assert_eq!(found.bodies, bodies, "tiles {:?}", engine.grid().tiles());
+        }
+        assert_eq!(engine.tally().collisions, collisions);
+        assert!(collisions > 100, "{collisions}");
+    }
+}
+
+#[test]
+fn disks_are_those_of_the_plain_engine() {
+    for (scheme, displacement) in [
+        (Scheme::Boltzmann, false),
+        (Scheme::FreeVolume, true),
+        (Scheme::Enskog(Neighbourhood::Cells(1)), true),
+    ] {
+        let parameters = Parameters {
+            scheme,
+            displacement,
+            ..PARAMETERS
+        };
+        let sides = Vector2::new(30.0, 22.0);
+        compare(&equal::<Plane>(0.8), parameters, sides, 400, 0.3125);
+    }
+}
+
+/// In steps so long that many cross several tiles, or the box.
+#[test]
+fn far_flyers_are_those_of_the_plain_engine() {
+    let sides = Vector2::new(30.0, 22.0);
+    compare(&equal::<Plane>(0.8), PARAMETERS, sides, 400, 50.0);
+}
+
+#[test]
+fn spheres_are_those_of_the_plain_engine() {
+    let sides = nalgebra::Vector3::new(9.0, 14.0, 11.0);
+    for scheme in [Scheme::Boltzmann, Scheme::Enskog(Neighbourhood::Cells(1))] {
+        let parameters = Parameters {
+            scheme,
+            ..PARAMETERS
+        };
+        compare(&equal::<Volume>(1.0), parameters, sides, 600, 0.3125);
+    }
+}
+
+#[test]
+fn mixtures_are_those_of_the_plain_engine() {
+    for scheme in [Scheme::FreeVolume, Scheme::Enskog(Neighbourhood::Cells(1))] {
+        let parameters = Parameters {
+            scheme,
+            displacement: true,
+            ..PARAMETERS
+        };
+        let sides = Vector2::new(25.0, 22.0);
+        compare(&mixture(400), parameters, sides, 400, 0.4375);
+    }
+}
+
+/// What somebody who looks at collisions sees.
+#[derive(Default, PartialEq, Debug)]
+struct Seen(Vec<(Vector2<f64>, Vector2<f64>)>);
+
+impl Observe<Equal<Plane>> for Seen {
+    fn collision(&mut self, collision: &stosszahl_model::Collision<Vector2<f64>>) {
+        self.0.push((collision.relative, collision.line));
+    }
+}
+
+/// Many simulators, so that threads are worth it: the same bytes, tallies and observations for one, two and three;
+/// with steps that follow the gas, through a stop in between, and with displacements followed.
+#[test]
+fn threads_and_stops_change_nothing() {
+    for scheme in [Scheme::Boltzmann, Scheme::Enskog(Neighbourhood::Cells(2))] {
+        let parameters = Parameters {
+            scheme,
+            displacement: true,
+            ..PARAMETERS
+        };
+        let scene = equal::<Plane>(0.8);
+        let state = start::<Equal<Plane>>(30_000, Vector2::new(300.0, 310.0), 2);
+        let streams = Streams::new(5, 0);
+        let run = |threads: usize, stop: bool| {
+            in_pool(threads, || {
+                let mut seen = Seen::default();
+                let mut engine = Engine::<_, Followed>::start(&scene, parameters, &state, streams)
+                    .expect("an engine");
+                engine.advance(f64::INFINITY, 6, &mut seen);
+                if stop {
+                    let checkpoint = engine.checkpoint();
+                    let domain = state.domain;
+                    engine = Engine::resume(&scene, parameters, domain, checkpoint, streams)
+                        .expect("an engine");
+                }
+                engine.advance(f64::INFINITY, 6, &mut seen);
+                let ways = engine.displacements();
+                (engine.state().bodies, engine.tally(), engine.time(), ways, seen)
+            })
+        };
+        let alone = run(1, false);
+        assert!(alone.1.collisions > 10_000, "{:?}", alone.1);
+        assert_eq!(alone.4.0.len() as u64, alone.1.collisions);
+        for (threads, stop) in [(1, true), (2, false), (2, true), (3, false)] {
+            assert!(alone == run(threads, stop), "{threads} threads, {stop}");
+        }
+    }
+}
+
+/// Steps that follow the gas are the same for other tiles too, as are the counts; only sums are added in another order.
+#[test]
+fn tiles_change_nothing() {
+    let state = start::<Equal<Plane>>(5000, Vector2::new(150.0, 90.0), 4);
+    let run = |per_tile: usize| {
+        let mut engine = Engine::new(&equal(0.7), PARAMETERS, &state, Streams::new(5, 0))
+            .expect("an engine");
+        engine.retile(per_tile);
+        engine.advance(f64::INFINITY, 60, &mut ());
+        (engine.state().bodies, engine.time(), engine.tally())
+    };
+    let (bodies, time, tally) = run(4096);
+    for per_tile in [1, 17, 300, 1_000_000] {
+        let (other_bodies, other_time, other) = run(per_tile);
+        assert_eq!((&bodies, time), (&other_bodies, other_time), "{per_tile}");
+        assert_eq!((tally.trials, tally.collisions), (other.trials, other.collisions));
+        assert!((tally.separation / other.separation - 1.0).abs() < 1e-12);
+        assert!((tally.virial / other.virial - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Everything that the engine holds, for smooth equal disks: 32 bytes are the record itself.
+#[test]
+fn a_simulator_takes_at_most_48_bytes() {
+    for (per_cell, scheme) in [
+        (10.0, Scheme::Boltzmann),
+        (10.0, Scheme::FreeVolume),
+        (10.0, Scheme::Enskog(Neighbourhood::Cells(2))),
+        (1.27, Scheme::FreeVolume),
+    ] {
+        let count = 200_000;
+        let side = (count as f64 / per_cell).sqrt() * 2.0;
+        let state = start::<Equal<Plane>>(count, Vector2::new(side, side), 7);
+        let parameters = Parameters {
+            scheme,
+            ..PARAMETERS
+        };
+        let mut engine = Engine::new(&equal(1.0), parameters, &state, Streams::new(1, 0))
+            .expect("an engine");
+        for _ in 0..3 {
+            engine.advance(f64::INFINITY, 20, &mut ());
+            let each = engine.bytes() as f64 / count as f64;
+            println!("{per_cell} in a cell, {scheme:?}: {each:.1} bytes");
+            assert!(each <= 48.0, "{each} bytes with {scheme:?}");
+        }
+    }
+}
+
+/// 1e5 steps of nothing but flight: x_0 + v t to 1e-11 of the box, which is what 1e5 roundings may add up to.
+#[test]
+fn free_flight_is_exact() {
+    let state = start::<Equal<Plane>>(40, Vector2::new(12.0, 10.0), 9);
+    let parameters = Parameters {
+        scheme: Scheme::Collisionless,
+        ..PARAMETERS
+    };
+    let mut engine = Engine::<_, Followed>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
+        .expect("an engine");
+    engine.retile(1);
+    engine.hold_step(0.013);
+    for _ in 0..10 {
+        engine.advance(f64::INFINITY, 10_000, &mut ());
+    }
+    assert_eq!(engine.tally().steps, 100_000);
+    let found = engine.state();
+    let time = engine.time();
+    for body in &found.bodies {
+        let known = state
+            .bodies
+            .iter()
+            .find(|known| known.velocity == body.velocity)
+            .expect("its velocity");
+        let expected = state.domain.wrap(known.position + known.velocity * time);
+        let missed = state.domain.distance(body.position, expected);
+        assert!(missed < 1.2e-10, "{missed}");
+    }
+}
+
+/// Elastic spheres: rate, energy and momentum. Sixteen gases; z = 4 standard errors of the mean, which must be below
+/// 0.1 %; cells of about 400, so the start's finite number changes the rate by 1/400 at most and is taken out exactly by
+/// n(n - 1) of an ideal gas.
+#[test]
+fn spheres_collide_at_the_rate_of_theory() {
+    let (count, side) = (20_000, 40.0);
+    let mut rates = Vec::new();
+    for seed in 0..16 {
+        let sides = nalgebra::Vector3::new(side, side, side);
+        let mut state = start::<Equal<Volume>>(count, sides, seed);
+        let mut stream = Streams::new(seed, 0).at(Purpose::Velocities, [0, 0]);
+        let scene = equal::<Volume>(1.0);
+        stosszahl_model::initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
+        let parameters = Parameters {
+            cell_size: Some(10.0),
+            ..PARAMETERS
+        };
+        let mut engine = Engine::<_, Unfollowed>::start(&scene, parameters, &state, Streams::new(seed, 0))
+            .expect("an engine");
+        engine.advance(4.0, u64::MAX, &mut ());
+        let packing = state.packing_fraction(&scene);
+        let rate = 2.0 * engine.tally().collisions as f64 / count as f64 / engine.time();
+        rates.push(rate / Volume::collision_rate(packing, 1.0));
+        let end = engine.state();
+        // A random walk of 1e5 roundings.
+        let energy = end.kinetic_energy(&scene) / state.kinetic_energy(&scene);
+        assert!((energy - 1.0).abs() < 1e-13, "{energy}");
+        assert!(end.momentum(&scene).norm() < 1e-10);
+    }
+    let n = rates.len() as f64;
+    let mean = rates.iter().sum::<f64>() / n;
+    let variance = rates.iter().map(|rate| (rate - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let error = (variance / n).sqrt();
+    assert!(error < 0.001, "the error {error} is too wide");
+    assert!((mean - 1.0).abs() < 4.0 * error, "{mean} ± {error}");
+}
+
+/// The ideal gas of pressure: without displacement, a pair that meets anywhere in its cell carries no momentum on average;
+/// with it, elastic disks carry Z - 1 = (pi/2) n d^2 chi at the rate of theory.
+#[test]
+fn virial_is_that_of_the_displacement() {
+    let count = 20_000;
+    let side = 400.0;
+    for displacement in [false, true] {
+        let state = start::<Equal<Plane>>(count, Vector2::new(side, side), 3);
+        let scene = equal::<Plane>(1.0);
+        let parameters = Parameters {
+            displacement,
+            cell_size: Some(10.0),
+            steps_per_crossing: 20.0,
+            ..PARAMETERS
+        };
+        let mut engine = Engine::new(&scene, parameters, &state, Streams::new(1, 0))
+            .expect("an engine");
+        engine.advance(40.0, u64::MAX, &mut ());
+        let temperature = state.temperature(&scene);
+        let scale = 2.0 * count as f64 * temperature * engine.time();
+        let excess = engine.tally().virial / scale;
+        let rate = 2.0 * engine.tally().collisions as f64 / count as f64 / engine.time();
+        // omega = 4 (Z - 1) sqrt(T)/sqrt(pi).
+        let expected = rate * std::f64::consts::PI.sqrt() / (4.0 * temperature.sqrt());
+        let expected = if displacement { expected } else { 0.0 };
+        // Each collision carries up to the cell's width times the momentum, with a random sign: about
+        // 6 d . 1.5 sqrt(T) of spread, and 4.4 standard errors of their mean.
+        let spread = 9.0 * temperature.sqrt() * (engine.tally().collisions as f64).sqrt() / scale;
+        assert!((excess - expected).abs() < 4.4 * spread, "{excess} {expected} ± {spread}");
+        assert!(4.4 * spread < 0.3 * rate, "{spread} is too wide");
+    }
+}
