@@ -113,6 +113,11 @@ pub struct Tally {
     pub limited_collisions: u64,
     /// Sum over collisions of the distance of the partners \[length\].
     pub separation: f64,
+    /// Sum over collisions of `r_ij . dp_i + dr_i . p_i' + dr_j . p_j'` \[mass length^2/time\]: momentum
+    /// carried from partner to partner, over the nearest image of their distance, and with partners that are displaced
+    /// by `dr`, with the momentum p' after the collision. The compressibility factor of an elastic gas over the time t
+    /// is `Z = 1 + weight virial/(D N T t)`, N being the number of disks.
+    pub virial: f64,
     /// Largest number of collisions per simulator in one cell and step.
     pub busiest_cell: f64,
 }
@@ -665,10 +670,12 @@ where
             let [u, v] = collide(&self.scene, &pair, restitution);
             members[i].velocity = u;
             members[j].velocity = v;
-            self.tally.separation += self
-                .domain
-                .distance(members[i].position, members[j].position);
+            let [first, second] = [members[i].position, members[j].position];
+            let separation = self.domain.displacement(first, second);
+            self.tally.separation += separation.norm();
+            self.tally.virial += masses[0] * separation.dot(&(u - velocities[0]));
             if self.parameters.displacement {
+                self.tally.virial += line.dot(&(u * masses[0] - v * masses[1]));
                 displace(members, followed, [i, j], line);
             }
             watch.collision(&Collision {
