@@ -16,7 +16,7 @@ use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
 use crate::arguments::{
     Arguments, Bench, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
-    Stress,
+    Stress, Validate,
 };
 use crate::bench::{self, BenchError};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
@@ -28,6 +28,7 @@ use crate::results::{self, Existing, ResultsError};
 use crate::run::{self, Place, Replica, RunError, SNAPSHOTS};
 use crate::setup::{Setup, SetupError, TimeUnit};
 use crate::stress::{self, StressError};
+use crate::validate::{self, ValidateError};
 use crate::verdicts::verdicts;
 
 /// Why a command failed.
@@ -82,6 +83,9 @@ pub enum CommandError {
     /// A hard case failed, or is unknown.
     #[error(transparent)]
     Stress(#[from] StressError),
+    /// A claim of the default scheme does not hold, or nothing could be measured.
+    #[error(transparent)]
+    Validate(#[from] ValidateError),
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] report::ReportError),
@@ -100,6 +104,13 @@ impl CommandError {
             | Self::Pool(_)
             | Self::Run { .. }
             | Self::Stress(StressError::Failed { .. })
+            | Self::Validate(
+                ValidateError::Failed { .. }
+                | ValidateError::Trouble(_)
+                | ValidateError::Table(_)
+                | ValidateError::Folder { .. }
+                | ValidateError::Write(_),
+            )
             | Self::Export(_) => 1,
             _ => 2,
         }
@@ -126,6 +137,9 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
             stress::command(&arguments, say).map_err(CommandError::from)
+        }
+        Command::Validate(Validate::Dsmc(arguments)) => {
+            validate::command(&arguments, say).map_err(CommandError::from)
         }
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
