@@ -42,7 +42,7 @@ fn monte_carlo(count: usize, scheme: Scheme) -> Subject {
     let start = gas(Arrangement::Disordered, count, 0.25, 1.0, 1).expect("a gas");
     let parameters = Parameters {
         scheme,
-        displacement: true,
+        displacement: Displacement::Diameter,
         cell_size: Some(2.0),
         simulators_per_disk: 1,
         steps_per_crossing: 4.0,

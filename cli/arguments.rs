@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::validate::Part;
+
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
 #[derive(Debug, Parser)]
@@ -44,6 +46,41 @@ pub enum Command {
     /// Try an engine on hard cases and say what holds.
     #[command(subcommand)]
     Stress(Stress),
+    /// Measure an engine against theory and say what holds.
+    #[command(subcommand)]
+    Validate(Validate),
+}
+
+/// `stosszahl validate`.
+#[derive(Debug, Subcommand)]
+pub enum Validate {
+    /// Monte Carlo schemes against kinetic theory and exact dynamics, with error bars over replicas.
+    ///
+    /// Each line states a quantity, what was expected, what was found and, where the scheme claims it, the verdict. The exit code is
+    /// 1 if a claim of the default scheme does not hold.
+    #[command(
+        after_help = "Begin with:\n  stosszahl validate dsmc --quick                   small gases, wide errors\n  \
+                      stosszahl validate dsmc --part cooling            only this part\n  \
+                      stosszahl validate dsmc --scheme enskog --out DIR  tables of one scheme"
+    )]
+    Dsmc(ValidateDsmc),
+}
+
+/// `stosszahl validate dsmc`.
+#[derive(Clone, Debug, Args)]
+pub struct ValidateDsmc {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_enum, value_name = "PART", value_delimiter = ',')]
+    pub part: Vec<Part>,
+    /// Only this scheme; may be repeated [default: all].
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub scheme: Vec<String>,
+    /// Few and small gases: errors are too wide for most verdicts, and unresolved claims do not fail.
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder for validation.csv and validation.md.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// `stosszahl stress`.

@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, io, thread};
 
-use stosszahl_model::{Plane, Sizes};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
+use stosszahl_model::{Plane, Sizes};
 
 use crate::arguments::{
-    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
-    Stress,
+    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command,
+    RunArguments, Stress, Validate,
 };
 use crate::bench::{self, BenchError};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
@@ -28,6 +28,7 @@ use crate::results::{self, Existing, ResultsError};
 use crate::run::{self, Place, Replica, RunError, SNAPSHOTS};
 use crate::setup::{Setup, SetupError, TimeUnit};
 use crate::stress::{self, StressError};
+use crate::validate::{self, ValidateError};
 use crate::verdicts::verdicts;
 
 /// Why a command failed.
@@ -82,6 +83,9 @@ pub enum CommandError {
     /// A hard case failed, or is unknown.
     #[error(transparent)]
     Stress(#[from] StressError),
+    /// A claim of the default scheme does not hold, or nothing could be measured.
+    #[error(transparent)]
+    Validate(#[from] ValidateError),
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] report::ReportError),
@@ -100,6 +104,13 @@ impl CommandError {
             | Self::Pool(_)
             | Self::Run { .. }
             | Self::Stress(StressError::Failed { .. })
+            | Self::Validate(
+                ValidateError::Failed { .. }
+                | ValidateError::Trouble(_)
+                | ValidateError::Table(_)
+                | ValidateError::Folder { .. }
+                | ValidateError::Write(_),
+            )
             | Self::Export(_) => 1,
             _ => 2,
         }
@@ -127,6 +138,9 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Bench(Bench::Dsmc(arguments)) => bench_dsmc(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
             stress::command(&arguments, say).map_err(CommandError::from)
+        }
+        Command::Validate(Validate::Dsmc(arguments)) => {
+            validate::command(&arguments, say).map_err(CommandError::from)
         }
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
@@ -188,6 +202,9 @@ fn read(arguments: &CaseArguments) -> Result<(CaseFile, Vec<Setup>), CommandErro
 const COLLISIONS_PER_SECOND: f64 = 4e5;
 const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
 
+/// Collisions of simulators with partners across cells, in a second.
+const COLLISIONS_ACROSS_PER_SECOND: f64 = 1e6;
+
 fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
     let (file, setups) = read(&arguments.case)?;
     for (point, setup) in file.points.iter().zip(&setups) {
@@ -238,13 +255,18 @@ fn estimate(setup: &Setup) -> (f64, f64) {
                 bytes = bytes.max(220.0 * disks);
             }
             Engine::Dsmc(dsmc) => {
-                let simulators = disks * f64::from(dsmc.simulators_per_disk);
+                let parameters = setup.dsmc_parameters(dsmc);
+                let copies = f64::from(parameters.simulators_per_disk);
+                let simulators = disks * copies;
                 // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
-                let path = setup
-                    .dsmc_parameters(dsmc)
-                    .mean_free_path::<Plane>(setup.packing_fraction, 1.0);
-                let step =
-                    (setup.cell_size(dsmc)[0] / 4.5).min(path / 1.25) / dsmc.steps_per_crossing;
+                let path = parameters.mean_free_path::<Plane>(setup.packing_fraction, 1.0);
+                let mut step = path / 1.25;
+                if dsmc.scheme.within_cells() {
+                    step = step.min(setup.cell_size(dsmc)[0] / 4.5);
+                } else {
+                    seconds += copies * exact / COLLISIONS_ACROSS_PER_SECOND;
+                }
+                let step = step / dsmc.steps_per_crossing;
                 let steps = setup.expected_collisions(until) / setup.collision_rate() / step;
                 seconds += steps * simulators / SIMULATOR_STEPS_PER_SECOND;
                 bytes = bytes.max(100.0 * simulators);

@@ -27,4 +27,5 @@ pub mod run;
 pub mod setup;
 pub mod stress;
 pub mod tables;
+pub mod validate;
 pub mod verdicts;

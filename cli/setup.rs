@@ -1,5 +1,7 @@
 //! From a valid case to numbers: units, box, sizes, and what theory expects of the run.
 
+mod monte_carlo;
+
 use nalgebra::{Vector2, vector};
 use stosszahl_analysis::structure_factor::{self, StructureFactorPlan};
 use stosszahl_model::initial::{self, Arrangement, FileError, Overlap, PlacementError};
@@ -8,7 +10,7 @@ use stosszahl_model::{
     Constant, Domain, Plane, Polydisperse, Restitution as _, Sizes, Viscoelastic, kinetic,
 };
 
-use crate::case::{Assignment, Bodies, Case, Dsmc, Engine, Restitution, Velocities};
+use crate::case::{Assignment, Bodies, Case, Engine, Restitution, Scheme, Velocities};
 
 /// Deepest overlap of a start that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
@@ -467,33 +469,6 @@ impl Setup {
         }
     }
 
-    /// The numerical choices of a Monte Carlo engine.
-    pub fn dsmc_parameters(&self, dsmc: &Dsmc) -> stosszahl_dsmc::Parameters {
-        use crate::case::{ContactValue, Neighbourhood};
-        let (scheme, largest) = match dsmc.contact_value {
-            ContactValue::Boltzmann => (stosszahl_dsmc::Scheme::Boltzmann, 1.0),
-            ContactValue::FreeVolume { largest } => (stosszahl_dsmc::Scheme::FreeVolume, largest),
-            ContactValue::Enskog {
-                neighbourhood,
-                largest,
-            } => {
-                let area = match neighbourhood {
-                    Neighbourhood::Mean => stosszahl_dsmc::Neighbourhood::Mean,
-                    Neighbourhood::Cells(n) => stosszahl_dsmc::Neighbourhood::Cells(n),
-                };
-                (stosszahl_dsmc::Scheme::Enskog(area), largest)
-            }
-        };
-        stosszahl_dsmc::Parameters {
-            scheme,
-            displacement: dsmc.displacement,
-            cell_size: dsmc.cell_size,
-            simulators_per_disk: dsmc.simulators_per_disk,
-            steps_per_crossing: dsmc.steps_per_crossing,
-            largest_contact_value: largest,
-        }
-    }
-
     /// What is allowed but deserves a second look, before the run.
     pub fn warnings(&self) -> Vec<String> {
         /// Below this many simulators per cell the scheme's own errors are larger than most of what is compared.
@@ -511,7 +486,28 @@ impl Setup {
         for engine in &self.case.engines {
             let Engine::Dsmc(dsmc) = engine else { continue };
             let (name, side) = (engine.name(), self.cell_size(dsmc));
+            let parameters = self.dsmc_parameters(dsmc);
             let simulators = self.simulators_per_cell(dsmc);
+            if let Scheme::ContactPoint { .. } = dsmc.scheme {
+                let wanted = stosszahl_dsmc::Parameters::strangers::<Plane>(
+                    parameters.scheme,
+                    self.packing_fraction,
+                    1.0,
+                    1,
+                );
+                if parameters.simulators_per_disk < wanted {
+                    list.push(format!(
+                        "{name}: {} simulators per disk, where {wanted} make the partners of a collision strangers; with fewer \
+                         they meet again and lose less energy, as real disks do, so a difference to ED is a lower bound of \
+                         broken chaos",
+                        parameters.simulators_per_disk
+                    ));
+                }
+                continue;
+            }
+            if !dsmc.scheme.within_cells() {
+                continue;
+            }
             if simulators < FEW {
                 list.push(format!(
                     "{name}: {simulators:.2} simulators per cell, so its collision rate may be off by tens of per cent (see the \
@@ -526,7 +522,7 @@ impl Setup {
                     side[0] / path
                 ));
             }
-            if dsmc.simulators_per_disk > 1 && self.file.is_some() {
+            if parameters.simulators_per_disk > 1 && self.file.is_some() {
                 list.push(format!(
                     "{name}: several simulators per disk are copies of the start moved and turned at random, which blurs a \
                      pattern of density or flow in the start file"
@@ -543,13 +539,6 @@ impl Setup {
             );
         }
         list
-    }
-
-    /// Mean number of simulators in a Monte Carlo cell.
-    fn simulators_per_cell(&self, dsmc: &Dsmc) -> f64 {
-        let side = self.cell_size(dsmc);
-        let share = side[0] * side[1] / self.domain.volume();
-        share * self.disks as f64 * f64::from(dsmc.simulators_per_disk)
     }
 
     /// Derived quantities by name: in diameters, thermal speeds and so on, unless the name says otherwise.
@@ -602,15 +591,24 @@ impl Setup {
                     side[0] / path,
                 ));
                 list.push((format!("{name}_simulators_per_cell"), per_cell));
+                let parameters = self.dsmc_parameters(dsmc);
+                list.push((
+                    format!("{name}_simulators_per_disk"),
+                    f64::from(parameters.simulators_per_disk),
+                ));
+                if let Scheme::ContactPoint { .. } = dsmc.scheme {
+                    list.push((
+                        format!("{name}_partner_radius_over_d"),
+                        parameters.partner_radius::<Plane>(self.packing_fraction, 1.0),
+                    ));
+                    let coherent = parameters.copies == stosszahl_dsmc::Copies::Coherent;
+                    list.push((
+                        format!("{name}_coherent_copies"),
+                        f64::from(u8::from(coherent)),
+                    ));
+                }
             }
         }
         list
-    }
-
-    /// Sides of a Monte Carlo cell in diameters.
-    pub fn cell_size(&self, dsmc: &Dsmc) -> [f64; 2] {
-        let parameters = self.dsmc_parameters(dsmc);
-        let cells = parameters.cells(&self.domain, self.packing_fraction, 1.0);
-        [0, 1].map(|axis| self.domain.lengths()[axis] / cells[axis] as f64)
     }
 }

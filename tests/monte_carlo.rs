@@ -4,7 +4,7 @@
 mod support;
 
 use nalgebra::Vector2;
-use stosszahl_dsmc::{Engine, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
@@ -15,9 +15,10 @@ use support::{Disks, disks, gas};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),
-    displacement: false,
+    displacement: Displacement::None,
     cell_size: Some(20.0),
     simulators_per_disk: 1,
+    copies: Copies::Independent,
     steps_per_crossing: 4.0,
     largest_contact_value: 10.0,
 };
@@ -187,7 +188,7 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
     let mut values = Vec::new();
     for seed in 0..6 {
         let parameters = Parameters {
-            displacement: true,
+            displacement: Displacement::Diameter,
             cell_size: Some(10.0),
             // Short steps, so that hardly a disk collides twice in one.
             steps_per_crossing: 100.0,
@@ -239,7 +240,7 @@ fn mixtures_continue_to_the_same_bits() {
     ] {
         let parameters = Parameters {
             scheme,
-            displacement: true,
+            displacement: Displacement::Diameter,
             cell_size: None,
             ..PARAMETERS
         };
@@ -269,7 +270,7 @@ fn checkpoints_continue_to_the_same_bits() {
     for simulators_per_disk in [1, 3] {
         let parameters = Parameters {
             scheme: Scheme::FreeVolume,
-            displacement: true,
+            displacement: Displacement::Diameter,
             cell_size: None,
             simulators_per_disk,
             ..PARAMETERS

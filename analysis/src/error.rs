@@ -105,6 +105,24 @@ pub enum Error {
         /// The largest range allowed (length).
         allowed: f64,
     },
+    /// A pair of reciprocal indices that is no mode.
+    #[error("the mode ({}, {}) is none; indices are at most {allowed} in magnitude, and not both zero", found[0], found[1])]
+    ModeInvalid {
+        /// The indices found.
+        found: [i32; 2],
+        /// The largest magnitude allowed.
+        allowed: u32,
+    },
+    /// A fit has nothing to hold on to.
+    #[error(
+        "{found} usable values; the fit needs at least {needed}, finite and with errors above zero"
+    )]
+    FitImpossible {
+        /// Number of usable values.
+        found: usize,
+        /// Smallest number needed.
+        needed: usize,
+    },
     /// A histogram without bins was asked for.
     #[error("a histogram needs at least one bin")]
     HistogramEmpty,

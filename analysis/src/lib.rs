@@ -10,6 +10,9 @@
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points dealt to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
+//! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
+//! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
+//! | [`fit`] | which limit, which slope, which order? | weighted least squares | O(values) |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
 //!
 //! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may lie
@@ -26,7 +29,10 @@ pub mod compare;
 pub mod energy;
 pub mod equilibrium;
 mod error;
+pub mod fit;
+pub mod modes;
 pub mod pair_correlation;
+pub mod relaxation;
 pub mod statistics;
 pub mod structure_factor;
 pub mod windows;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use rand::RngExt;
 use serde::Serialize;
-use stosszahl_dsmc::{Engine, Parameters, Scheme};
+use stosszahl_dsmc::{Copies, Displacement, Engine, Parameters, Scheme};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
     Body, Constant, Domain, Free, Monodisperse, Plane, Scene, Smooth, Space, State, Vector,
@@ -120,9 +120,10 @@ impl MonteCarlo {
             } else {
                 Scheme::Boltzmann
             },
-            displacement: false,
+            displacement: Displacement::None,
             cell_size: Some(cell),
             simulators_per_disk: 1,
+            copies: Copies::Independent,
             steps_per_crossing: 4.0,
             largest_contact_value: 10.0,
         };

@@ -15,7 +15,7 @@ use stosszahl_model::{Drive, Plane, Sizes, State, snapshot};
 use super::gas::{Exact, ExactCheckpoint, Gas};
 use super::record::{Moment, Record, Structure, schedule};
 use super::{Control, RunError};
-use crate::case::{Dsmc, Engine, EventDriven};
+use crate::case::{Dsmc, Engine, EventDriven, Scheme};
 use crate::dispatch::Planar;
 use crate::setup::Setup;
 
@@ -92,7 +92,10 @@ pub(super) fn run_engine<P: Planar>(
             let parameters = setup.dsmc_parameters(dsmc);
             let streams = streams.branch(scheme_number(dsmc));
             // Which of the two is decided by the case, so a checkpoint is always of the same kind.
-            if schedule(setup).iter().any(|moment| moment.displacement.is_some()) {
+            if schedule(setup)
+                .iter()
+                .any(|moment| moment.displacement.is_some())
+            {
                 let begin = begin_dsmc::<P, Followed>(scene, parameters, start, streams);
                 follow(setup, engine, noise, begin, &control.with(), snapshots)
             } else {
@@ -120,10 +123,13 @@ fn begin_dsmc<P: Planar, F: Follow<Plane>>(
 
 /// Different schemes of one replica draw different numbers.
 fn scheme_number(dsmc: &Dsmc) -> u64 {
-    match dsmc.contact_value {
-        crate::case::ContactValue::Boltzmann => 1,
-        crate::case::ContactValue::FreeVolume { .. } => 2,
-        crate::case::ContactValue::Enskog { .. } => 3,
+    match dsmc.scheme {
+        Scheme::Boltzmann { .. } => 1,
+        Scheme::FreeVolume { .. } => 2,
+        Scheme::Enskog { .. } => 3,
+        Scheme::Esmc { .. } => 4,
+        Scheme::StochasticDisks { .. } => 5,
+        Scheme::ContactPoint { .. } => 6,
     }
 }
 

@@ -165,8 +165,7 @@ where
             if !P::Sizes::UNIFORM {
                 let sizes = self.scene.sizes();
                 let diameters = [i, j].map(|who| 2.0 * sizes.radius(members[who].tag));
-                threshold *=
-                    cell.ceiling / self.pair_factor(cell.chi, cell.packing, diameters);
+                threshold *= cell.ceiling / self.pair_factor(cell.chi, cell.packing, diameters);
             }
             if square > threshold * threshold {
                 collisions += 1;
@@ -292,7 +291,10 @@ pub(crate) fn covered<P: Physics, F: Follow<P::Space>>(
 
 /// The shortest image of a difference of positions in the box or a little outside.
 #[inline(always)]
-pub(crate) fn nearest_image<P: Physics>(grid: &Grid<P::Space>, mut difference: VectorOf<P>) -> VectorOf<P> {
+pub(crate) fn nearest_image<P: Physics>(
+    grid: &Grid<P::Space>,
+    mut difference: VectorOf<P>,
+) -> VectorOf<P> {
     let lengths = grid.domain().lengths();
     for axis in 0..P::Space::DIMENSION {
         let x = difference[axis];
@@ -334,7 +336,9 @@ mod tests {
         for (i, row) in found.iter().enumerate() {
             assert_eq!(row[i], 0.0);
             let others = row.iter().enumerate().filter(|(j, _)| *j != i);
-            chi_squared += others.map(|(_, n)| (n - expected).powi(2) / expected).sum::<f64>();
+            chi_squared += others
+                .map(|(_, n)| (n - expected).powi(2) / expected)
+                .sum::<f64>();
         }
         assert!(chi_squared < 93.2, "{chi_squared}");
     }

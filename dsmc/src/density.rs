@@ -75,7 +75,13 @@ impl Scheme {
 
     /// Cells on each side over which the packing is taken; none for the whole box, or where it does not count.
     /// `cell` and `diameter`: their widths.
-    fn reach(self, cell: f64, diameter: f64, simulators_per_particle: f64, dimension: usize) -> Option<u32> {
+    fn reach(
+        self,
+        cell: f64,
+        diameter: f64,
+        simulators_per_particle: f64,
+        dimension: usize,
+    ) -> Option<u32> {
         match self {
             Self::Enskog(Neighbourhood::Cells(n)) | Self::Esmc(Neighbourhood::Cells(n)) => Some(n),
             Self::FreeVolume => Some(0),
@@ -167,7 +173,11 @@ impl<S: Space> Density<S> {
         } else {
             gas.packing_fraction
         };
-        let cells = if reach > 0 { counts.iter().product() } else { 0 };
+        let cells = if reach > 0 {
+            counts.iter().product()
+        } else {
+            0
+        };
         Self {
             scheme,
             limit: gas.limit,
@@ -314,7 +324,11 @@ mod tests {
                 let at = [cell % nx, cell / nx % ny, cell / nx / ny];
                 let mut plain = 0.0;
                 for z in deep.clone() {
-                    let z = if nz == 1 { 0 } else { (at[2] + z + nz - 2) % nz };
+                    let z = if nz == 1 {
+                        0
+                    } else {
+                        (at[2] + z + nz - 2) % nz
+                    };
                     for y in 0..5 {
                         for x in 0..5 {
                             let (x, y) = ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);

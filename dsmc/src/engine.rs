@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Domain, Free, Observe, Physics, Restitution, Sizes, Smooth, Space, State, Vector, VectorOf,
+    Body, Domain, Free, Observe, Physics, Restitution, Sizes, Smooth, Space, State, Vector,
+    VectorOf,
 };
 
-use crate::across::{Arm, Rates};
+use crate::across::{self, Arm, Rates};
 use crate::collide::{Kernel, covered};
 use crate::density::{Density, Gas};
 use crate::grid::Grid;
@@ -42,6 +43,8 @@ struct Constants {
     moment_ratio: f64,
     /// Radius around a point within which all simulators are equally likely partners \[length\].
     partner_radius: f64,
+    /// How far beyond its own cells work on a tile reaches \[length\].
+    reach: f64,
     /// Mean radius of the particles \[length\].
     mean_radius: f64,
 }
@@ -171,7 +174,16 @@ where
             (2.0 * sizes.largest_radius(), 1.0)
         };
         let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
-        let grid = Grid::new(domain, counts, simulators.len(), PER_TILE);
+        let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
+        let reach = across::reach(
+            parameters.scheme,
+            2.0 * sizes.largest_radius(),
+            radius,
+            (0..P::Space::DIMENSION)
+                .map(|axis| domain.lengths()[axis] / counts[axis] as f64)
+                .fold(0.0, f64::max),
+        );
+        let grid = Grid::new(domain, counts, simulators.len(), PER_TILE, reach);
         let gas = Gas {
             limit: parameters.largest_contact_value,
             counts: grid.counts(),
@@ -198,8 +210,8 @@ where
                 mean_free_path: parameters
                     .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
                 moment_ratio,
-                partner_radius: parameters
-                    .partner_radius::<P::Space>(packing_fraction, mean_diameter),
+                partner_radius: radius,
+                reach,
                 mean_radius: 0.5 * mean_diameter,
             },
             scene,
@@ -301,9 +313,8 @@ where
     /// All simulators, in the order of the numbers of their cells.
     fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
         let [columns, rows, layers] = self.grid.counts();
-        let cells = (0..layers).flat_map(move |z| {
-            (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z]))
-        });
+        let cells = (0..layers)
+            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])));
         cells.flat_map(|cell| {
             let (tile, local) = self.grid.locate(cell);
             self.tiles[tile].members(local)
@@ -403,7 +414,9 @@ where
         let boxes = self.departing.iter().chain(&self.arriving);
         size_of::<Self>()
             + self.tiles.iter().map(Tile::bytes).sum::<usize>()
-            + boxes.map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes()).sum::<usize>()
+            + boxes
+                .map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes())
+                .sum::<usize>()
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
             + self.pool.bytes()
             + self.density.bytes()
@@ -416,7 +429,13 @@ where
         let simulators: Vec<_> = self.ordered().copied().collect();
         let counts = self.grid.counts().map(|count| count as usize);
         let domain = *self.grid.domain();
-        self.grid = Grid::new(domain, counts, self.simulators, simulators_per_tile.max(1));
+        self.grid = Grid::new(
+            domain,
+            counts,
+            self.simulators,
+            simulators_per_tile.max(1),
+            self.constants.reach,
+        );
         self.fill(&simulators);
     }
 
@@ -438,7 +457,11 @@ where
         if steps <= 1.0 {
             return Some(left);
         }
-        let step = if steps.is_finite() { left / steps } else { step };
+        let step = if steps.is_finite() {
+            left / steps
+        } else {
+            step
+        };
         // What the clock shows after it, which rounds, less what it shows before: positions and clock do not
         // drift apart. Where the step is too short for the clock, its least.
         let end = (from + step).max(from.next_up());
@@ -450,7 +473,11 @@ where
     fn step_length(&self) -> f64 {
         let width = self.grid.width();
         // Partners across cells are sought afresh in every step, so that nothing hangs on the crossing of a cell.
-        let axes = if self.parameters.scheme.is_across() { 0 } else { P::Space::DIMENSION };
+        let axes = if self.parameters.scheme.is_across() {
+            0
+        } else {
+            P::Space::DIMENSION
+        };
         let crossing = (0..axes)
             .map(|axis| width[axis] / self.stock.speeds[axis])
             .fold(f64::MAX, f64::min);

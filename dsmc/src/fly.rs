@@ -20,7 +20,9 @@ where
         scratch: &mut Scratch<P, F>,
         outbox: &mut Outbox<P, F>,
     ) {
-        let Scratch { sorted, leavers, .. } = scratch;
+        let Scratch {
+            sorted, leavers, ..
+        } = scratch;
         leavers.clear();
         outbox.far.clear();
         let total = sorted.len();
@@ -40,19 +42,18 @@ where
             // The counts of this line's cells are known no longer; those of its stayers are added from here on.
             for (index, simulator) in sorted[begin..end].iter().enumerate() {
                 let mut moved = *simulator;
-                Field::<P::Space>::drift(
-                    field,
-                    &mut moved.position,
-                    &mut moved.velocity,
-                    duration,
-                );
+                Field::<P::Space>::drift(field, &mut moved.position, &mut moved.velocity, duration);
                 F::moved(&mut moved.mark, moved.velocity * duration);
                 let mut inside = true;
                 for axis in 0..crate::dimension::<P>() {
                     let x = moved.position[axis];
                     let x = x + if x < 0.0 { lengths[axis] } else { 0.0 };
                     // A tiny negative coordinate becomes the length itself.
-                    let x = x - if x >= lengths[axis] { lengths[axis] } else { 0.0 };
+                    let x = x - if x >= lengths[axis] {
+                        lengths[axis]
+                    } else {
+                        0.0
+                    };
                     moved.position[axis] = x;
                     inside &= (place.low[axis] <= x) & (x < place.high[axis]);
                 }
@@ -100,9 +101,7 @@ where
         };
         match offset_number(grid.tiles(), tile, to) {
             Some(number) => leavers.push((number as u8, traveller)),
-            None => outbox
-                .far
-                .push((grid.tile_number(to) as u32, traveller)),
+            None => outbox.far.push((grid.tile_number(to) as u32, traveller)),
         }
         false
     }

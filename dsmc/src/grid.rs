@@ -43,12 +43,14 @@ pub(crate) struct Place<S: Space> {
 }
 
 impl<S: Space> Grid<S> {
-    /// `counts` cells along each axis, in tiles that hold about `per_tile` of all `simulators`.
+    /// `counts` cells along each axis, in tiles that hold about `per_tile` of all `simulators`, and are as wide as work on a
+    /// tile reaches beyond it.
     pub(crate) fn new(
         domain: Domain<S>,
         counts: [usize; 3],
         simulators: usize,
         per_tile: usize,
+        reach: f64,
     ) -> Self {
         let cells: usize = counts.iter().product();
         let each = (simulators.max(1) as f64 / cells as f64).max(1.0 / 16.0);
@@ -57,9 +59,17 @@ impl<S: Space> Grid<S> {
         // A little below what the number of bits allows, as sides are rounded.
         let most = if S::DIMENSION == 2 { 255 } else { 40 };
         let counts = counts.map(|count| count.max(1) as u32);
-        let tiles = counts.map(|count| {
+        let tiles = [0, 1, 2].map(|axis| {
+            let count = counts[axis];
             let wanted = (f64::from(count) / side).round().max(1.0) as u32;
-            wanted.max(count.div_ceil(most)).min(count)
+            let length = if axis < S::DIMENSION {
+                domain.lengths()[axis]
+            } else {
+                1.0
+            };
+            let cells_in_reach = (reach / length * f64::from(count)).ceil().max(1.0);
+            let widest = ((f64::from(count) / cells_in_reach) as u32).max(1);
+            wanted.min(widest).max(count.div_ceil(most)).min(count)
         });
         let mut scale = S::Vector::default();
         for axis in 0..S::DIMENSION {
@@ -70,7 +80,9 @@ impl<S: Space> Grid<S> {
         let axes = [0, 1, 2];
         let firsts = axes.map(|axis| {
             let [count, tiles] = [counts[axis], tiles[axis]].map(u64::from);
-            (0..=tiles).map(|tile| (tile * count / tiles) as u32).collect::<Vec<_>>()
+            (0..=tiles)
+                .map(|tile| (tile * count / tiles) as u32)
+                .collect::<Vec<_>>()
         });
         let mut grid = Self {
             domain,
@@ -189,13 +201,11 @@ impl<S: Space> Grid<S> {
     /// The coordinates of a tile, by its number.
     pub(crate) fn place_of(&self, number: usize) -> [u32; 3] {
         let (number, [columns, rows, _]) = (number as u32, self.tiles);
-        [number % columns, number / columns % rows, number / columns / rows]
-    }
-
-    /// The narrowest side of a tile \[length\].
-    pub(crate) fn narrowest_tile(&self) -> f64 {
-        let sides = (0..S::DIMENSION).flat_map(|axis| self.edges[axis].windows(2));
-        sides.map(|ends| ends[1] - ends[0]).fold(f64::MAX, f64::min)
+        [
+            number % columns,
+            number / columns % rows,
+            number / columns / rows,
+        ]
     }
 
     /// The tile of a cell, by its coordinates.

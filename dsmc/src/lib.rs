@@ -1,7 +1,6 @@
 //! DSMC
 mod across;
 mod collide;
-mod cross;
 mod density;
 mod engine;
 mod fly;

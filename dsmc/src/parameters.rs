@@ -91,7 +91,9 @@ impl Parameters {
                 stiffness > 0.0 && stiffness <= 1e6,
                 "above 0 and at most 1e6",
             )?,
-            Scheme::ContactPoint { radius: Some(radius) } => check(
+            Scheme::ContactPoint {
+                radius: Some(radius),
+            } => check(
                 "radius",
                 radius,
                 radius >= 0.0 && radius.is_finite(),
@@ -106,6 +108,13 @@ impl Parameters {
                 size > 0.0 && size.is_finite(),
                 "above zero",
             )?;
+            if let Scheme::ContactPoint {
+                radius: Some(radius),
+            } = self.scheme
+            {
+                let allowed = "at most 30 times the cell size";
+                check("radius", radius, radius <= 30.0 * size, allowed)?;
+            }
         }
         Ok(())
     }
@@ -173,7 +182,9 @@ impl Parameters {
         let shell = S::ball(diameter + radius) - S::ball((diameter - radius).max(0.0));
         let wanted = (PARTNERS / (density * shell)).clamp(1.0, 1000.0);
         let affordable = (MOST / particles.max(1)).clamp(1, 1000) as f64;
-        2_u32.pow(wanted.log2().ceil().min(affordable.log2().floor()) as u32).min(1000)
+        2_u32
+            .pow(wanted.log2().ceil().min(affordable.log2().floor()) as u32)
+            .min(1000)
     }
 
     /// Number of cells along each axis of a box: as many as fit at the chosen size; one beyond the dimension.
@@ -190,9 +201,14 @@ impl Parameters {
         let most = if S::DIMENSION == 2 { 8192 } else { 406 };
         [0, 1, 2].map(|axis| {
             if axis < S::DIMENSION {
-                let count = ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, most);
+                let count =
+                    ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, most);
                 // Pairs of overlapping disks are sought in each cell and the next: around two cells, each would be met twice.
-                if matches!(self.scheme, Scheme::StochasticDisks { .. }) && count < 3 { 1 } else { count }
+                if matches!(self.scheme, Scheme::StochasticDisks { .. }) && count < 3 {
+                    1
+                } else {
+                    count
+                }
             } else {
                 1
             }
@@ -215,10 +231,14 @@ pub enum EngineError {
         allowed: &'static str,
     },
     /// Restitution 0 leaves no momentum for a displacement to make up for.
-    #[error("restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none")]
+    #[error(
+        "restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none"
+    )]
     NoDisplacement,
     /// Displacements are for pairs within cells.
-    #[error("the scheme {scheme} with a displacement; allowed: none, as its partners are a contact distance apart anyway")]
+    #[error(
+        "the scheme {scheme} with a displacement; allowed: none, as its partners are a contact distance apart anyway"
+    )]
     Displaced {
         /// Its name.
         scheme: &'static str,

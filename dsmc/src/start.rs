@@ -21,7 +21,8 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
     let sizes = scene.sizes().repeated(copies);
     let count = state.bodies.len();
     let mut simulators = Vec::with_capacity(count * copies);
-    let flow = (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
+    let flow =
+        (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
     for copy in 0..copies {
         let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
         let bodies: Vec<(VectorOf<P>, VectorOf<P>)> = match &flow {
@@ -32,14 +33,17 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
             Some(flow) => flow.copy(scene, state, &mut stream),
             None => independent(state, &mut stream),
         };
-        simulators.extend(bodies.into_iter().enumerate().map(|(index, (position, velocity))| {
-            Simulator {
-                position: state.domain.wrap(position),
-                velocity,
-                tag: sizes.tag(copy * count + index),
-                mark: F::Mark::default(),
-            }
-        }));
+        simulators.extend(
+            bodies
+                .into_iter()
+                .enumerate()
+                .map(|(index, (position, velocity))| Simulator {
+                    position: state.domain.wrap(position),
+                    velocity,
+                    tag: sizes.tag(copy * count + index),
+                    mark: F::Mark::default(),
+                }),
+        );
     }
     simulators
 }
@@ -51,9 +55,7 @@ fn independent<P: Physics>(
 ) -> Vec<(VectorOf<P>, VectorOf<P>)> {
     let shift = random_vector::<P>(state.domain.lengths(), stream);
     let turn = P::Space::random_turn(stream);
-    let turned = |body: &Body<P>| {
-        (body.position + shift, P::Space::turned(turn, body.velocity))
-    };
+    let turned = |body: &Body<P>| (body.position + shift, P::Space::turned(turn, body.velocity));
     state.bodies.iter().map(turned).collect()
 }
 
@@ -126,17 +128,16 @@ impl<V: Vector> Flow<V> {
             }
             momentum * (1.0 / total)
         };
-        let means = state.bodies.iter().map(|body| mean(place(body.position))).collect();
+        let means = state
+            .bodies
+            .iter()
+            .map(|body| mean(place(body.position)))
+            .collect();
         Self { width, means }
     }
 
     /// The state with its long waves, and all else at random; its energy and momentum are those of the state.
-    fn copy<P: Physics>(
-        &self,
-        scene: &P,
-        state: &State<P>,
-        stream: &mut impl Rng,
-    ) -> Vec<(V, V)>
+    fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<(V, V)>
     where
         P::Space: Space<Vector = V>,
     {
@@ -166,7 +167,11 @@ impl<V: Vector> Flow<V> {
         };
         let (wanted, heat) = sums(&mut state.bodies.iter().map(|body| body.velocity));
         let (found, found_heat) = sums(&mut bodies.iter().map(|body| body.1));
-        let stretch = if found_heat > 0.0 { (heat / found_heat).max(0.0).sqrt() } else { 1.0 };
+        let stretch = if found_heat > 0.0 {
+            (heat / found_heat).max(0.0).sqrt()
+        } else {
+            1.0
+        };
         for (_, velocity) in &mut bodies {
             *velocity = wanted + (*velocity - found) * stretch;
         }

@@ -48,7 +48,11 @@ impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
 impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
     /// Those for the neighbour at the offset with the given number, in the order of their source cells.
     fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
-        let begin = if offset == 0 { 0 } else { self.ends[offset - 1] };
+        let begin = if offset == 0 {
+            0
+        } else {
+            self.ends[offset - 1]
+        };
         &self.near[begin as usize..self.ends[offset] as usize]
     }
 
@@ -234,8 +238,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
                 put(self.code(grid, position), &traveller.simulator);
             }
             let stayed = begin as usize..end as usize;
-            for (&code, simulator) in
-                self.codes[stayed.clone()].iter().zip(&self.simulators[stayed])
+            for (&code, simulator) in self.codes[stayed.clone()]
+                .iter()
+                .zip(&self.simulators[stayed])
             {
                 put(code, simulator);
             }
@@ -266,7 +271,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             foreign.extend_from_slice(arrivals.boxes[from].towards(number));
         }
         if !arrivals.far.is_empty() {
-            let begin = arrivals.far.partition_point(|(to, _)| (*to as usize) < here);
+            let begin = arrivals
+                .far
+                .partition_point(|(to, _)| (*to as usize) < here);
             let mine = arrivals.far[begin..].iter();
             foreign.extend(
                 mine.take_while(|(to, _)| *to as usize == here)
@@ -336,7 +343,9 @@ pub(crate) fn code<P: Physics>(
 ) -> u16 {
     let mut code = 0;
     for axis in (0..crate::dimension::<P>()).rev() {
-        let column = grid.column(axis, position[axis]).wrapping_sub(place.first[axis]);
+        let column = grid
+            .column(axis, position[axis])
+            .wrapping_sub(place.first[axis]);
         code = code * place.sides[axis] + column;
     }
     code as u16

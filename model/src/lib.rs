@@ -4,7 +4,7 @@
 //! study: *who collides with whom, and with which impact parameter*. So the collision law
 //! ([`collision`]), the sizes ([`sizes`]), the periodic box ([`domain`]), the initial states
 //! ([`initial`]), the drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
-//! theory that both are measured against ([`kinetic`]) live here, once.
+//! theory that both are measured against ([`kinetic`], [`transport`]) live here, once.
 //!
 //! # How choices become types
 //!
@@ -34,6 +34,7 @@ pub mod snapshot;
 pub mod space;
 pub mod state;
 pub mod surface;
+pub mod transport;
 
 pub use collision::{Collision, Encounter, collide};
 pub use domain::Domain;

@@ -17,13 +17,13 @@ use crate::poisson::poisson;
 use crate::simulator::{Follow, SimulatorOf};
 
 /// Whoever works around a tile.
-pub(super) struct Worker<'a, P: Physics, F: Follow<P::Space>> {
+pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a Kernel<'a, P>,
     pub(super) rates: &'a Rates<P::Space>,
     pub(super) arm: &'a Arm,
     /// Of the tile and all next to it together, with velocities relative to the middle of the tile.
     pub(super) bounds: Bounds<VectorOf<P>>,
-    pub(super) around: Around<'a, P, F>,
+    pub(super) around: Around<'b, 'c, P, F>,
     pub(super) report: Report<P>,
 }
 
@@ -60,13 +60,14 @@ pub(super) fn around<S: Space>(
     all
 }
 
-impl<P, F> Worker<'_, P, F>
+impl<P, F> Worker<'_, '_, '_, P, F>
 where
     P: Physics<Surface = Smooth, Field = Free>,
     F: Follow<P::Space>,
 {
     /// Collides the simulators of the tile with each other and with those around it.
-    pub(super) fn collide(mut self, number: u32) -> Report<P> {
+    pub(super) fn collide(mut self) -> Report<P> {
+        let number = self.around.middle();
         let kernel = self.kernel;
         let mut search = Search::new(kernel.grid, kernel.partner_radius);
         let scheme = kernel.density.scheme();
@@ -87,7 +88,9 @@ where
             }
             let tally = &mut self.report.tally;
             let each = 2.0 * (tally.collisions - before) as f64;
-            tally.busiest_cell = tally.busiest_cell.max(each / f64::from(cell.end - cell.begin));
+            tally.busiest_cell = tally
+                .busiest_cell
+                .max(each / f64::from(cell.end - cell.begin));
         }
         self.report
     }
@@ -177,7 +180,9 @@ where
                 }
             }
             let apart = self.strike([first, second], &pair, normal, contact);
-            self.report.distances.note(class, -apart.inner(&normal) / contact);
+            self.report
+                .distances
+                .note(class, -apart.inner(&normal) / contact);
         }
     }
 
@@ -208,13 +213,15 @@ where
             let distance = sizes.radius(simulator.tag) + kernel.mean_radius;
             let domain = kernel.grid.domain();
             let point = domain.wrap(simulator.position + normal * distance);
-            let (tile, local) = kernel.grid.locate(kernel.grid.cell_at(point));
-            let home = self.around.tile(tile as u32);
+            let Some((tile, local)) = self.around.find(kernel.grid.cell_at(point)) else {
+                continue;
+            };
+            let home = self.around.tile(tile);
             if slot >= home.starts[local + 1] - home.starts[local] {
                 continue;
             }
             let second = At {
-                tile: tile as u32,
+                tile,
                 index: home.starts[local] + slot,
             };
             if second == first {
@@ -222,8 +229,10 @@ where
             }
             let middle = domain.wrap(simulator.position + normal * (0.5 * distance));
             let middle = kernel.grid.cell_at(middle);
-            let (tile, local) = kernel.grid.locate(middle);
-            let own = covered::<P, F>(sizes, self.around.tile(tile as u32).members(local));
+            let Some((tile, local)) = self.around.find(middle) else {
+                continue;
+            };
+            let own = covered::<P, F>(sizes, self.around.tile(tile).members(local));
             let (there, ..) = kernel.density.contact_value(middle, own);
             if chi * stream.random::<f64>() >= there {
                 continue;
@@ -270,7 +279,9 @@ where
     /// difference.
     fn pair_share(&self, cell: Cell, contact: f64, largest: f64) -> f64 {
         let chi = P::Space::contact_value(cell.packing.min(0.9));
-        let pair = self.kernel.pair_factor(chi, cell.packing.min(0.9), [contact; 2]);
+        let pair = self
+            .kernel
+            .pair_factor(chi, cell.packing.min(0.9), [contact; 2]);
         pair / (P::Space::cross_section(largest) * chi)
     }
 

@@ -53,11 +53,15 @@ impl<P: Physics> Default for Report<P> {
     }
 }
 
-/// How far beyond its own cells work on a tile reaches, at most \[length\].
-fn reach<S: Space>(scheme: Scheme, diameter: f64, radius: f64, widest: f64) -> f64 {
+/// How far beyond its own cells work on a tile reaches, at most \[length\]; zero for pairs within cells. `cell`: widest side
+/// of a cell.
+pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f64 {
     match scheme {
-        Scheme::ContactPoint { .. } => Arm::LONGEST * diameter + radius.max(widest),
-        _ => diameter,
+        Scheme::ContactPoint { .. } => {
+            Arm::LONGEST * diameter + radius.max(partners::WIDEST as f64 * cell) + cell
+        }
+        Scheme::Esmc(_) | Scheme::StochasticDisks { .. } => diameter + cell,
+        _ => 0.0,
     }
 }
 
@@ -74,17 +78,6 @@ where
         arm: &mut Arm,
         total: &mut Tally,
     ) -> Vec<Collision<VectorOf<P>>> {
-        let diameter = 2.0 * self.scene.sizes().largest_radius();
-        let width = self.grid.width();
-        let widest = (0..P::Space::DIMENSION).map(|axis| width[axis]).fold(0.0, f64::max);
-        let far = reach::<P::Space>(
-            self.density.scheme(),
-            diameter,
-            self.partner_radius,
-            partners::WIDEST as f64 * widest,
-        );
-        // Where tiles are too narrow for the reach to stay within the next, each is its own colour.
-        let parallel = parallel && far < self.grid.narrowest_tile();
         let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
         let bounds: Vec<_> = if parallel {
             tiles.par_iter_mut().map(bounds).collect()
@@ -102,13 +95,16 @@ where
                 around,
                 report: Report::<P>::default(),
             };
-            worker.collide(number as u32)
+            worker.collide()
         });
         arm.learn(reports.iter().map(|report| &report.distances));
         for report in &reports {
             total.add(&report.tally);
         }
-        reports.iter_mut().flat_map(|report| report.log.drain(..)).collect()
+        reports
+            .iter_mut()
+            .flat_map(|report| report.log.drain(..))
+            .collect()
     }
 
     /// Takes stock of a tile.
@@ -145,9 +141,10 @@ where
         tile.stock = stock;
         if let Some([low, high]) = range {
             bounds.middle = (low + high) * 0.5;
-            let squares = tile.simulators.iter().map(|member| {
-                (member.velocity - bounds.middle).square()
-            });
+            let squares = tile
+                .simulators
+                .iter()
+                .map(|member| (member.velocity - bounds.middle).square());
             bounds.spread = squares.fold(0.0, f64::max).sqrt();
         }
         bounds

@@ -8,7 +8,7 @@ use super::shared::At;
 use crate::collide::nearest_image;
 use crate::simulator::Follow;
 
-impl<P, F> Worker<'_, P, F>
+impl<P, F> Worker<'_, '_, '_, P, F>
 where
     P: Physics<Surface = Smooth, Field = Free>,
     F: Follow<P::Space>,
@@ -20,17 +20,20 @@ where
             let Some(other) = self.step_from(cell.at, forward) else {
                 continue;
             };
-            let (tile, local) = self.kernel.grid.locate(other);
-            let starts = &self.around.tile(tile as u32).starts;
+            let Some((tile, local)) = self.around.find(other) else {
+                continue;
+            };
+            let starts = &self.around.tile(tile).starts;
             let range = starts[local]..starts[local + 1];
             for (done, first) in cell.places().enumerate() {
                 // Each pair of the cell itself once.
-                let begin = if step == 0 { range.start + done as u32 + 1 } else { range.start };
+                let begin = if step == 0 {
+                    range.start + done as u32 + 1
+                } else {
+                    range.start
+                };
                 for index in begin..range.end {
-                    let second = At {
-                        tile: tile as u32,
-                        index,
-                    };
+                    let second = At { tile, index };
                     self.try_overlap([first, second], stiffness, stream);
                 }
             }
@@ -82,9 +85,9 @@ where
 fn forward_steps(dimension: usize) -> impl Iterator<Item = [i32; 3]> {
     let layers = if dimension == 3 { 0..=1 } else { 0..=0 };
     layers.flat_map(|z| {
-        (-1..=1).flat_map(move |y| (-1..=1).map(move |x| [x, y, z])).filter(|&[x, y, z]| {
-            z > 0 || y > 0 || (y == 0 && x >= 0)
-        })
+        (-1..=1)
+            .flat_map(move |y| (-1..=1).map(move |x| [x, y, z]))
+            .filter(|&[x, y, z]| z > 0 || y > 0 || (y == 0 && x >= 0))
     })
 }
 

@@ -43,7 +43,7 @@ impl<'a, P: Physics> Search<'a, P> {
     /// likely; if there is none, the nearest; none if that is farther than a few cells.
     pub(super) fn partner<F: Follow<P::Space>>(
         &mut self,
-        around: &Around<'_, P, F>,
+        around: &Around<'_, '_, P, F>,
         point: VectorOf<P>,
         who: At,
         stream: &mut impl Rng,
@@ -62,7 +62,7 @@ impl<'a, P: Physics> Search<'a, P> {
     /// Any simulator within the radius, all equally likely.
     fn draw<F: Follow<P::Space>>(
         &self,
-        around: &Around<'_, P, F>,
+        around: &Around<'_, '_, P, F>,
         point: VectorOf<P>,
         who: At,
         total: u32,
@@ -82,13 +82,14 @@ impl<'a, P: Physics> Search<'a, P> {
         if near == 0 {
             return None;
         }
-        all.filter(|&at| is_near(at)).nth(stream.random_range(0..near))
+        all.filter(|&at| is_near(at))
+            .nth(stream.random_range(0..near))
     }
 
     /// The nearest simulator to a point.
     fn nearest<F: Follow<P::Space>>(
         &mut self,
-        around: &Around<'_, P, F>,
+        around: &Around<'_, '_, P, F>,
         point: VectorOf<P>,
         who: At,
     ) -> Option<At> {
@@ -116,7 +117,7 @@ impl<'a, P: Physics> Search<'a, P> {
 
     fn distance_square<F: Follow<P::Space>>(
         &self,
-        around: &Around<'_, P, F>,
+        around: &Around<'_, '_, P, F>,
         point: VectorOf<P>,
         at: At,
     ) -> f64 {
@@ -144,7 +145,7 @@ impl<'a, P: Physics> Search<'a, P> {
     /// Gathers the runs of all cells that a ball around a point touches, and returns how many simulators they hold.
     fn gather<F: Follow<P::Space>>(
         &mut self,
-        around: &Around<'_, P, F>,
+        around: &Around<'_, '_, P, F>,
         point: VectorOf<P>,
         radius: f64,
     ) -> u32 {
@@ -163,7 +164,11 @@ impl<'a, P: Physics> Search<'a, P> {
         }
         let around_ring = |axis: usize, step: u32| {
             let at = low[axis] + step;
-            if at >= counts[axis] { at - counts[axis] } else { at }
+            if at >= counts[axis] {
+                at - counts[axis]
+            } else {
+                at
+            }
         };
         let mut total = 0;
         for layer in 0..span[2] {
@@ -173,8 +178,12 @@ impl<'a, P: Physics> Search<'a, P> {
                 let mut done = 0;
                 while done < span[0] {
                     let cell = [around_ring(0, done), y, z];
-                    let (number, local) = self.grid.locate(cell);
-                    let tile = around.tile(number as u32);
+                    // Beyond the next tiles there is nobody to be found: tiles are wide enough.
+                    let Some((slot, local)) = around.find(cell) else {
+                        done += 1;
+                        continue;
+                    };
+                    let tile = around.tile(slot);
                     // As far as the line goes on in this tile.
                     let left = tile.place.first[0] + tile.place.sides[0] - cell[0];
                     let length = left.min(span[0] - done);
@@ -182,7 +191,7 @@ impl<'a, P: Physics> Search<'a, P> {
                     let end = tile.starts[local + length as usize];
                     if end > begin {
                         self.runs.push(Run {
-                            tile: number as u32,
+                            tile: slot,
                             begin,
                             end,
                         });

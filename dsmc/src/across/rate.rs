@@ -39,7 +39,9 @@ impl<S: Space> Rates<S> {
         };
         if uniform {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
-            rates.table = (0..most).map(|units| rates.compute(f64::from(units))).collect();
+            rates.table = (0..most)
+                .map(|units| rates.compute(f64::from(units)))
+                .collect();
         }
         rates
     }
@@ -67,7 +69,11 @@ impl<S: Space> Rates<S> {
     /// n chi where the neighbourhood of a simulator holds so many units, itself included \[1/length^D\].
     #[inline]
     pub(crate) fn at(&self, units: f64) -> f64 {
-        let known = if units.fract() == 0.0 { self.table.get(units as usize) } else { None };
+        let known = if units.fract() == 0.0 {
+            self.table.get(units as usize)
+        } else {
+            None
+        };
         known.copied().unwrap_or_else(|| self.compute(units))
     }
 

@@ -1,0 +1,373 @@
+//! Density and velocity fluctuations of single Fourier modes: exact sums, for the noise of a gas and the growth or
+//! decay of its shear waves.
+//!
+//! For N points with velocities `v_j` and the wave vector k of the periodic box, the amplitudes are
+//!
+//! ```text
+//! rho(k) = Σ_j exp(-i k · r_j),   p(k) = Σ_j v_j exp(-i k · r_j)
+//! ```
+//!
+//! and p is split along k (longitudinal: sound) and across it (transverse: shear). Divided by N and the temperature over
+//! mass T, the squared amplitudes are 1 on average in thermal equilibrium, at every k, whatever the density does:
+//! velocities are independent of places. That holds to 1/N; [`equilibrium_energy`] has the rest.
+//!
+//! # Design
+//!
+//! Each point's phases along the two axes are raised to the powers that the modes ask for by repeated multiplication, so
+//! a mode costs one complex product and three sums a point, and no sine. The powers round by some 1e-16 each, a few
+//! 1e-15 at the tenth. A density lattice and a fast Fourier transform, as in
+//! [`structure_factor`](crate::structure_factor), lost: it would have a window and aliasing to correct, and a few hundred
+//! modes are all that a test of noise wants.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Vector2, vector};
+use rustfft::num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::error::{check_lengths, check_positions};
+
+/// Largest magnitude of a reciprocal index.
+pub const LARGEST_INDEX: u32 = 10_000;
+
+/// Points treated together: their powers of phases stay in the cache.
+const BLOCK: usize = 64;
+
+/// Amplitudes of one mode, each a sum over the points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Amplitude {
+    /// Density, Σ exp(-i k · r), as real and imaginary part.
+    pub density: [f64; 2],
+    /// Velocity along k, Σ (v · k/|k|) exp(-i k · r) \[length/time\].
+    pub longitudinal: [f64; 2],
+    /// Velocity across k, Σ (v · t) exp(-i k · r), t being k/|k| turned by a quarter to the left \[length/time\].
+    pub transverse: [f64; 2],
+}
+
+/// Squared amplitudes of one mode over the number of points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Power {
+    /// S(k) = |rho|²/N of the points; times their weight it is that of the disks.
+    pub density: f64,
+    /// |`p_par`|²/N: T/m in equilibrium \[length²/time²\].
+    pub longitudinal: f64,
+    /// |`p_perp`|²/N: T/m in equilibrium \[length²/time²\].
+    pub transverse: f64,
+}
+
+fn square([re, im]: [f64; 2]) -> f64 {
+    re * re + im * im
+}
+
+impl Amplitude {
+    /// Squares of the amplitudes over the number of points.
+    pub fn power(&self, points: usize) -> Power {
+        let scale = 1.0 / points.max(1) as f64;
+        Power {
+            density: scale * square(self.density),
+            longitudinal: scale * square(self.longitudinal),
+            transverse: scale * square(self.transverse),
+        }
+    }
+}
+
+/// Wave vector of a pair of reciprocal indices \[1/length\].
+fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
+    vector![
+        TAU * f64::from(index[0]) / lengths[0],
+        TAU * f64::from(index[1]) / lengths[1]
+    ]
+}
+
+/// What the mean squared amplitude of either velocity component of one mode is in thermal equilibrium, over N times the
+/// temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
+///
+/// With the total momentum fixed at zero, two velocities have the covariance -T/(N - 1) per component, and the pairs of
+/// a mode sum to `N S(k) - N`.
+pub fn equilibrium_energy(points: usize, structure_factor: f64) -> f64 {
+    1.0 + (1.0 - structure_factor) / points.saturating_sub(1).max(1) as f64
+}
+
+/// Chosen modes of a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    lengths: [f64; 2],
+    indices: Vec<[i32; 2]>,
+    /// Largest magnitudes of the indices.
+    reach: [usize; 2],
+}
+
+impl Modes {
+    /// Modes `k = 2π (n_x/L_x, n_y/L_y)` of a box with sides `lengths`, one for each pair of indices n.
+    ///
+    /// # Errors
+    /// [`Error::LengthInvalid`]; [`Error::ModeInvalid`] for n = 0 and for indices beyond ten thousand.
+    pub fn new(lengths: [f64; 2], indices: Vec<[i32; 2]>) -> Result<Self, Error> {
+        check_lengths(lengths)?;
+        let mut reach = [0; 2];
+        for &index in &indices {
+            if index == [0, 0] || index.iter().any(|n| n.unsigned_abs() > LARGEST_INDEX) {
+                return Err(Error::ModeInvalid {
+                    found: index,
+                    allowed: LARGEST_INDEX,
+                });
+            }
+            for axis in [0, 1] {
+                reach[axis] = reach[axis].max(index[axis].unsigned_abs() as usize);
+            }
+        }
+        Ok(Self {
+            lengths,
+            indices,
+            reach,
+        })
+    }
+
+    /// Modes with wave numbers |k| from `range[0]` up to but not including `range[1]` \[1/length\], one of each pair ±k, at
+    /// most `most` of them: every so many in the order of their indices if there are more.
+    ///
+    /// # Errors
+    /// As [`Modes::new`].
+    pub fn band(lengths: [f64; 2], range: [f64; 2], most: usize) -> Result<Self, Error> {
+        check_lengths(lengths)?;
+        let limit = i64::from(LARGEST_INDEX);
+        let [width, height] =
+            lengths.map(|length| ((range[1] * length / TAU).ceil() as i64).clamp(0, limit) as i32);
+        let mut indices = Vec::new();
+        for n_y in 0..=height {
+            let first = if n_y == 0 { 1 } else { -width };
+            for n_x in first..=width {
+                if (range[0]..range[1]).contains(&wave_vector(lengths, [n_x, n_y]).norm()) {
+                    indices.push([n_x, n_y]);
+                }
+            }
+        }
+        let stride = indices.len().div_ceil(most.max(1)).max(1);
+        Self::new(lengths, indices.into_iter().step_by(stride).collect())
+    }
+
+    /// Reciprocal indices of the modes.
+    pub fn indices(&self) -> &[[i32; 2]] {
+        &self.indices
+    }
+
+    /// Magnitude |k| of each mode \[1/length\].
+    pub fn wave_numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let lengths = self.lengths;
+        self.indices
+            .iter()
+            .map(move |&index| wave_vector(lengths, index).norm())
+    }
+
+    /// Amplitudes of all modes, in their order. Velocities beyond the number of positions are ignored, and missing ones
+    /// are zero.
+    ///
+    /// # Errors
+    /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
+    pub fn measure(
+        &self,
+        positions: &[Vector2<f64>],
+        velocities: &[Vector2<f64>],
+    ) -> Result<Vec<Amplitude>, Error> {
+        check_positions(positions, 1)?;
+        let none = Vector2::zeros();
+        let zero = Complex::new(0.0, 0.0);
+        let mut sums = vec![[zero; 3]; self.indices.len()];
+        let mut along = self.reach.map(|reach| vec![zero; (reach + 1) * BLOCK]);
+        for (block, places) in positions.chunks(BLOCK).enumerate() {
+            for (axis, powers) in along.iter_mut().enumerate() {
+                self.raise(axis, places, powers);
+            }
+            let moving = velocities.get(block * BLOCK..).unwrap_or_default();
+            for (index, sum) in self.indices.iter().zip(&mut sums) {
+                let [xs, ys] = [0, 1].map(|axis| {
+                    let start = index[axis].unsigned_abs() as usize * BLOCK;
+                    &along[axis][start..start + places.len()]
+                });
+                // A negative index has the conjugate phase.
+                let signs = index.map(|n| if n < 0 { -1.0 } else { 1.0 });
+                let moving = moving.iter().chain(std::iter::repeat(&none));
+                for ((x, y), velocity) in xs.iter().zip(ys).zip(moving) {
+                    let phase =
+                        Complex::new(x.re, signs[0] * x.im) * Complex::new(y.re, signs[1] * y.im);
+                    sum[0] += phase;
+                    sum[1] += phase * velocity[0];
+                    sum[2] += phase * velocity[1];
+                }
+            }
+        }
+        let split = self.indices.iter().zip(sums).map(|(&index, sum)| {
+            let [density, along_x, along_y] = sum;
+            let k = wave_vector(self.lengths, index).normalize();
+            let parts = |number: Complex<f64>| [number.re, number.im];
+            Amplitude {
+                density: parts(density),
+                longitudinal: parts(along_x * k[0] + along_y * k[1]),
+                transverse: parts(along_y * k[0] - along_x * k[1]),
+            }
+        });
+        Ok(split.collect())
+    }
+
+    /// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along an axis.
+    fn raise(&self, axis: usize, places: &[Vector2<f64>], powers: &mut [Complex<f64>]) {
+        for (slot, place) in places.iter().enumerate() {
+            let waves = place[axis] / self.lengths[axis];
+            let (sine, cosine) = (TAU * (waves - waves.round())).sin_cos();
+            let phase = Complex::new(cosine, -sine);
+            let mut power = Complex::new(1.0, 0.0);
+            for order in 0..=self.reach[axis] {
+                powers[order * BLOCK + slot] = power;
+                power *= phase;
+            }
+        }
+    }
+}
+
+/// Changes of velocity that add to a gas one shear wave for each given mode: `amplitude t cos(k · r)` with t across k as in
+/// [`Amplitude`]. The transverse amplitude of that mode grows by `amplitude N/2` in its real part, but for correlations
+/// of the places.
+///
+/// # Errors
+/// [`Error::PositionInvalid`], [`Error::PointsTooFew`].
+pub fn shear_waves(
+    modes: &Modes,
+    positions: &[Vector2<f64>],
+    amplitude: f64,
+) -> Result<Vec<Vector2<f64>>, Error> {
+    check_positions(positions, 1)?;
+    let waves: Vec<_> = modes
+        .indices
+        .iter()
+        .map(|&index| wave_vector(modes.lengths, index))
+        .collect();
+    let changes = positions.iter().map(|place| {
+        waves.iter().fold(Vector2::zeros(), |sum, k| {
+            let across = vector![-k[1], k[0]].normalize();
+            sum + across * (amplitude * k.dot(place).cos())
+        })
+    });
+    Ok(changes.collect())
+}
+
+#[cfg(test)]
+#[allow(
+    clippy::unwrap_used,
+    reason = "in a test, an unexpected error is a failure"
+)]
+mod tests {
+    use super::*;
+    use crate::statistics::Moments;
+    use crate::structure_factor::direct_sum;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    const LENGTHS: [f64; 2] = [20.0, 13.0];
+
+    fn gas(points: usize, seed: u64) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let places = (0..points)
+            .map(|_| {
+                vector![
+                    LENGTHS[0] * stream.random::<f64>(),
+                    LENGTHS[1] * stream.random::<f64>()
+                ]
+            })
+            .collect();
+        let velocities = (0..points)
+            .map(|_| {
+                let [x, y]: [f64; 2] = [0, 1].map(|_| StandardNormal.sample(&mut stream));
+                vector![x, y]
+            })
+            .collect();
+        (places, velocities)
+    }
+
+    /// Against sines of the whole phase. Powers of rounded phases: index times 2e-16 for each of 150 points.
+    #[test]
+    fn powers_of_phases_are_the_plain_sums() {
+        let (places, velocities) = gas(150, 1);
+        let indices = vec![[1, 0], [0, 2], [-3, 4], [7, -5], [12, 1]];
+        let modes = Modes::new(LENGTHS, indices.clone()).unwrap();
+        let found = modes.measure(&places, &velocities).unwrap();
+        for (index, amplitude) in indices.into_iter().zip(found) {
+            let k = wave_vector(LENGTHS, index);
+            let [mut along, mut across] = [[0.0; 2]; 2];
+            for (place, velocity) in places.iter().zip(&velocities) {
+                let (sine, cosine) = k.dot(place).sin_cos();
+                let parts = [velocity.dot(&k), k[0] * velocity[1] - k[1] * velocity[0]];
+                for (sum, part) in [&mut along, &mut across].into_iter().zip(parts) {
+                    sum[0] += part * cosine / k.norm();
+                    sum[1] -= part * sine / k.norm();
+                }
+            }
+            for axis in [0, 1] {
+                assert!((amplitude.longitudinal[axis] - along[axis]).abs() < 1e-11);
+                assert!((amplitude.transverse[axis] - across[axis]).abs() < 1e-11);
+            }
+            let density = direct_sum(&places, LENGTHS, index[0], index[1]);
+            assert!((amplitude.power(150).density - density).abs() < 1e-11);
+        }
+    }
+
+    /// Independent places and velocities: energies are one at every k, within z = 4.4 standard errors (false alarm 1e-5
+    /// each), which are small enough to see 3 %. Fixing the momentum at zero takes 1/N of them back where S = 1.
+    #[test]
+    fn thermal_modes_have_unit_energy() {
+        let modes = Modes::band(LENGTHS, [0.3, 4.0], 40).unwrap();
+        assert!((20..=40).contains(&modes.indices().len()));
+        let [mut along, mut across] = [Moments::default(); 2];
+        for seed in 0..1000 {
+            let (places, velocities) = gas(100, seed);
+            for amplitude in modes.measure(&places, &velocities).unwrap() {
+                along.add(amplitude.power(100).longitudinal);
+                across.add(amplitude.power(100).transverse);
+            }
+        }
+        for moments in [along, across] {
+            let [mean, error] = [moments.mean().unwrap(), moments.standard_error().unwrap()];
+            assert!(
+                error < 0.03 / 4.4 && (mean - 1.0).abs() < 4.4 * error,
+                "{mean} {error}"
+            );
+        }
+        // Four points: <Σ_ij v_i v_j phases> with covariances 1 - 1/N and -1/N, over T = 1 - 1/N.
+        let expected = equilibrium_energy(4, 0.25);
+        let pairs = 4.0 * 0.25 - 4.0;
+        assert!((expected - (4.0 * 0.75 - 0.25 * pairs) / (4.0 * 0.75)).abs() < 1e-15);
+    }
+
+    /// On places of a lattice there are no correlations to disturb it.
+    #[test]
+    fn a_wave_is_found_where_it_was_put() {
+        let places: Vec<_> = (0..800)
+            .map(|i| vector![f64::from(i % 40) * 0.5, f64::from(i / 40) * 0.65])
+            .collect();
+        let modes = Modes::new(LENGTHS, vec![[2, 0], [1, -1], [0, 3]]).unwrap();
+        let changes = shear_waves(&modes, &places, 0.3).unwrap();
+        for amplitude in modes.measure(&places, &changes).unwrap() {
+            assert!((amplitude.transverse[0] / 400.0 - 0.3).abs() < 1e-13);
+            assert!(amplitude.transverse[1].abs() < 1e-11);
+            assert!(amplitude.longitudinal[0].abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn meaningless_modes_are_refused() {
+        for index in [[0, 0], [10_001, 3]] {
+            let error = Modes::new(LENGTHS, vec![index]).unwrap_err();
+            assert!(matches!(error, Error::ModeInvalid { .. }), "{error}");
+        }
+        assert!(
+            Modes::band(LENGTHS, [0.5, 0.1], 9)
+                .unwrap()
+                .indices()
+                .is_empty()
+        );
+        let modes = Modes::new(LENGTHS, vec![[1, 0]]).unwrap();
+        assert!(modes.measure(&[], &[]).is_err());
+        assert!(shear_waves(&modes, &[vector![f64::NAN, 0.0]], 1.0).is_err());
+    }
+}
