@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, io, thread};
 
-use stosszahl_model::{Plane, Sizes};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
+use stosszahl_model::{Plane, Sizes};
 
 use crate::arguments::{
-    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command, RunArguments,
-    Stress,
+    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command,
+    RunArguments, Stress,
 };
 use crate::bench::{self, BenchError};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};

@@ -143,15 +143,14 @@ fn displacements_of_simulators_end_at_their_positions() {
     for displacement in [false, true] {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
-        let mut engine =
-            Engine::<_, Followed>::start(&disks(1.0), parameters, &start, streams).expect("an engine");
+        let mut engine = Engine::<_, Followed>::start(&disks(1.0), parameters, &start, streams)
+            .expect("an engine");
         engine.follow_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
         // In two parts, as a run that is continued.
         let checkpoint = engine.checkpoint();
-        let mut engine =
-            Engine::resume(&disks(1.0), parameters, start.domain, checkpoint, streams)
-                .expect("an engine");
+        let mut engine = Engine::resume(&disks(1.0), parameters, start.domain, checkpoint, streams)
+            .expect("an engine");
         engine.advance(80.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 5_000);
         let state = engine.state();
@@ -183,9 +182,13 @@ fn simulators_diffuse_as_enskog_says() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine =
-                Engine::<_, Followed>::start(&disks(1.0), parameters(4.0, 32, false), &start, streams)
-                    .expect("an engine");
+            let mut engine = Engine::<_, Followed>::start(
+                &disks(1.0),
+                parameters(4.0, 32, false),
+                &start,
+                streams,
+            )
+            .expect("an engine");
             engine.follow_displacements();
             engine.advance(time, u64::MAX, &mut ());
             let all = engine.displacements();
@@ -267,9 +270,13 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 400, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine =
-                Engine::<_, Followed>::start(&disks(r), parameters(4.0, 16, false), &start, streams)
-                    .expect("an engine");
+            let mut engine = Engine::<_, Followed>::start(
+                &disks(r),
+                parameters(4.0, 16, false),
+                &start,
+                streams,
+            )
+            .expect("an engine");
             engine.follow_displacements();
             engine.advance(2.0 * haff, u64::MAX, &mut ());
             let all = engine.displacements();

@@ -92,7 +92,10 @@ pub(super) fn run_engine<P: Planar>(
             let parameters = setup.dsmc_parameters(dsmc);
             let streams = streams.branch(scheme_number(dsmc));
             // Which of the two is decided by the case, so a checkpoint is always of the same kind.
-            if schedule(setup).iter().any(|moment| moment.displacement.is_some()) {
+            if schedule(setup)
+                .iter()
+                .any(|moment| moment.displacement.is_some())
+            {
                 let begin = begin_dsmc::<P, Followed>(scene, parameters, start, streams);
                 follow(setup, engine, noise, begin, &control.with(), snapshots)
             } else {

@@ -87,7 +87,10 @@ impl<P: Physics, F: Follow<P::Space>> Around<'_, '_, P, F> {
     pub(crate) fn tally(&mut self) -> Option<&mut Tally> {
         let centre = self.centre;
         let known = |(number, _): &&mut (usize, _)| *number == centre;
-        self.tiles.iter_mut().find(known).map(|(_, tile)| &mut tile.tally)
+        self.tiles
+            .iter_mut()
+            .find(known)
+            .map(|(_, tile)| &mut tile.tally)
     }
 }
 
@@ -140,7 +143,11 @@ fn colours(tiles: [u32; 3]) -> Vec<Vec<[u32; 3]>> {
     for z in 0..tiles[2] {
         for y in 0..tiles[1] {
             for x in 0..tiles[0] {
-                let [i, j, k] = [along[0][x as usize], along[1][y as usize], along[2][z as usize]];
+                let [i, j, k] = [
+                    along[0][x as usize],
+                    along[1][y as usize],
+                    along[2][z as usize],
+                ];
                 classes[i + number(0) * (j + number(1) * k)].push([x, y, z]);
             }
         }
@@ -219,8 +226,10 @@ mod tests {
                     (cell[1] + 1) % self.counts[1],
                     0,
                 ];
-                let ((at, range), (to, other)) =
-                    around.find(cell).zip(around.find(next)).expect("a neighbour");
+                let ((at, range), (to, other)) = around
+                    .find(cell)
+                    .zip(around.find(next))
+                    .expect("a neighbour");
                 assert_eq!(around.members(cell).expect("here").len(), range.len());
                 if let Some([a, b]) = around.pair((at, range.start), (to, other.start)) {
                     std::mem::swap(&mut a.velocity, &mut b.velocity);
@@ -266,7 +275,8 @@ mod tests {
             let visits: u64 = tiles.iter().map(|tile| tile.tally.trials).sum();
             assert_eq!(visits, 144);
             let all = tiles.iter().flat_map(|tile| &tile.simulators);
-            all.map(|simulator| simulator.velocity).collect::<Vec<Vector2<f64>>>()
+            all.map(|simulator| simulator.velocity)
+                .collect::<Vec<Vector2<f64>>>()
         };
         let alone = run(1);
         assert_eq!(alone, run(2));

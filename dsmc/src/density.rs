@@ -113,7 +113,11 @@ impl<S: Space> Density<S> {
         } else {
             gas.packing_fraction
         };
-        let cells = if reach > 0 { counts.iter().product() } else { 0 };
+        let cells = if reach > 0 {
+            counts.iter().product()
+        } else {
+            0
+        };
         Self {
             scheme,
             limit: gas.limit,
@@ -247,7 +251,11 @@ mod tests {
                 let at = [cell % nx, cell / nx % ny, cell / nx / ny];
                 let mut plain = 0.0;
                 for z in deep.clone() {
-                    let z = if nz == 1 { 0 } else { (at[2] + z + nz - 2) % nz };
+                    let z = if nz == 1 {
+                        0
+                    } else {
+                        (at[2] + z + nz - 2) % nz
+                    };
                     for y in 0..5 {
                         for x in 0..5 {
                             let (x, y) = ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);

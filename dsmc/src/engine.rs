@@ -15,8 +15,9 @@ use crate::sweep::{Pool, is_parallel, sweep};
 use crate::tally::{Stock, Tally, Unit};
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
 
-/// Simulators that a tile is to hold: with its working copy it fits the second cache.
-const PER_TILE: usize = 4096;
+/// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
+/// the fewer leave it.
+const PER_TILE: usize = 8192;
 
 /// Everything needed to continue a run to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
@@ -297,9 +298,8 @@ where
     /// All simulators, in the order of the numbers of their cells.
     fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
         let [columns, rows, layers] = self.grid.counts();
-        let cells = (0..layers).flat_map(move |z| {
-            (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z]))
-        });
+        let cells = (0..layers)
+            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])));
         cells.flat_map(|cell| {
             let (tile, local) = self.grid.locate(cell);
             self.tiles[tile].members(local)
@@ -398,7 +398,9 @@ where
         let boxes = self.departing.iter().chain(&self.arriving);
         size_of::<Self>()
             + self.tiles.iter().map(Tile::bytes).sum::<usize>()
-            + boxes.map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes()).sum::<usize>()
+            + boxes
+                .map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes())
+                .sum::<usize>()
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
             + self.pool.bytes()
             + self.density.bytes()
@@ -432,7 +434,11 @@ where
         if steps <= 1.0 {
             return Some(left);
         }
-        let step = if steps.is_finite() { left / steps } else { step };
+        let step = if steps.is_finite() {
+            left / steps
+        } else {
+            step
+        };
         // What the clock shows after it, which rounds, less what it shows before: positions and clock do not
         // drift apart. Where the step is too short for the clock, its least.
         let end = (from + step).max(from.next_up());

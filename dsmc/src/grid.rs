@@ -70,7 +70,9 @@ impl<S: Space> Grid<S> {
         let axes = [0, 1, 2];
         let firsts = axes.map(|axis| {
             let [count, tiles] = [counts[axis], tiles[axis]].map(u64::from);
-            (0..=tiles).map(|tile| (tile * count / tiles) as u32).collect::<Vec<_>>()
+            (0..=tiles)
+                .map(|tile| (tile * count / tiles) as u32)
+                .collect::<Vec<_>>()
         });
         let mut grid = Self {
             domain,

@@ -8,7 +8,6 @@ mod grid;
 #[cfg(test)]
 mod oracle;
 mod parameters;
-mod poisson;
 mod simulator;
 mod sweep;
 mod tally;

@@ -9,7 +9,6 @@ use stosszahl_model::{
     Restitution, Scene, Sizes, Smooth, Space, State, Vector, VectorOf, Volume, collide, kinetic,
 };
 
-use crate::poisson::poisson;
 use crate::{Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed};
 
 type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
@@ -211,12 +210,14 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
         let mut diagonal = VectorOf::<P>::default();
         for axis in 0..dimension {
             let all = members.iter().map(|(_, velocity, _)| velocity[axis]);
-            diagonal[axis] =
-                all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min);
+            diagonal[axis] = all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min);
         }
         let mut majorant = diagonal.square().sqrt();
         let moments = (0..members_of(&sizes)).map(|i| 2.0 * sizes.radius(sizes.tag(i)));
-        let ratio = moments.clone().map(|d| d.powi(dimension as i32 - 1)).sum::<f64>()
+        let ratio = moments
+            .clone()
+            .map(|d| d.powi(dimension as i32 - 1))
+            .sum::<f64>()
             / moments.map(|d| d.powi(dimension as i32)).sum::<f64>();
         let factor = |diameters: [f64; 2]| {
             P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
@@ -230,7 +231,8 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
         let n = members.len() as u64;
         let pairs = 0.5 * (n * (n - 1)) as f64;
         let mut collisions = 0;
-        for _ in 0..poisson(pairs * (ceiling * step) * majorant, stream) {
+        let trials = pairs * (ceiling * step) * majorant + stream.random::<f64>();
+        for _ in 0..trials as u64 {
             let first = u128::from(stream.random::<u64>()) * u128::from(n);
             let second = u128::from(first as u64) * u128::from(n - 1);
             let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
@@ -400,7 +402,13 @@ fn threads_and_stops_change_nothing() {
                 }
                 engine.advance(f64::INFINITY, 6, &mut seen);
                 let ways = engine.displacements();
-                (engine.state().bodies, engine.tally(), engine.time(), ways, seen)
+                (
+                    engine.state().bodies,
+                    engine.tally(),
+                    engine.time(),
+                    ways,
+                    seen,
+                )
             })
         };
         let alone = run(1, false);
@@ -417,8 +425,8 @@ fn threads_and_stops_change_nothing() {
 fn tiles_change_nothing() {
     let state = start::<Equal<Plane>>(5000, Vector2::new(150.0, 90.0), 4);
     let run = |per_tile: usize| {
-        let mut engine = Engine::new(&equal(0.7), PARAMETERS, &state, Streams::new(5, 0))
-            .expect("an engine");
+        let mut engine =
+            Engine::new(&equal(0.7), PARAMETERS, &state, Streams::new(5, 0)).expect("an engine");
         engine.retile(per_tile);
         engine.advance(f64::INFINITY, 60, &mut ());
         (engine.state().bodies, engine.time(), engine.tally())
@@ -427,7 +435,10 @@ fn tiles_change_nothing() {
     for per_tile in [1, 17, 300, 1_000_000] {
         let (other_bodies, other_time, other) = run(per_tile);
         assert_eq!((&bodies, time), (&other_bodies, other_time), "{per_tile}");
-        assert_eq!((tally.trials, tally.collisions), (other.trials, other.collisions));
+        assert_eq!(
+            (tally.trials, tally.collisions),
+            (other.trials, other.collisions)
+        );
         assert!((tally.separation / other.separation - 1.0).abs() < 1e-12);
         assert!((tally.virial / other.virial - 1.0).abs() < 1e-12);
     }
@@ -449,8 +460,8 @@ fn a_simulator_takes_at_most_48_bytes() {
             scheme,
             ..PARAMETERS
         };
-        let mut engine = Engine::new(&equal(1.0), parameters, &state, Streams::new(1, 0))
-            .expect("an engine");
+        let mut engine =
+            Engine::new(&equal(1.0), parameters, &state, Streams::new(1, 0)).expect("an engine");
         for _ in 0..3 {
             engine.advance(f64::INFINITY, 20, &mut ());
             let each = engine.bytes() as f64 / count as f64;
@@ -468,8 +479,9 @@ fn free_flight_is_exact() {
         scheme: Scheme::Collisionless,
         ..PARAMETERS
     };
-    let mut engine = Engine::<_, Followed>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
-        .expect("an engine");
+    let mut engine =
+        Engine::<_, Followed>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
+            .expect("an engine");
     engine.retile(1);
     engine.hold_step(0.013);
     for _ in 0..10 {
@@ -507,8 +519,9 @@ fn spheres_collide_at_the_rate_of_theory() {
             cell_size: Some(10.0),
             ..PARAMETERS
         };
-        let mut engine = Engine::<_, Unfollowed>::start(&scene, parameters, &state, Streams::new(seed, 0))
-            .expect("an engine");
+        let mut engine =
+            Engine::<_, Unfollowed>::start(&scene, parameters, &state, Streams::new(seed, 0))
+                .expect("an engine");
         engine.advance(4.0, u64::MAX, &mut ());
         let packing = state.packing_fraction(&scene);
         let rate = 2.0 * engine.tally().collisions as f64 / count as f64 / engine.time();
@@ -542,8 +555,8 @@ fn virial_is_that_of_the_displacement() {
             steps_per_crossing: 20.0,
             ..PARAMETERS
         };
-        let mut engine = Engine::new(&scene, parameters, &state, Streams::new(1, 0))
-            .expect("an engine");
+        let mut engine =
+            Engine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
         engine.advance(40.0, u64::MAX, &mut ());
         let temperature = state.temperature(&scene);
         let scale = 2.0 * count as f64 * temperature * engine.time();
@@ -555,7 +568,10 @@ fn virial_is_that_of_the_displacement() {
         // Each collision carries up to the cell's width times the momentum, with a random sign: about
         // 6 d . 1.5 sqrt(T) of spread, and 4.4 standard errors of their mean.
         let spread = 9.0 * temperature.sqrt() * (engine.tally().collisions as f64).sqrt() / scale;
-        assert!((excess - expected).abs() < 4.4 * spread, "{excess} {expected} ± {spread}");
+        assert!(
+            (excess - expected).abs() < 4.4 * spread,
+            "{excess} {expected} ± {spread}"
+        );
         assert!(4.4 * spread < 0.3 * rate, "{spread} is too wide");
     }
 }

@@ -48,7 +48,11 @@ impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
 impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
     /// Those for the neighbour at the offset with the given number, in the order of their source cells.
     fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
-        let begin = if offset == 0 { 0 } else { self.ends[offset - 1] };
+        let begin = if offset == 0 {
+            0
+        } else {
+            self.ends[offset - 1]
+        };
         &self.near[begin as usize..self.ends[offset] as usize]
     }
 
@@ -209,6 +213,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             sum += *count;
             *count = begin;
         }
+        let (sorted, next) = (&mut sorted[..], &mut next[..]);
         let mut put = |code: u16, simulator: &SimulatorOf<P, F>| {
             let slot = &mut next[usize::from(code)];
             sorted[*slot as usize] = *simulator;
@@ -223,8 +228,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
                 put(self.code(grid, position), &traveller.simulator);
             }
             let stayed = begin as usize..end as usize;
-            for (&code, simulator) in
-                self.codes[stayed.clone()].iter().zip(&self.simulators[stayed])
+            for (&code, simulator) in self.codes[stayed.clone()]
+                .iter()
+                .zip(&self.simulators[stayed])
             {
                 put(code, simulator);
             }
@@ -255,7 +261,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             foreign.extend_from_slice(arrivals.boxes[from].towards(number));
         }
         if !arrivals.far.is_empty() {
-            let begin = arrivals.far.partition_point(|(to, _)| (*to as usize) < here);
+            let begin = arrivals
+                .far
+                .partition_point(|(to, _)| (*to as usize) < here);
             let mine = arrivals.far[begin..].iter();
             foreign.extend(
                 mine.take_while(|(to, _)| *to as usize == here)
@@ -323,10 +331,14 @@ pub(crate) fn code<P: Physics>(
     place: &Place<P::Space>,
     position: VectorOf<P>,
 ) -> u16 {
-    let mut code = 0;
-    for axis in (0..crate::dimension::<P>()).rev() {
-        let column = grid.column(axis, position[axis]).wrapping_sub(place.first[axis]);
-        code = code * place.sides[axis] + column;
-    }
-    code as u16
+    let column = |axis| {
+        grid.column(axis, position[axis])
+            .wrapping_sub(place.first[axis])
+    };
+    let line = if crate::dimension::<P>() == 2 {
+        column(1)
+    } else {
+        column(1) + place.sides[1] * column(2)
+    };
+    (column(0) + place.sides[0] * line) as u16
 }
