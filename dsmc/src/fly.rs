@@ -4,7 +4,7 @@ use stosszahl_model::{Field, Free, Physics, Smooth, Space};
 
 use crate::grid::{Grid, Place, offset_number};
 use crate::simulator::{Follow, Simulator, SimulatorOf};
-use crate::tile::{Outbox, Scratch, Tile, Traveller, code, fit};
+use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
 
 impl<P, F> Tile<P, F>
 where
@@ -123,7 +123,7 @@ where
         let width = sides[0] as usize;
         let cells = &self.starts[line * width..=(line + 1) * width];
         let column = cells.partition_point(|&start| start as usize <= index) - 1;
-        let traveller = Traveller {
+        let traveller = Left {
             source: self.line_number(grid, line as u32) + column as u32,
             simulator: moved,
         };

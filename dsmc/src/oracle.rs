@@ -471,7 +471,7 @@ fn a_simulator_takes_at_most_48_bytes() {
     }
 }
 
-/// 1e5 steps of nothing but flight: x_0 + v t to 1e-11 of the box, which is what 1e5 roundings may add up to.
+/// 1e5 steps of nothing but flight: `x_0` + v t to 1e-11 of the box, which is what 1e5 roundings may add up to.
 #[test]
 fn free_flight_is_exact() {
     let state = start::<Equal<Plane>>(40, Vector2::new(12.0, 10.0), 9);

@@ -15,17 +15,14 @@ use crate::simulator::{Follow, SimulatorOf};
 use crate::tally::{Stock, Tally};
 
 /// A simulator that left its tile, and the number of the cell that it was in.
-pub(crate) struct Traveller<P: Physics, F: Follow<P::Space>> {
+#[derive(Clone, Copy)]
+pub(crate) struct Left<S> {
     pub(crate) source: u32,
-    pub(crate) simulator: SimulatorOf<P, F>,
+    pub(crate) simulator: S,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Clone for Traveller<P, F> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<P: Physics, F: Follow<P::Space>> Copy for Traveller<P, F> {}
+/// What travels between tiles in a physics.
+pub(crate) type Traveller<P, F> = Left<SimulatorOf<P, F>>;
 
 /// What left a tile: by the offset of the neighbour it enters, and by its tile where that is no neighbour.
 pub(crate) struct Outbox<P: Physics, F: Follow<P::Space>> {
