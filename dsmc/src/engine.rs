@@ -18,8 +18,9 @@ use crate::sweep::{Pool, is_parallel, sweep};
 use crate::tally::{Stock, Tally, Unit};
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
 
-/// Simulators that a tile is to hold: with its working copy it fits the second cache.
-const PER_TILE: usize = 4096;
+/// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
+/// the fewer leave it.
+const PER_TILE: usize = 8192;
 
 /// Everything needed to continue a run to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]

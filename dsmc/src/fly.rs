@@ -1,10 +1,10 @@
 //! Flight: moves the simulators of a tile, and sends those that leave.
 
-use stosszahl_model::{Field, Free, Physics, Smooth};
+use stosszahl_model::{Field, Free, Physics, Smooth, Space};
 
 use crate::grid::{Grid, Place, offset_number};
-use crate::simulator::{Follow, SimulatorOf};
-use crate::tile::{Outbox, Scratch, Tile, Traveller, code, fit};
+use crate::simulator::{Follow, Simulator, SimulatorOf};
+use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
 
 impl<P, F> Tile<P, F>
 where
@@ -26,11 +26,13 @@ where
         leavers.clear();
         outbox.far.clear();
         let total = sorted.len();
-        fit(&mut self.simulators, total);
-        fit(&mut self.codes, total);
-        self.simulators
-            .resize(total, SimulatorOf::<P, F>::default());
-        self.codes.resize(total, 0);
+        // Taken out, so that the loop below knows that nothing else points to them.
+        let mut simulators = std::mem::take(&mut self.simulators);
+        let mut codes = std::mem::take(&mut self.codes);
+        fit(&mut simulators, total);
+        fit(&mut codes, total);
+        simulators.resize(total, SimulatorOf::<P, F>::default());
+        codes.resize(total, 0);
         let lengths = grid.domain().lengths();
         let field = scene.field();
         let place = self.place;
@@ -41,12 +43,17 @@ where
             let end = self.starts[(line + 1) * width] as usize;
             // The counts of this line's cells are known no longer; those of its stayers are added from here on.
             for (index, simulator) in sorted[begin..end].iter().enumerate() {
-                let mut moved = *simulator;
-                Field::<P::Space>::drift(field, &mut moved.position, &mut moved.velocity, duration);
-                F::moved(&mut moved.mark, moved.velocity * duration);
+                let Simulator {
+                    mut position,
+                    mut velocity,
+                    tag,
+                    mut mark,
+                } = *simulator;
+                Field::<P::Space>::drift(field, &mut position, &mut velocity, duration);
+                F::moved(&mut mark, velocity * duration);
                 let mut inside = true;
-                for axis in 0..crate::dimension::<P>() {
-                    let x = moved.position[axis];
+                let position = P::Space::vector(|axis| {
+                    let x = position[axis];
                     let x = x + if x < 0.0 { lengths[axis] } else { 0.0 };
                     // A tiny negative coordinate becomes the length itself.
                     let x = x - if x >= lengths[axis] {
@@ -54,55 +61,76 @@ where
                     } else {
                         0.0
                     };
-                    moved.position[axis] = x;
                     inside &= (place.low[axis] <= x) & (x < place.high[axis]);
+                    x
+                });
+                if inside {
+                    codes[stayed] = code::<P>(grid, &place, position);
+                    simulators[stayed] = Simulator {
+                        position,
+                        velocity,
+                        tag,
+                        mark,
+                    };
+                    stayed += 1;
+                    continue;
                 }
-                if inside || self.depart(grid, &mut moved, [line, begin + index], leavers, outbox) {
-                    self.simulators[stayed] = moved;
-                    self.codes[stayed] = code::<P>(grid, &place, moved.position);
+                // Apart from the above: what two branches share, or what has an address, lives in memory, and would do
+                // so for all that stay.
+                let moved = Simulator {
+                    position,
+                    velocity,
+                    tag,
+                    mark,
+                };
+                let from = [line, begin + index];
+                if let Some(moved) = self.depart(grid, moved, from, leavers, &mut outbox.far) {
+                    codes[stayed] = code::<P>(grid, &place, moved.position);
+                    simulators[stayed] = moved;
                     stayed += 1;
                 }
             }
             begin = end;
             self.lines[line] = stayed as u32;
         }
-        self.simulators.truncate(stayed);
-        self.codes.truncate(stayed);
+        simulators.truncate(stayed);
+        codes.truncate(stayed);
         self.starts.fill(0);
-        for &code in &self.codes {
+        for &code in &codes {
             self.starts[usize::from(code)] += 1;
         }
+        (self.simulators, self.codes) = (simulators, codes);
         outbox.fill(leavers);
     }
 
-    /// Sends a simulator to the tile it enters; true if that is this one.
+    /// Sends a simulator to the tile it enters; gives it back, wrapped, if that is this one.
     #[cold]
     #[inline(never)]
     fn depart(
         &self,
         grid: &Grid<P::Space>,
-        moved: &mut SimulatorOf<P, F>,
+        mut moved: SimulatorOf<P, F>,
         [line, index]: [usize; 2],
         leavers: &mut Vec<(u8, Traveller<P, F>)>,
-        outbox: &mut Outbox<P, F>,
-    ) -> bool {
+        far: &mut Vec<(u32, Traveller<P, F>)>,
+    ) -> Option<SimulatorOf<P, F>> {
         moved.position = grid.domain().wrap(moved.position);
         let Place { tile, sides, .. } = self.place;
         let to = grid.owner(grid.cell_at(moved.position));
         if to == tile {
-            return true;
+            return Some(moved);
         }
         let width = sides[0] as usize;
         let cells = &self.starts[line * width..=(line + 1) * width];
         let column = cells.partition_point(|&start| start as usize <= index) - 1;
-        let traveller = Traveller {
+        let traveller = Left {
             source: self.line_number(grid, line as u32) + column as u32,
-            simulator: *moved,
+            simulator: moved,
         };
         match offset_number(grid.tiles(), tile, to) {
             Some(number) => leavers.push((number as u8, traveller)),
-            None => outbox.far.push((grid.tile_number(to) as u32, traveller)),
+            None => far.push((grid.tile_number(to) as u32, traveller)),
         }
-        false
+        None
     }
 }

@@ -1,4 +1,48 @@
-//! DSMC
+//! Direct Simulation Monte Carlo of inelastic hard disks and spheres, dilute and dense, in a periodic box.
+//!
+//! Bird's method (*Molecular Gas Dynamics and the Direct Simulation of Gas Flows*, Oxford 1994):
+//! simulators fly freely for a step, are sorted into cells, and pairs within a cell collide with the
+//! probability that kinetic theory gives them, whatever their positions: **molecular chaos is put in
+//! by hand**, the impact parameter is uniform, and whatever differs from event-driven dynamics of the
+//! same start is due to correlations, or to this method's own errors, which are counted and reported.
+//!
+//! * **Time**: half a free flight, sort, collide, half a free flight: symmetric, second order in the
+//!   step; the half flights between two collisions are one. The step follows the gas: the fastest simulator needs several
+//!   steps to cross a cell, and a mean free time lasts as many. What it follows is taken before the collisions of the step
+//!   before, so that a sweep knows how far to fly.
+//! * **How many pairs**: a cell of volume V with n simulators of weight w (particles each) tries
+//!   n(n-1)/2 . chi w s `g_max` dt/V pairs, s the cross section (2 d for disks, pi d^2 for spheres), or one of the two whole
+//!   numbers next to it, drawn so that the mean is right, and accepts a pair with g/`g_max`. The majorant is the diagonal of
+//!   the box that holds the velocities of the cell: no pair is faster, and only a pair that exceeds it after collisions
+//!   within the step is counted. One majorant for the whole box lost: in a clustered gas nearly all its trials are
+//!   rejected.
+//! * **Density**: chi of a [`Scheme`]. The displacement of Alexander, Garcia & Alder, Phys. Rev. Lett. 74,
+//!   5212 (1995), doi:10.1103/PhysRevLett.74.5212, moves the partners by one diameter along the
+//!   transferred momentum, which gives the collisional pressure of elastic hard disks, and 2r/(1 + r) of it
+//!   where restitution r shortens the momentum that is carried.
+//! * **Randomness** is addressed by (seed, replica, step, cell), and the order of simulators within a cell is that of
+//!   the cells they came from: results are the same bytes for any number of threads, and however cells are grouped.
+//!
+//! # Speed
+//!
+//! Cells are grouped in tiles of some thousand simulators, which fit the second cache. A sweep takes tile after tile, or
+//! several at a time: a counting sort by cell of what stayed and what came, collisions, flight; those that leave the tile go
+//! to its outbox and are received in the next sweep. So each simulator is read and written once in a step, in
+//! order, and no second copy of all exists. Sorting everything, then colliding everything, then moving everything, as before,
+//! lost by a factor of three, and an index that is sorted instead of the simulators by more. `docs/monte-carlo.md` has
+//! the figures.
+//!
+//! Schemes that need a neighbourhood of cells run as two sweeps instead of one. Those whose partners are in different
+//! cells are in `across`: the line of centres is drawn first, and the partner from where it then has to be.
+//!
+//! # Known errors
+//!
+//! In cells of two diameters at packing 0.25 (1.27 disks each, as in Luding, Müller & McNamara 1998):
+//! chi of so few disks is noisy and must be limited; the displacement thins out the pairs within a cell;
+//! the same few pairs meet again and again and become correlated; momentum is carried over three mean
+//! free paths. `docs/validation.md` has the measured sizes. More simulators per disk reduce all but the
+//! last, and weaken thermal noise.
+
 mod across;
 mod collide;
 mod density;
@@ -8,7 +52,6 @@ mod grid;
 #[cfg(test)]
 mod oracle;
 mod parameters;
-mod poisson;
 mod simulator;
 mod start;
 mod sweep;

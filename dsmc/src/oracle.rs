@@ -9,7 +9,6 @@ use stosszahl_model::{
     Restitution, Scene, Sizes, Smooth, Space, State, Vector, VectorOf, Volume, collide, kinetic,
 };
 
-use crate::poisson::poisson;
 use crate::{Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed};
 
 type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
@@ -232,7 +231,8 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
         let n = members.len() as u64;
         let pairs = 0.5 * (n * (n - 1)) as f64;
         let mut collisions = 0;
-        for _ in 0..poisson(pairs * (ceiling * step) * majorant, stream) {
+        let trials = pairs * (ceiling * step) * majorant + stream.random::<f64>();
+        for _ in 0..trials as u64 {
             let first = u128::from(stream.random::<u64>()) * u128::from(n);
             let second = u128::from(first as u64) * u128::from(n - 1);
             let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
@@ -471,7 +471,7 @@ fn a_simulator_takes_at_most_48_bytes() {
     }
 }
 
-/// 1e5 steps of nothing but flight: x_0 + v t to 1e-11 of the box, which is what 1e5 roundings may add up to.
+/// 1e5 steps of nothing but flight: `x_0` + v t to 1e-11 of the box, which is what 1e5 roundings may add up to.
 #[test]
 fn free_flight_is_exact() {
     let state = start::<Equal<Plane>>(40, Vector2::new(12.0, 10.0), 9);

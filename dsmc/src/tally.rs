@@ -90,17 +90,13 @@ impl<S: Space> Stock<S> {
     /// Notes the simulators of one cell: the largest of their components, and the sum of m v^2.
     #[inline(always)]
     pub(crate) fn note(&mut self, low: S::Vector, high: S::Vector, twice_energy: f64, units: f64) {
-        for axis in 0..S::DIMENSION {
-            let largest = larger(high[axis], -low[axis]);
-            self.speeds[axis] = larger(self.speeds[axis], largest);
-        }
+        let speeds = self.speeds;
+        self.speeds = S::vector(|axis| larger(speeds[axis], larger(high[axis], -low[axis])));
         self.energy = self.energy.saturating_add((twice_energy * units) as u64);
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
-        for axis in 0..S::DIMENSION {
-            self.speeds[axis] = larger(self.speeds[axis], other.speeds[axis]);
-        }
+        self.speeds = S::vector(|axis| larger(self.speeds[axis], other.speeds[axis]));
         self.energy = self.energy.saturating_add(other.energy);
     }
 

@@ -15,17 +15,14 @@ use crate::simulator::{Follow, SimulatorOf};
 use crate::tally::{Stock, Tally};
 
 /// A simulator that left its tile, and the number of the cell that it was in.
-pub(crate) struct Traveller<P: Physics, F: Follow<P::Space>> {
+#[derive(Clone, Copy)]
+pub(crate) struct Left<S> {
     pub(crate) source: u32,
-    pub(crate) simulator: SimulatorOf<P, F>,
+    pub(crate) simulator: S,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Clone for Traveller<P, F> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<P: Physics, F: Follow<P::Space>> Copy for Traveller<P, F> {}
+/// What travels between tiles in a physics.
+pub(crate) type Traveller<P, F> = Left<SimulatorOf<P, F>>;
 
 /// What left a tile: by the offset of the neighbour it enters, and by its tile where that is no neighbour.
 pub(crate) struct Outbox<P: Physics, F: Follow<P::Space>> {
@@ -224,6 +221,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             sum += *count;
             *count = begin;
         }
+        let (sorted, next) = (&mut sorted[..], &mut next[..]);
         let mut put = |code: u16, simulator: &SimulatorOf<P, F>| {
             let slot = &mut next[usize::from(code)];
             sorted[*slot as usize] = *simulator;
@@ -341,12 +339,14 @@ pub(crate) fn code<P: Physics>(
     place: &Place<P::Space>,
     position: VectorOf<P>,
 ) -> u16 {
-    let mut code = 0;
-    for axis in (0..crate::dimension::<P>()).rev() {
-        let column = grid
-            .column(axis, position[axis])
-            .wrapping_sub(place.first[axis]);
-        code = code * place.sides[axis] + column;
-    }
-    code as u16
+    let column = |axis| {
+        grid.column(axis, position[axis])
+            .wrapping_sub(place.first[axis])
+    };
+    let line = if crate::dimension::<P>() == 2 {
+        column(1)
+    } else {
+        column(1) + place.sides[1] * column(2)
+    };
+    (column(0) + place.sides[0] * line) as u16
 }

@@ -59,6 +59,9 @@ pub trait Space: Copy + Debug + Default + Send + Sync + 'static {
     /// A rotation.
     type Turn: Copy;
 
+    /// The vector of which each component is what the function says of its number. Written out, it stays in registers
+    /// where a loop over components would go through memory.
+    fn vector(component: impl FnMut(usize) -> f64) -> Self::Vector;
     /// Area or volume of a particle, pi r^2 or 4 pi r^3/3 \[length^D\].
     fn ball(radius: f64) -> f64;
     /// What a particle sweeps through on its way, for a contact distance: 2 d or pi d^2 \[length^(D-1)\].
@@ -103,6 +106,10 @@ impl Space for Plane {
     /// Sine and cosine.
     type Turn = (f64, f64);
 
+    #[inline(always)]
+    fn vector(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
+        vector![component(0), component(1)]
+    }
     #[inline]
     fn ball(radius: f64) -> f64 {
         PI * radius * radius
@@ -158,6 +165,10 @@ impl Space for Volume {
     type Vector = SVector<f64, 3>;
     type Turn = UnitQuaternion<f64>;
 
+    #[inline(always)]
+    fn vector(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
+        vector![component(0), component(1), component(2)]
+    }
     #[inline]
     fn ball(radius: f64) -> f64 {
         4.0 / 3.0 * PI * radius.powi(3)

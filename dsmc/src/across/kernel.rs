@@ -10,10 +10,9 @@ use super::arm::{self, Arm};
 use super::partners::Search;
 use super::shared::{Around, At};
 use super::{Bounds, Rates, Report};
-use crate::collide::{Kernel, covered, nearest_image};
+use crate::collide::{Kernel, covered, draw_whole, nearest_image};
 use crate::density::Scheme;
 use crate::grid::{Grid, OFFSETS, offset};
-use crate::poisson::poisson;
 use crate::simulator::{Follow, SimulatorOf};
 
 /// Whoever works around a tile.
@@ -150,7 +149,7 @@ where
         let ceiling = self.pair_ceiling(cell, largest);
         let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * self.rates.at(cell.units);
         let count = f64::from(cell.end - cell.begin);
-        let trials = poisson(count * rate * majorant * kernel.step, stream);
+        let trials = draw_whole(count * rate * majorant * kernel.step, stream);
         self.report.tally.trials += trials;
         let class = arm::class(cell.packing);
         let reach = self.arm.reach(class);
@@ -198,7 +197,7 @@ where
         let density = f64::from(crowd) * kernel.weight / kernel.grid.cell_volume();
         let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * chi * density;
         let count = f64::from(cell.end - cell.begin);
-        let trials = poisson(count * rate * majorant * kernel.step, stream);
+        let trials = draw_whole(count * rate * majorant * kernel.step, stream);
         self.report.tally.trials += trials;
         for _ in 0..trials {
             let (first, simulator) = self.draw(cell, stream);
