@@ -34,6 +34,9 @@ pub const LARGEST_INDEX: u32 = 10_000;
 /// Points treated together: their powers of phases stay in the cache.
 const BLOCK: usize = 64;
 
+/// Sums kept apart within a block.
+const LANES: usize = 8;
+
 /// Amplitudes of one mode, each a sum over the points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Amplitude {
@@ -171,30 +174,22 @@ impl Modes {
         velocities: &[Vector2<f64>],
     ) -> Result<Vec<Amplitude>, Error> {
         check_positions(positions, 1)?;
-        let none = Vector2::zeros();
-        let zero = Complex::new(0.0, 0.0);
-        let mut sums = vec![[zero; 3]; self.indices.len()];
-        let mut along = self.reach.map(|reach| vec![zero; (reach + 1) * BLOCK]);
+        let mut sums = vec![[Complex::new(0.0, 0.0); 3]; self.indices.len()];
+        let mut powers = self.reach.map(|reach| Powers::new(reach + 1));
         for (block, places) in positions.chunks(BLOCK).enumerate() {
-            for (axis, powers) in along.iter_mut().enumerate() {
-                self.raise(axis, places, powers);
+            for (axis, powers) in powers.iter_mut().enumerate() {
+                powers.raise(places, axis, self.lengths[axis]);
             }
+            // Weights of the sums: one for each point there is, and its velocity; zero beyond the last.
+            let mut weights = [[0.0; BLOCK]; 3];
+            weights[0][..places.len()].fill(1.0);
             let moving = velocities.get(block * BLOCK..).unwrap_or_default();
-            for (index, sum) in self.indices.iter().zip(&mut sums) {
-                let [xs, ys] = [0, 1].map(|axis| {
-                    let start = index[axis].unsigned_abs() as usize * BLOCK;
-                    &along[axis][start..start + places.len()]
-                });
-                // A negative index has the conjugate phase.
-                let signs = index.map(|n| if n < 0 { -1.0 } else { 1.0 });
-                let moving = moving.iter().chain(std::iter::repeat(&none));
-                for ((x, y), velocity) in xs.iter().zip(ys).zip(moving) {
-                    let phase =
-                        Complex::new(x.re, signs[0] * x.im) * Complex::new(y.re, signs[1] * y.im);
-                    sum[0] += phase;
-                    sum[1] += phase * velocity[0];
-                    sum[2] += phase * velocity[1];
-                }
+            for (slot, velocity) in moving.iter().take(places.len()).enumerate() {
+                weights[1][slot] = velocity[0];
+                weights[2][slot] = velocity[1];
+            }
+            for (&index, sum) in self.indices.iter().zip(&mut sums) {
+                add_block(&powers, index, &weights, sum);
             }
         }
         let split = self.indices.iter().zip(sums).map(|(&index, sum)| {
@@ -209,19 +204,65 @@ impl Modes {
         });
         Ok(split.collect())
     }
+}
 
-    /// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along an axis.
-    fn raise(&self, axis: usize, places: &[Vector2<f64>], powers: &mut [Complex<f64>]) {
+/// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along an axis: real and imaginary parts apart,
+/// so that sums over points use all lanes of the machine.
+struct Powers {
+    real: Vec<[f64; BLOCK]>,
+    imaginary: Vec<[f64; BLOCK]>,
+}
+
+impl Powers {
+    fn new(orders: usize) -> Self {
+        Self {
+            real: vec![[1.0; BLOCK]; orders],
+            imaginary: vec![[0.0; BLOCK]; orders],
+        }
+    }
+
+    fn raise(&mut self, places: &[Vector2<f64>], axis: usize, length: f64) {
         for (slot, place) in places.iter().enumerate() {
-            let waves = place[axis] / self.lengths[axis];
+            let waves = place[axis] / length;
             let (sine, cosine) = (TAU * (waves - waves.round())).sin_cos();
             let phase = Complex::new(cosine, -sine);
             let mut power = Complex::new(1.0, 0.0);
-            for order in 0..=self.reach[axis] {
-                powers[order * BLOCK + slot] = power;
+            for (real, imaginary) in self.real.iter_mut().zip(&mut self.imaginary) {
+                real[slot] = power.re;
+                imaginary[slot] = power.im;
                 power *= phase;
             }
         }
+    }
+}
+
+/// Adds the weighted phases of one mode and a block of points, in lanes of their own until the end.
+fn add_block(
+    powers: &[Powers; 2],
+    index: [i32; 2],
+    weights: &[[f64; BLOCK]; 3],
+    sum: &mut [Complex<f64>; 3],
+) {
+    let [x, y] = index.map(|n| n.unsigned_abs() as usize);
+    let (x_real, x_imaginary) = (&powers[0].real[x], &powers[0].imaginary[x]);
+    let (y_real, y_imaginary) = (&powers[1].real[y], &powers[1].imaginary[y]);
+    // A negative index has the conjugate phase.
+    let [x_sign, y_sign] = index.map(|n| if n < 0 { -1.0 } else { 1.0 });
+    let mut lanes = [[[0.0; LANES]; 2]; 3];
+    for start in (0..BLOCK).step_by(LANES) {
+        for lane in 0..LANES {
+            let slot = start + lane;
+            let [a, b] = [x_real[slot], x_sign * x_imaginary[slot]];
+            let [c, d] = [y_real[slot], y_sign * y_imaginary[slot]];
+            let [real, imaginary] = [a * c - b * d, a * d + b * c];
+            for (lanes, weights) in lanes.iter_mut().zip(weights) {
+                lanes[0][lane] += real * weights[slot];
+                lanes[1][lane] += imaginary * weights[slot];
+            }
+        }
+    }
+    for (sum, [real, imaginary]) in sum.iter_mut().zip(&lanes) {
+        *sum += Complex::new(real.iter().sum(), imaginary.iter().sum());
     }
 }
 

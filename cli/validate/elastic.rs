@@ -32,10 +32,10 @@ const FASTEST: f64 = 0.6;
 /// out, and the first begins with the box.
 const BANDS: [f64; 5] = [0.0, 0.25, 0.5, 1.0, std::f64::consts::PI];
 /// Most modes of a band.
-const MODES: usize = 48;
+const MODES: usize = 160;
 /// Samples of noise and structure, and their distance in collisions of a disk.
-const SAMPLES: u32 = 8;
-const BETWEEN: f64 = 6.0;
+const SAMPLES: u32 = 12;
+const BETWEEN: f64 = 5.0;
 /// Velocity of a shear wave over the thermal one: an energy of half a percent of T for each of two.
 const WAVE: f64 = 0.15;
 /// Steps of the regression of a shear wave, and their length over the time in which it decays to 1/e by theory.
@@ -47,8 +47,8 @@ struct Found {
     rate: f64,
     pressure: f64,
     squares: [f64; 2],
-    /// Transverse and longitudinal energy over T in each band.
-    bands: Vec<[f64; 2]>,
+    /// Transverse and longitudinal energy over T of each mode of each band, means over the samples.
+    bands: Vec<Vec<[f64; 2]>>,
     compressibility: f64,
     /// Shear waves at even times, and the root of the temperature meanwhile.
     waves: Vec<Vec<f64>>,
@@ -100,7 +100,7 @@ impl Plan {
             wave_index: wave_index as i32,
             spacing: STEP / (viscosity * wave * wave),
             bands,
-            density: Modes::band(lengths, [SLOWEST, FASTEST], 2 * MODES)?,
+            density: Modes::band(lengths, [SLOWEST, FASTEST], MODES)?,
         })
     }
 
@@ -110,7 +110,11 @@ impl Plan {
         let (origin, before) = (gas.time(), gas.tally());
         gas.follow_displacements();
         let mut squares = [0.0; 2];
-        let mut bands = vec![[0.0; 2]; self.bands.len()];
+        let mut bands: Vec<_> = self
+            .bands
+            .iter()
+            .map(|(_, modes)| vec![[0.0; 2]; modes.indices().len()])
+            .collect();
         let mut densities = vec![0.0; self.density.indices().len()];
         for sample in 1..=SAMPLES {
             let until = origin + f64::from(sample) * BETWEEN * self.free;
@@ -127,7 +131,8 @@ impl Plan {
         let rate = 2.0 * (after.collisions - before.collisions) as f64 / count / duration;
         let disks = count * gas.weight();
         let virial = after.virial - before.virial;
-        for value in bands.iter_mut().flatten().chain(&mut densities) {
+        let energies = bands.iter_mut().flatten().flatten();
+        for value in energies.chain(&mut densities) {
             *value /= f64::from(SAMPLES);
         }
         let points: Vec<_> = self
@@ -158,17 +163,16 @@ impl Plan {
         &self,
         state: &State<Disks>,
         weight: f64,
-        bands: &mut [[f64; 2]],
+        bands: &mut [Vec<[f64; 2]>],
         densities: &mut [f64],
     ) -> Result<(), Trouble> {
         let count = state.bodies.len();
         let unit = energy(state).temperature;
         for ((_, modes), sums) in self.bands.iter().zip(bands) {
-            let found = amplitudes(state, modes)?;
-            for amplitude in &found {
+            for (sum, amplitude) in sums.iter_mut().zip(amplitudes(state, modes)?) {
                 let power = amplitude.power(count);
-                sums[0] += power.transverse / unit / found.len() as f64;
-                sums[1] += power.longitudinal / unit / found.len() as f64;
+                sum[0] += power.transverse / unit;
+                sum[1] += power.longitudinal / unit;
             }
         }
         for (sum, amplitude) in densities.iter_mut().zip(amplitudes(state, &self.density)?) {
@@ -207,8 +211,8 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
 /// Replicas at a setting, and disks of each; more simulators have less noise, and cost more.
 fn extent(effort: Effort, setting: Setting) -> (u64, usize) {
     match (effort.quick, setting) {
-        (true, Setting::Single) => (4, 5_000),
-        (true, _) => (2, 2_000),
+        (true, Setting::Single) => (4, 2_000),
+        (true, _) => (4, 500),
         (false, Setting::Single) => (16, 20_000),
         (false, _) => (6, 20_000),
     }
@@ -305,10 +309,15 @@ fn table(
             (0, "transverse", Quantity::Transverse),
             (1, "longitudinal", Quantity::Longitudinal),
         ] {
+            // Modes are as independent of each other as gases are.
+            let energies: Vec<_> = found
+                .iter()
+                .flat_map(|gas| gas.bands[index].iter().map(|mode| mode[side]))
+                .collect();
             rows.push(place.row(
                 format!("{what} energy/T, {name}"),
                 1.0,
-                mean(&|gas| gas.bands[index][side])?,
+                Estimate::over_replicas(&energies).ok_or(Trouble::NoReplicas)?,
                 claim(quantity, 0.02),
             ));
         }
