@@ -45,6 +45,7 @@ fn monte_carlo(count: usize, scheme: Scheme) -> Subject {
         displacement: Displacement::Diameter,
         cell_size: Some(2.0),
         simulators_per_disk: 1,
+        copies: Copies::Independent,
         steps_per_crossing: 4.0,
         largest_contact_value: 10.0,
     };

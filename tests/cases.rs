@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 use stosszahl::case::{
-    Assignment, Bodies, Case, CaseError, CaseFile, ContactValue, Engine, Neighbourhood,
-    Restitution, Units, Velocities, Warning, schema,
+    Assignment, Bodies, Case, CaseError, CaseFile, Displacement, Engine, Neighbourhood,
+    Restitution, Scheme, Units, Velocities, Warning, schema,
 };
 use stosszahl::setup::Setup;
 use support::bad_cases::GOOD;
@@ -93,7 +93,7 @@ fn luding_1998_is_as_published() {
     assert_eq!(case.start.most_collisions_per_particle, 200.0);
     assert_eq!(
         case.engines.iter().map(Engine::name).collect::<Vec<_>>(),
-        ["ed", "dsmc-free-volume", "dsmc-enskog"]
+        ["ed", "dsmc-free-volume", "dsmc-contact-point"]
     );
     assert_eq!(
         case.measure.structure.assignment,
@@ -139,7 +139,8 @@ fn dense_240_sweeps_density_and_dissipation() {
 #[test]
 fn defaults_are_as_documented() {
     let text = "format = 1\ntitle = \"t\"\n[gas]\ndisks = 9\npacking_fraction = 0.1\nrestitution = 1\n\
-                [run]\nuntil = 30\n[engine.ed]\n[engine.dsmc-boltzmann]\n[engine.dsmc-free-volume]\n[engine.dsmc-enskog]\n";
+                [run]\nuntil = 30\n[engine.ed]\n[engine.dsmc-boltzmann]\n[engine.dsmc-free-volume]\n[engine.dsmc-enskog]\n\
+                [engine.dsmc-esmc]\n[engine.dsmc-stochastic-disks]\n[engine.dsmc-contact-point]\n";
     let case = one(from_text(text, &[]).expect("a short case"));
     assert_eq!(
         (case.units, case.seed, case.replicas),
@@ -182,19 +183,14 @@ fn defaults_are_as_documented() {
         Engine::Dsmc(boltzmann),
         Engine::Dsmc(free_volume),
         Engine::Dsmc(enskog),
+        Engine::Dsmc(esmc),
+        Engine::Dsmc(stochastic_disks),
+        Engine::Dsmc(contact_point),
     ] = &case.engines[..]
     else {
-        panic!("four engines, in this order");
+        panic!("seven engines, in this order");
     };
     assert_eq!((ed.contact_time, ed.collision_limit), (0.0, None));
-    assert_eq!(
-        [
-            boltzmann.displacement,
-            free_volume.displacement,
-            enskog.displacement
-        ],
-        [false, true, true]
-    );
     for dsmc in [boltzmann, free_volume, enskog] {
         assert_eq!(
             (
@@ -202,19 +198,49 @@ fn defaults_are_as_documented() {
                 dsmc.simulators_per_disk,
                 dsmc.steps_per_crossing
             ),
-            (None, 1, 4.0)
+            (None, Some(1), 4.0)
         );
     }
     assert_eq!(
-        free_volume.contact_value,
-        ContactValue::FreeVolume { largest: 10.0 }
+        [boltzmann.scheme, free_volume.scheme, enskog.scheme],
+        [
+            Scheme::Boltzmann {
+                displacement: Displacement::None
+            },
+            Scheme::FreeVolume {
+                displacement: Displacement::Diameter,
+                largest: 10.0
+            },
+            Scheme::Enskog {
+                displacement: Displacement::Diameter,
+                neighbourhood: Neighbourhood::Cells(2),
+                largest: 10.0
+            }
+        ]
     );
+    for dsmc in [esmc, stochastic_disks] {
+        assert_eq!(dsmc.simulators_per_disk, Some(1));
+    }
     assert_eq!(
-        enskog.contact_value,
-        ContactValue::Enskog {
-            neighbourhood: Neighbourhood::Cells(2),
-            largest: 10.0
-        }
+        stochastic_disks.scheme,
+        Scheme::StochasticDisks { stiffness: 1.0 }
+    );
+    // What suits the gas is chosen when the gas is known.
+    assert_eq!(
+        (
+            contact_point.scheme,
+            contact_point.simulators_per_disk,
+            contact_point.steps_per_crossing
+        ),
+        (
+            Scheme::ContactPoint {
+                partner_radius: None,
+                copies: None,
+                largest: 100.0
+            },
+            None,
+            8.0
+        )
     );
 }
 
@@ -240,7 +266,7 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         "simulators_per_disk",
         "steps_per_crossing",
     ];
-    let tables: [(&str, &[&str]); 14] = [
+    let tables: [(&str, &[&str]); 17] = [
         (
             "",
             &[
@@ -284,7 +310,15 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         ),
         (
             "engine.",
-            &["ed", "dsmc-boltzmann", "dsmc-free-volume", "dsmc-enskog"],
+            &[
+                "ed",
+                "dsmc-boltzmann",
+                "dsmc-free-volume",
+                "dsmc-enskog",
+                "dsmc-esmc",
+                "dsmc-stochastic-disks",
+                "dsmc-contact-point",
+            ],
         ),
         ("engine.ed.", &["contact_time", "collision_limit"]),
         ("engine.dsmc-boltzmann.", &[]),
@@ -292,6 +326,35 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         (
             "engine.dsmc-enskog.",
             &["neighbourhood", "largest_contact_value"],
+        ),
+        (
+            "engine.dsmc-esmc.",
+            &[
+                "cell_size",
+                "simulators_per_disk",
+                "steps_per_mean_free_time",
+                "neighbourhood",
+                "largest_contact_value",
+            ],
+        ),
+        (
+            "engine.dsmc-stochastic-disks.",
+            &[
+                "stiffness",
+                "simulators_per_disk",
+                "steps_per_mean_free_time",
+            ],
+        ),
+        (
+            "engine.dsmc-contact-point.",
+            &[
+                "partner_radius",
+                "cell_size",
+                "simulators_per_disk",
+                "copies",
+                "steps_per_mean_free_time",
+                "largest_contact_value",
+            ],
         ),
         (
             "measure.",
@@ -313,7 +376,11 @@ fn the_schema_has_every_key_and_a_description_for_each() {
     let mut documented: BTreeSet<String> = BTreeSet::new();
     for (table, keys) in tables {
         documented.extend(keys.iter().map(|key| format!("{table}{key}")));
-        if table.starts_with("engine.dsmc") {
+        let within_cells = ["boltzmann", "free-volume", "enskog"];
+        if within_cells
+            .iter()
+            .any(|name| table == format!("engine.dsmc-{name}."))
+        {
             documented.extend(dsmc.iter().map(|key| format!("{table}{key}")));
         }
     }
@@ -411,7 +478,7 @@ fn overrides_replace_what_is_written() {
     assert_eq!(case.engines[1].name(), "dsmc-boltzmann");
     assert!(matches!(
         case.engines[2],
-        Engine::Dsmc(dsmc) if matches!(dsmc.contact_value, ContactValue::Enskog { neighbourhood: Neighbourhood::Mean, .. })
+        Engine::Dsmc(dsmc) if matches!(dsmc.scheme, Scheme::Enskog { neighbourhood: Neighbourhood::Mean, .. })
     ));
     let case = one(from_text(GOOD, &["gas.restitution.viscoelastic=0.3"]).expect("a law"));
     assert_eq!(

@@ -4,7 +4,7 @@
 mod support;
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Engine, Followed, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
 use stosszahl_ed::{Checkpoint, Dissipation, Engine as EventDriven};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
@@ -120,12 +120,13 @@ fn windings_of_other_disks_are_refused() {
     );
 }
 
-fn parameters(cell: f64, simulators_per_disk: u32, displacement: bool) -> Parameters {
+fn parameters(cell: f64, simulators_per_disk: u32, displacement: Displacement) -> Parameters {
     Parameters {
         scheme: Scheme::Enskog(Neighbourhood::Mean),
         displacement,
         cell_size: Some(cell),
         simulators_per_disk,
+        copies: Copies::Independent,
         steps_per_crossing: 8.0,
         largest_contact_value: 10.0,
     }
@@ -140,7 +141,7 @@ fn displacements_of_simulators_end_at_their_positions() {
     for body in &mut start.bodies {
         body.position = origin;
     }
-    for displacement in [false, true] {
+    for displacement in [Displacement::None, Displacement::Diameter] {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
         let mut engine = Engine::<_, Followed>::start(&disks(1.0), parameters, &start, streams)
@@ -184,7 +185,7 @@ fn simulators_diffuse_as_enskog_says() {
             let streams = Streams::new(seed, 0);
             let mut engine = Engine::<_, Followed>::start(
                 &disks(1.0),
-                parameters(4.0, 32, false),
+                parameters(4.0, 32, Displacement::None),
                 &start,
                 streams,
             )
@@ -272,7 +273,7 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
             let streams = Streams::new(seed, 0);
             let mut engine = Engine::<_, Followed>::start(
                 &disks(r),
-                parameters(4.0, 16, false),
+                parameters(4.0, 16, Displacement::None),
                 &start,
                 streams,
             )

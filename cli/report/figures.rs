@@ -42,6 +42,7 @@ pub(crate) fn engine_name(engine: &str) -> String {
     match engine {
         "ed" => "ED".to_owned(),
         "dsmc-boltzmann" => "DSMC Boltzmann".to_owned(),
+        "dsmc-esmc" => "ESMC".to_owned(),
         other => match other.strip_prefix("dsmc-") {
             Some(scheme) => {
                 let mut letters = scheme.chars();
@@ -56,10 +57,17 @@ pub(crate) fn engine_name(engine: &str) -> String {
 
 /// Place of an engine in every list.
 fn rank(engine: &str) -> usize {
-    ["ed", "dsmc-boltzmann", "dsmc-free-volume", "dsmc-enskog"]
-        .iter()
-        .position(|known| *known == engine)
-        .unwrap_or(4)
+    const ORDER: [&str; 7] = [
+        "ed",
+        "dsmc-boltzmann",
+        "dsmc-free-volume",
+        "dsmc-enskog",
+        "dsmc-esmc",
+        "dsmc-stochastic-disks",
+        "dsmc-contact-point",
+    ];
+    let known = ORDER.iter().position(|known| *known == engine);
+    known.unwrap_or(ORDER.len())
 }
 
 /// Colour of an engine.
@@ -69,7 +77,7 @@ pub(crate) fn engine_colour(engine: &str) -> String {
 
 /// Mark of an engine.
 pub(crate) fn engine_mark(engine: &str) -> Mark {
-    Mark::ALL[rank(engine)]
+    Mark::ALL[rank(engine) % Mark::ALL.len()]
 }
 
 /// The engines that occur, ED first.

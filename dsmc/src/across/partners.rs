@@ -1,10 +1,9 @@
 //! The search for a partner around a point.
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Space, Vector, VectorOf};
+use stosszahl_model::{Physics, Space, VectorOf};
 
 use super::shared::{Around, At};
-use crate::collide::nearest_image;
 use crate::grid::Grid;
 use crate::simulator::Follow;
 
@@ -16,8 +15,8 @@ struct Run {
     end: u32,
 }
 
-/// Draws before all simulators around are looked at one by one.
-const DRAWS: usize = 16;
+/// Draws before all simulators around are looked at one by one, and the number of them up to which none is drawn.
+const DRAWS: u32 = 12;
 
 /// Widest search for the nearest, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
@@ -48,6 +47,7 @@ impl<'a, P: Physics> Search<'a, P> {
         who: At,
         stream: &mut impl Rng,
     ) -> Option<At> {
+        let point = self.grid.domain().wrap(point);
         if self.radius > 0.0 {
             let total = self.gather(around, point, self.radius);
             if total > 0
@@ -70,20 +70,25 @@ impl<'a, P: Physics> Search<'a, P> {
     ) -> Option<At> {
         let square = self.radius * self.radius;
         let is_near = |at: At| at != who && self.distance_square(around, point, at) < square;
-        for _ in 0..DRAWS {
+        let draws = if total > DRAWS { DRAWS } else { 0 };
+        for _ in 0..draws {
             let at = self.nth(stream.random_range(0..total));
             if is_near(at) {
                 return Some(at);
             }
         }
-        // Few or none: count them, and draw among them, which is the same law.
-        let all = (0..total).map(|number| self.nth(number));
-        let near = all.clone().filter(|&at| is_near(at)).count();
-        if near == 0 {
-            return None;
+        // Few or none: one after the other replaces the one found before, so that all are equally likely.
+        let (mut found, mut near) = (None, 0_u32);
+        for number in 0..total {
+            let at = self.nth(number);
+            if is_near(at) {
+                near += 1;
+                if near == 1 || stream.random_range(0..near) == 0 {
+                    found = Some(at);
+                }
+            }
         }
-        all.filter(|&at| is_near(at))
-            .nth(stream.random_range(0..near))
+        found
     }
 
     /// The nearest simulator to a point.
@@ -122,7 +127,19 @@ impl<'a, P: Physics> Search<'a, P> {
         at: At,
     ) -> f64 {
         let position = around.tile(at.tile).simulators[at.index as usize].position;
-        nearest_image::<P>(self.grid, position - point).square()
+        let lengths = self.grid.domain().lengths();
+        let mut square = 0.0;
+        for axis in 0..P::Space::DIMENSION {
+            // Both are in the box.
+            let apart = (position[axis] - point[axis]).abs();
+            let apart = if apart > 0.5 * lengths[axis] {
+                lengths[axis] - apart
+            } else {
+                apart
+            };
+            square += apart * apart;
+        }
+        square
     }
 
     /// The simulator with this number in the runs.
@@ -155,12 +172,16 @@ impl<'a, P: Physics> Search<'a, P> {
         let (mut low, mut span) = ([0_u32; 3], [1_u32; 3]);
         for axis in 0..P::Space::DIMENSION {
             let scale = 1.0 / width[axis];
-            let first = ((point[axis] - radius) * scale).floor() as i64;
-            let last = ((point[axis] + radius) * scale).floor() as i64;
+            let first = floor((point[axis] - radius) * scale);
+            let last = floor((point[axis] + radius) * scale);
             let count = i64::from(counts[axis]);
             // Around a narrow box no cell is counted twice.
             span[axis] = (last - first + 1).min(count) as u32;
-            low[axis] = first.rem_euclid(count) as u32;
+            low[axis] = if (0..count).contains(&first) {
+                first
+            } else {
+                first.rem_euclid(count)
+            } as u32;
         }
         let around_ring = |axis: usize, step: u32| {
             let at = low[axis] + step;
@@ -203,4 +224,11 @@ impl<'a, P: Physics> Search<'a, P> {
         }
         total
     }
+}
+
+/// The largest whole number that is not above `x`, of moderate size.
+#[inline]
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from((whole as f64) > x)
 }
