@@ -104,7 +104,7 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) starts: Vec<u32>,
     /// After a flight: where those that flew from each line of cells along the first axis end.
     pub(crate) lines: Vec<u32>,
-    /// What happened in the present step.
+    /// What happened since it was arranged.
     pub(crate) tally: Tally,
     pub(crate) stock: Stock<P::Space>,
     /// Collisions that somebody wants to look at.
@@ -198,6 +198,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             arrivals: foreign,
             ..
         } = scratch;
+        self.tally = Tally::default();
         self.receive(grid, arrivals, foreign);
         let total = self.simulators.len() + foreign.len();
         sorted.resize(total, SimulatorOf::<P, F>::default());

@@ -1,0 +1,246 @@
+//! How an engine starts, stops and goes on.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{Domain, Free, Physics, Sizes, Smooth, Space, State, VectorOf};
+
+use crate::density::{Density, Gas};
+use crate::engine::{Constants, Engine};
+use crate::grid::Grid;
+use crate::parameters::{EngineError, Parameters};
+use crate::simulator::{Follow, Simulator, SimulatorOf, Unfollowed, is_good};
+use crate::sweep::Pool;
+use crate::tally::{Stock, Tally, Unit};
+use crate::tile::{Outbox, Tile};
+
+/// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
+/// the fewer leave it.
+const PER_TILE: usize = 8192;
+
+/// Everything needed to continue a run to the same bytes.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
+    time: f64,
+    /// In the order of their cells.
+    simulators: Vec<SimulatorOf<P, F>>,
+    stock: Stock<P::Space>,
+    unit: Unit,
+    tally: Tally,
+}
+
+impl<P> Engine<P>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+{
+    /// [`Engine::start`] where displacements are not followed.
+    ///
+    /// # Errors
+    /// As [`Engine::start`].
+    pub fn new(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        Self::start(scene, parameters, state, streams)
+    }
+}
+
+impl<P, F> Engine<P, F>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+    F: Follow<P::Space>,
+{
+    /// Starts from a state of particles.
+    ///
+    /// With several simulators per particle, the first set has the state's own positions and velocities;
+    /// each further set is the whole state moved by a random vector with all velocities turned at
+    /// random. This keeps energy and vanishing momentum, and is the same gas only where the state is
+    /// homogeneous and isotropic: a density or flow pattern of the start is blurred.
+    ///
+    /// # Errors
+    /// [`EngineError`] if a parameter or a number of the state has no meaning.
+    pub fn start(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        parameters.check()?;
+        let copies = parameters.simulators_per_disk as usize;
+        let sizes = scene.sizes().repeated(copies);
+        let lengths = state.domain.lengths();
+        let mut simulators = Vec::with_capacity(state.bodies.len() * copies);
+        for copy in 0..copies {
+            let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
+            let mut shift = VectorOf::<P>::default();
+            for axis in 0..P::Space::DIMENSION {
+                shift[axis] = lengths[axis] * rand::RngExt::random::<f64>(&mut stream);
+            }
+            let turn = P::Space::random_turn(&mut stream);
+            for (index, body) in state.bodies.iter().enumerate() {
+                let (position, velocity) = if copy == 0 {
+                    (body.position, body.velocity)
+                } else {
+                    let velocity = P::Space::turned(turn, body.velocity);
+                    (body.position + shift, velocity)
+                };
+                simulators.push(Simulator {
+                    position: state.domain.wrap(position),
+                    velocity,
+                    tag: sizes.tag(copy * state.bodies.len() + index),
+                    mark: F::Mark::default(),
+                });
+            }
+        }
+        let checkpoint = Checkpoint {
+            time: state.time,
+            simulators,
+            stock: Stock::default(),
+            unit: Unit::of(0.0),
+            tally: Tally::default(),
+        };
+        let mut engine = Self::resume(scene, parameters, state.domain, checkpoint, streams)?;
+        engine.take_stock();
+        Ok(engine)
+    }
+
+    /// Goes on from a checkpoint of a run that was started with the same arguments.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn resume(
+        scene: &P,
+        parameters: Parameters,
+        domain: Domain<P::Space>,
+        checkpoint: Checkpoint<P, F>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        parameters.check()?;
+        let copies = parameters.simulators_per_disk as usize;
+        let scene = scene.with_sizes(scene.sizes().repeated(copies));
+        let Checkpoint {
+            time,
+            simulators,
+            stock,
+            unit,
+            tally,
+        } = checkpoint;
+        check_numbers::<P, F>(&simulators)?;
+        let weight = 1.0 / copies as f64;
+        let sizes = scene.sizes();
+        let dimension = P::Space::DIMENSION as i32;
+        let [mut first, mut lower, mut upper, mut covered] = [0.0; 4];
+        // In the order of the sizes, which unlike that of the simulators is the same after a restart.
+        for index in 0..simulators.len() {
+            let radius = sizes.radius(sizes.tag(index));
+            first += 2.0 * radius;
+            lower += (2.0 * radius).powi(dimension - 1);
+            upper += (2.0 * radius).powi(dimension);
+            covered += P::Space::ball(radius);
+        }
+        let packing_fraction = weight * covered / domain.volume();
+        let (mean_diameter, moment_ratio) = if upper > 0.0 {
+            (first / simulators.len() as f64, lower / upper)
+        } else {
+            (2.0 * sizes.largest_radius(), 1.0)
+        };
+        let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
+        let grid = Grid::new(domain, counts, simulators.len(), PER_TILE);
+        let gas = Gas {
+            limit: parameters.largest_contact_value,
+            counts: grid.counts(),
+            cell: grid.cell_volume(),
+            unit: weight * P::Space::ball(sizes.largest_radius()),
+            packing_fraction,
+        };
+        let mut engine = Self {
+            density: Density::new(parameters.scheme, &gas),
+            constants: Constants {
+                weight,
+                mean_free_path: parameters
+                    .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
+                moment_ratio,
+            },
+            scene,
+            parameters,
+            streams,
+            grid,
+            simulators: simulators.len(),
+            tiles: Vec::new(),
+            departing: Vec::new(),
+            arriving: Vec::new(),
+            far: Vec::new(),
+            pool: Pool::default(),
+            held_step: None,
+            time,
+            stock,
+            unit,
+            tally,
+        };
+        engine.fill(&simulators);
+        Ok(engine)
+    }
+
+    /// Distributes simulators among the tiles; those of a cell keep their order.
+    pub(crate) fn fill(&mut self, simulators: &[SimulatorOf<P, F>]) {
+        let places = self.grid.places();
+        let mut sorted: Vec<(u32, u16, u32)> = simulators
+            .iter()
+            .enumerate()
+            .map(|(index, simulator)| {
+                let (tile, cell) = self.grid.locate(self.grid.cell_at(simulator.position));
+                (tile as u32, cell as u16, index as u32)
+            })
+            .collect();
+        sorted.sort_unstable();
+        let mut rest = &sorted[..];
+        let mut members = Vec::new();
+        self.tiles.clear();
+        for (number, place) in places.into_iter().enumerate() {
+            let end = rest.partition_point(|(tile, ..)| *tile as usize == number);
+            members.clear();
+            members.extend(
+                rest[..end]
+                    .iter()
+                    .map(|&(_, cell, index)| (cell, simulators[index as usize])),
+            );
+            rest = &rest[end..];
+            let mut tile = Tile::new(place);
+            tile.take(&members);
+            self.tiles.push(tile);
+        }
+        let boxes = || (0..self.tiles.len()).map(|_| Outbox::default()).collect();
+        (self.departing, self.arriving) = (boxes(), boxes());
+        self.pool = Pool::default();
+    }
+
+    /// Everything needed to go on from here.
+    pub fn checkpoint(&self) -> Checkpoint<P, F> {
+        Checkpoint {
+            time: self.time,
+            simulators: self.ordered().copied().collect(),
+            stock: self.stock,
+            unit: self.unit,
+            tally: self.tally,
+        }
+    }
+}
+
+fn check_numbers<P: Physics, F: Follow<P::Space>>(
+    simulators: &[SimulatorOf<P, F>],
+) -> Result<(), EngineError> {
+    let dimension = P::Space::DIMENSION;
+    let bad = simulators.iter().position(|simulator| {
+        !is_good(dimension, simulator.position) || !is_good(dimension, simulator.velocity)
+    });
+    bad.map_or(Ok(()), |index| {
+        let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();
+        Err(EngineError::BadNumber {
+            simulator: index,
+            position: list(simulators[index].position),
+            velocity: list(simulators[index].velocity),
+        })
+    })
+}
