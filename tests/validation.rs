@@ -110,6 +110,7 @@ fn errors_of_the_monte_carlo_schemes() {
             Scheme::Enskog(Neighbourhood::Mean) => "Enskog, mean packing",
             Scheme::Enskog(Neighbourhood::Cells(_)) => "Enskog, 5x5 cells",
             Scheme::FreeVolume => "free volume, limit 10",
+            Scheme::Collisionless => "none",
             Scheme::Boltzmann => "1",
         };
         let known = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value}"));
