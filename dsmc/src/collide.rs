@@ -19,6 +19,8 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     pub(crate) density: &'a Density<P::Space>,
+    /// Whether pairs within a cell collide; if not, stock is taken all the same.
+    pub(crate) collides: bool,
     /// How far partners are displaced.
     pub(crate) displacement: Displacement,
     /// Radius around a point within which all simulators are equally likely partners \[length\].
@@ -71,12 +73,11 @@ where
         sorted: &mut [SimulatorOf<P, F>],
     ) {
         let mut report = Report::<P> {
-            tally: Tally::default(),
+            tally: tile.tally,
             stock: Stock::default(),
             log: &mut tile.log,
         };
         let place = tile.place;
-        let collides = self.density.collides();
         let mut index = 0;
         for z in 0..place.sides[2] {
             for y in 0..place.sides[1] {
@@ -89,7 +90,7 @@ where
                         continue;
                     }
                     let majorant = self.take_stock::<F>(members, &mut report.stock);
-                    if members.len() >= 2 && collides {
+                    if members.len() >= 2 && self.collides {
                         let at = [line[0] + x, line[1], line[2]];
                         self.collide_cell::<F>(members, at, majorant, &mut report);
                     }

@@ -90,7 +90,7 @@ impl Scheme {
             Self::ContactPoint { .. } => {
                 let shrunk = 10.0 / simulators_per_particle.powf(1.0 / dimension as f64);
                 let side = shrunk.max(3.0) * diameter;
-                Some(((0.5 * (side / cell - 1.0)).round().max(0.0) as u32).min(50))
+                Some(((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50))
             }
             _ => None,
         }
@@ -356,6 +356,9 @@ mod tests {
             limit: 10.0,
             counts: [2, 1, 1],
             cell: 4.0,
+            width: 2.0,
+            diameter: 1.0,
+            simulators_per_particle: 1.0,
             unit: Plane::ball(0.5),
             packing_fraction: 0.25,
         };

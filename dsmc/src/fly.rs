@@ -2,7 +2,7 @@
 
 use stosszahl_model::{Field, Free, Physics, Smooth, Space};
 
-use crate::grid::{Grid, Place, offset_number};
+use crate::grid::{Grid, offset_number};
 use crate::simulator::{Follow, Simulator, SimulatorOf};
 use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
 
@@ -40,6 +40,7 @@ where
         let mut stayed = 0;
         let mut begin = self.starts[0] as usize;
         for line in 0..self.lines.len() {
+            let first = self.line_number(grid, line as u32);
             let end = self.starts[(line + 1) * width] as usize;
             // The counts of this line's cells are known no longer; those of its stayers are added from here on.
             for (index, simulator) in sorted[begin..end].iter().enumerate() {
@@ -83,8 +84,10 @@ where
                     tag,
                     mark,
                 };
-                let from = [line, begin + index];
-                if let Some(moved) = self.depart(grid, moved, from, leavers, &mut outbox.far) {
+                let cells = &self.starts[line * width..=(line + 1) * width];
+                let column = cells.partition_point(|&start| start as usize <= begin + index);
+                let source = first + column as u32 - 1;
+                if let Some(moved) = self.depart(grid, moved, source, leavers, &mut outbox.far) {
                     codes[stayed] = code::<P>(grid, &place, moved.position);
                     simulators[stayed] = moved;
                     stayed += 1;
@@ -110,21 +113,18 @@ where
         &self,
         grid: &Grid<P::Space>,
         mut moved: SimulatorOf<P, F>,
-        [line, index]: [usize; 2],
+        source: u32,
         leavers: &mut Vec<(u8, Traveller<P, F>)>,
         far: &mut Vec<(u32, Traveller<P, F>)>,
     ) -> Option<SimulatorOf<P, F>> {
         moved.position = grid.domain().wrap(moved.position);
-        let Place { tile, sides, .. } = self.place;
+        let tile = self.place.tile;
         let to = grid.owner(grid.cell_at(moved.position));
         if to == tile {
             return Some(moved);
         }
-        let width = sides[0] as usize;
-        let cells = &self.starts[line * width..=(line + 1) * width];
-        let column = cells.partition_point(|&start| start as usize <= index) - 1;
         let traveller = Left {
-            source: self.line_number(grid, line as u32) + column as u32,
+            source,
             simulator: moved,
         };
         match offset_number(grid.tiles(), tile, to) {

@@ -273,12 +273,13 @@ pub(crate) fn offset(number: usize) -> [i32; 3] {
 pub(crate) fn offset_number(tiles: [u32; 3], from: [u32; 3], to: [u32; 3]) -> Option<usize> {
     let mut number = 0;
     for axis in (0..3).rev() {
-        let apart = (to[axis] + tiles[axis] - from[axis]) % tiles[axis];
-        let digit = if apart == 0 {
+        let (count, from, to) = (tiles[axis], from[axis], to[axis]);
+        // In a ring of two, the next tile is also the last one: it is the next.
+        let digit = if to == from {
             1
-        } else if apart == 1 {
+        } else if to == from + 1 || (to == 0 && from + 1 == count) {
             2
-        } else if apart + 1 == tiles[axis] {
+        } else if from == to + 1 || (from == 0 && to + 1 == count) {
             0
         } else {
             return None;

@@ -45,24 +45,27 @@
 
 mod across;
 mod collide;
+mod copies;
 mod density;
 mod engine;
 mod fly;
 mod grid;
-#[cfg(test)]
-mod oracle;
 mod parameters;
 mod simulator;
 mod start;
+mod step;
 mod sweep;
 mod tally;
+#[cfg(test)]
+mod tests;
 mod tile;
 
 pub use density::{Neighbourhood, Scheme};
-pub use engine::{Checkpoint, Engine};
+pub use engine::Engine;
 pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
+pub use start::Checkpoint;
 pub use tally::Tally;
 
 /// Number of components of a position.

@@ -1,180 +1,253 @@
-//! The simulators of a start.
+//! How an engine starts, stops and goes on.
 
-use rand::{Rng, RngExt};
-use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Body, Physics, Sizes, Space, State, Vector, VectorOf};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Domain, Free, Physics, Restitution, Sizes, Smooth, Space, State, VectorOf};
 
-use crate::parameters::{Copies, Parameters};
-use crate::simulator::{Follow, Simulator, SimulatorOf};
+use crate::across::{self, Arm, Rates};
+use crate::copies;
+use crate::density::{Density, Gas};
+use crate::engine::{Constants, Engine};
+use crate::grid::Grid;
+use crate::parameters::{Displacement, EngineError, Parameters};
+use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
+use crate::sweep::Pool;
+use crate::tally::{Stock, Tally, Unit};
+use crate::tile::{Outbox, Tile};
 
-/// Particles in the neighbourhood that coherent copies keep the mean of.
-const NEIGHBOURHOOD: f64 = 32.0;
+/// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
+/// the fewer leave it.
+const PER_TILE: usize = 8192;
 
-/// All simulators of a state, set after set, each in the order of the state.
-pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
-    scene: &P,
-    parameters: &Parameters,
-    state: &State<P>,
-    streams: &Streams,
-) -> Vec<SimulatorOf<P, F>> {
-    let copies = parameters.simulators_per_disk as usize;
-    let sizes = scene.sizes().repeated(copies);
-    let count = state.bodies.len();
-    let mut simulators = Vec::with_capacity(count * copies);
-    let flow =
-        (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
-    for copy in 0..copies {
-        let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
-        let bodies: Vec<(VectorOf<P>, VectorOf<P>)> = match &flow {
-            _ if copy == 0 => {
-                let whole = state.bodies.iter();
-                whole.map(|body| (body.position, body.velocity)).collect()
-            }
-            Some(flow) => flow.copy(scene, state, &mut stream),
-            None => independent(state, &mut stream),
+/// Everything needed to continue a run to the same bytes.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
+    time: f64,
+    /// In the order of their cells.
+    simulators: Vec<SimulatorOf<P, F>>,
+    stock: Stock<P::Space>,
+    unit: Unit,
+    tally: Tally,
+    arm: Arm,
+}
+
+impl<P> Engine<P>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+{
+    /// [`Engine::start`] where displacements are not followed.
+    ///
+    /// # Errors
+    /// As [`Engine::start`].
+    pub fn new(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        Self::start(scene, parameters, state, streams)
+    }
+}
+
+impl<P, F> Engine<P, F>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+    F: Follow<P::Space>,
+{
+    /// Starts from a state of particles.
+    ///
+    /// With several simulators per particle, the first set has the state's own positions and velocities, and further sets
+    /// are made as [`crate::Copies`] says.
+    ///
+    /// # Errors
+    /// [`EngineError`] if a parameter or a number of the state has no meaning.
+    pub fn start(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        parameters.check()?;
+        let simulators = copies::simulators::<P, F>(scene, &parameters, state, &streams);
+        let checkpoint = Checkpoint {
+            time: state.time,
+            simulators,
+            stock: Stock::default(),
+            unit: Unit::of(0.0),
+            tally: Tally::default(),
+            arm: Arm::default(),
         };
-        simulators.extend(
-            bodies
-                .into_iter()
-                .enumerate()
-                .map(|(index, (position, velocity))| Simulator {
-                    position: state.domain.wrap(position),
-                    velocity,
-                    tag: sizes.tag(copy * count + index),
-                    mark: F::Mark::default(),
-                }),
-        );
+        let mut engine = Self::resume(scene, parameters, state.domain, checkpoint, streams)?;
+        engine.take_stock();
+        Ok(engine)
     }
-    simulators
-}
 
-/// The whole state, moved and turned at random.
-fn independent<P: Physics>(
-    state: &State<P>,
-    stream: &mut impl Rng,
-) -> Vec<(VectorOf<P>, VectorOf<P>)> {
-    let shift = random_vector::<P>(state.domain.lengths(), stream);
-    let turn = P::Space::random_turn(stream);
-    let turned = |body: &Body<P>| (body.position + shift, P::Space::turned(turn, body.velocity));
-    state.bodies.iter().map(turned).collect()
-}
-
-/// A vector whose components are uniform below those of `lengths`.
-fn random_vector<P: Physics>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
-    let mut vector = VectorOf::<P>::default();
-    for axis in 0..P::Space::DIMENSION {
-        vector[axis] = lengths[axis] * stream.random::<f64>();
-    }
-    vector
-}
-
-/// The long waves of a state.
-struct Flow<V> {
-    /// Width of a neighbourhood along each axis \[length\].
-    width: V,
-    /// Mean velocity around each particle.
-    means: Vec<V>,
-}
-
-impl<V: Vector> Flow<V> {
-    /// Means over blocks of three by three cells, around the cell of each particle.
-    fn of<P: Physics>(scene: &P, state: &State<P>) -> Self
-    where
-        P::Space: Space<Vector = V>,
-    {
-        let dimension = P::Space::DIMENSION;
-        let lengths = state.domain.lengths();
-        let each = state.domain.volume() * NEIGHBOURHOOD / state.bodies.len().max(1) as f64;
-        let side = each.powf(1.0 / dimension as f64) / 3.0;
-        let mut counts = [1_usize; 3];
-        let mut width = lengths;
-        for axis in 0..dimension {
-            counts[axis] = ((lengths[axis] / side) as usize).clamp(1, 4096);
-            width[axis] = lengths[axis] / counts[axis] as f64 * (counts[axis].min(3)) as f64;
+    /// Goes on from a checkpoint of a run that was started with the same arguments.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn resume(
+        scene: &P,
+        parameters: Parameters,
+        domain: Domain<P::Space>,
+        checkpoint: Checkpoint<P, F>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        parameters.check()?;
+        let inelastic = parameters.displacement == Displacement::Inelastic;
+        if inelastic && scene.restitution().normal(1.0) <= 0.0 {
+            return Err(EngineError::NoDisplacement);
         }
-        let place = |position: V| {
-            let mut cell = [0; 3];
-            for axis in 0..dimension {
-                let at = (position[axis] / lengths[axis] * counts[axis] as f64) as usize;
-                cell[axis] = at.min(counts[axis] - 1);
-            }
-            cell
-        };
-        let number = |cell: [usize; 3]| cell[0] + counts[0] * (cell[1] + counts[1] * cell[2]);
-        let mut sums = vec![(V::default(), 0.0); counts.iter().product()];
+        let copies = parameters.simulators_per_disk as usize;
+        let scene = scene.with_sizes(scene.sizes().repeated(copies));
+        let Checkpoint {
+            time,
+            simulators,
+            stock,
+            unit,
+            tally,
+            arm,
+        } = checkpoint;
+        check_numbers::<P, F>(&simulators)?;
+        let weight = 1.0 / copies as f64;
         let sizes = scene.sizes();
-        for (index, body) in state.bodies.iter().enumerate() {
-            let mass = sizes.mass(sizes.tag(index));
-            let (momentum, total) = &mut sums[number(place(body.position))];
-            *momentum += body.velocity * mass;
-            *total += mass;
+        let dimension = P::Space::DIMENSION as i32;
+        let [mut first, mut lower, mut upper, mut covered] = [0.0; 4];
+        // In the order of the sizes, which unlike that of the simulators is the same after a restart.
+        for index in 0..simulators.len() {
+            let radius = sizes.radius(sizes.tag(index));
+            first += 2.0 * radius;
+            lower += (2.0 * radius).powi(dimension - 1);
+            upper += (2.0 * radius).powi(dimension);
+            covered += P::Space::ball(radius);
         }
-        let mean = |cell: [usize; 3]| {
-            let (mut momentum, mut total) = (V::default(), 0.0);
-            let span = counts.map(|count| count.min(3));
-            for z in 0..span[2] {
-                for y in 0..span[1] {
-                    for x in 0..span[0] {
-                        let step = [x, y, z];
-                        let other = [0, 1, 2].map(|axis| {
-                            let back = usize::from(span[axis] == 3);
-                            (cell[axis] + counts[axis] + step[axis] - back) % counts[axis]
-                        });
-                        let (more, mass) = sums[number(other)];
-                        momentum += more;
-                        total += mass;
-                    }
-                }
-            }
-            momentum * (1.0 / total)
+        let packing_fraction = weight * covered / domain.volume();
+        let (mean_diameter, moment_ratio) = if upper > 0.0 {
+            (first / simulators.len() as f64, lower / upper)
+        } else {
+            (2.0 * sizes.largest_radius(), 1.0)
         };
-        let means = state
-            .bodies
-            .iter()
-            .map(|body| mean(place(body.position)))
-            .collect();
-        Self { width, means }
+        let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
+        let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
+        let reach = across::reach(
+            parameters.scheme,
+            2.0 * sizes.largest_radius(),
+            radius,
+            (0..P::Space::DIMENSION)
+                .map(|axis| domain.lengths()[axis] / counts[axis] as f64)
+                .fold(0.0, f64::max),
+        );
+        let grid = Grid::new(domain, counts, simulators.len(), PER_TILE, reach);
+        let gas = Gas {
+            limit: parameters.largest_contact_value,
+            counts: grid.counts(),
+            cell: grid.cell_volume(),
+            width: (0..P::Space::DIMENSION)
+                .map(|axis| grid.width()[axis])
+                .fold(f64::MAX, f64::min),
+            diameter: mean_diameter,
+            simulators_per_particle: copies as f64,
+            unit: weight * P::Space::ball(sizes.largest_radius()),
+            packing_fraction,
+        };
+        let density = Density::new(parameters.scheme, &gas);
+        let rates = parameters.scheme.is_across().then(|| {
+            let ball = covered / simulators.len().max(1) as f64;
+            Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM)
+        });
+        let mut engine = Self {
+            density,
+            rates,
+            arm,
+            constants: Constants {
+                weight,
+                mean_free_path: parameters
+                    .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
+                moment_ratio,
+                partner_radius: radius,
+                reach,
+                mean_radius: 0.5 * mean_diameter,
+            },
+            scene,
+            parameters,
+            streams,
+            grid,
+            simulators: simulators.len(),
+            tiles: Vec::new(),
+            departing: Vec::new(),
+            arriving: Vec::new(),
+            far: Vec::new(),
+            pool: Pool::default(),
+            held_step: None,
+            time,
+            stock,
+            unit,
+            tally,
+        };
+        engine.fill(&simulators);
+        Ok(engine)
     }
 
-    /// The state with its long waves, and all else at random; its energy and momentum are those of the state.
-    fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<(V, V)>
-    where
-        P::Space: Space<Vector = V>,
-    {
-        let shift = random_vector::<P>(self.width, stream) - self.width * 0.5;
-        let mut bodies: Vec<(V, V)> = state
-            .bodies
+    /// Distributes simulators among the tiles; those of a cell keep their order.
+    pub(crate) fn fill(&mut self, simulators: &[SimulatorOf<P, F>]) {
+        let places = self.grid.places();
+        let mut sorted: Vec<(u32, u16, u32)> = simulators
             .iter()
-            .zip(&self.means)
-            .map(|(body, &mean)| {
-                let turn = P::Space::random_turn(stream);
-                let own = P::Space::turned(turn, body.velocity - mean);
-                (body.position + shift, mean + own)
+            .enumerate()
+            .map(|(index, simulator)| {
+                let (tile, cell) = self.grid.locate(self.grid.cell_at(simulator.position));
+                (tile as u32, cell as u16, index as u32)
             })
             .collect();
-        // Turned velocities add up to other sums: shift and stretch them about the mean velocity.
-        let sizes = scene.sizes();
-        let mass = |index: usize| sizes.mass(sizes.tag(index));
-        let sums = |velocities: &mut dyn Iterator<Item = V>| {
-            let (mut momentum, mut total, mut twice_energy) = (V::default(), 0.0, 0.0);
-            for (index, velocity) in velocities.enumerate() {
-                momentum += velocity * mass(index);
-                total += mass(index);
-                twice_energy += mass(index) * velocity.square();
-            }
-            let mean = momentum * (1.0 / total);
-            (mean, twice_energy - total * mean.square())
-        };
-        let (wanted, heat) = sums(&mut state.bodies.iter().map(|body| body.velocity));
-        let (found, found_heat) = sums(&mut bodies.iter().map(|body| body.1));
-        let stretch = if found_heat > 0.0 {
-            (heat / found_heat).max(0.0).sqrt()
-        } else {
-            1.0
-        };
-        for (_, velocity) in &mut bodies {
-            *velocity = wanted + (*velocity - found) * stretch;
+        sorted.sort_unstable();
+        let mut rest = &sorted[..];
+        let mut members = Vec::new();
+        self.tiles.clear();
+        for (number, place) in places.into_iter().enumerate() {
+            let end = rest.partition_point(|(tile, ..)| *tile as usize == number);
+            members.clear();
+            members.extend(
+                rest[..end]
+                    .iter()
+                    .map(|&(_, cell, index)| (cell, simulators[index as usize])),
+            );
+            rest = &rest[end..];
+            let mut tile = Tile::new(place);
+            tile.take(&members);
+            self.tiles.push(tile);
         }
-        bodies
+        let boxes = || (0..self.tiles.len()).map(|_| Outbox::default()).collect();
+        (self.departing, self.arriving) = (boxes(), boxes());
+        self.pool = Pool::default();
     }
+
+    /// Everything needed to go on from here.
+    pub fn checkpoint(&self) -> Checkpoint<P, F> {
+        Checkpoint {
+            time: self.time,
+            simulators: self.ordered().copied().collect(),
+            stock: self.stock,
+            unit: self.unit,
+            tally: self.tally,
+            arm: self.arm.clone(),
+        }
+    }
+}
+
+fn check_numbers<P: Physics, F: Follow<P::Space>>(
+    simulators: &[SimulatorOf<P, F>],
+) -> Result<(), EngineError> {
+    let dimension = P::Space::DIMENSION;
+    let bad = simulators.iter().position(|simulator| {
+        !is_good(dimension, simulator.position) || !is_good(dimension, simulator.velocity)
+    });
+    bad.map_or(Ok(()), |index| {
+        let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();
+        Err(EngineError::BadNumber {
+            simulator: index,
+            position: list(simulators[index].position),
+            velocity: list(simulators[index].velocity),
+        })
+    })
 }

@@ -104,7 +104,7 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) starts: Vec<u32>,
     /// After a flight: where those that flew from each line of cells along the first axis end.
     pub(crate) lines: Vec<u32>,
-    /// What happened in the present step.
+    /// What happened since it was arranged.
     pub(crate) tally: Tally,
     pub(crate) stock: Stock<P::Space>,
     /// Collisions that somebody wants to look at.
@@ -117,6 +117,8 @@ pub(crate) struct Scratch<P: Physics, F: Follow<P::Space>> {
     next: Vec<u32>,
     pub(crate) leavers: Vec<(u8, Traveller<P, F>)>,
     arrivals: Vec<Traveller<P, F>>,
+    /// The sources of the arrivals, with their places above: what is sorted.
+    order: Vec<(u32, u32)>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
@@ -126,6 +128,7 @@ impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
             next: Vec::new(),
             leavers: Vec::new(),
             arrivals: Vec::new(),
+            order: Vec::new(),
         }
     }
 }
@@ -136,6 +139,7 @@ impl<P: Physics, F: Follow<P::Space>> Scratch<P, F> {
             + self.next.capacity() * 4
             + self.leavers.capacity() * size_of::<(u8, Traveller<P, F>)>()
             + self.arrivals.capacity() * size_of::<Traveller<P, F>>()
+            + self.order.capacity() * size_of::<(u32, u32)>()
     }
 }
 
@@ -203,13 +207,15 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         arrivals: &Arrivals<'_, P, F>,
         scratch: &mut Scratch<P, F>,
     ) {
+        self.tally = Tally::default();
+        self.receive(grid, arrivals, scratch);
         let Scratch {
             sorted,
             next,
             arrivals: foreign,
+            order,
             ..
         } = scratch;
-        self.receive(grid, arrivals, foreign);
         let total = self.simulators.len() + foreign.len();
         sorted.resize(total, SimulatorOf::<P, F>::default());
         next.clear();
@@ -228,12 +234,16 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             *slot += 1;
         };
         let mut begin = 0;
-        let mut coming = foreign.iter().peekable();
+        let mut coming = order.iter().peekable();
+        let arrival = |place: u32| {
+            let simulator = &foreign[place as usize].simulator;
+            (self.code(grid, simulator.position), simulator)
+        };
         for (line, &end) in self.lines.iter().enumerate() {
             let number = self.line_number(grid, line as u32);
-            while let Some(traveller) = coming.next_if(|traveller| traveller.source < number) {
-                let position = traveller.simulator.position;
-                put(self.code(grid, position), &traveller.simulator);
+            while let Some(&(_, place)) = coming.next_if(|(source, _)| *source < number) {
+                let (code, simulator) = arrival(place);
+                put(code, simulator);
             }
             let stayed = begin as usize..end as usize;
             for (&code, simulator) in self.codes[stayed.clone()]
@@ -244,9 +254,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             }
             begin = end;
         }
-        for traveller in coming {
-            let position = traveller.simulator.position;
-            put(self.code(grid, position), &traveller.simulator);
+        for &(_, place) in coming {
+            let (code, simulator) = arrival(place);
+            put(code, simulator);
         }
     }
 
@@ -255,8 +265,13 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         &mut self,
         grid: &Grid<P::Space>,
         arrivals: &Arrivals<'_, P, F>,
-        foreign: &mut Vec<Traveller<P, F>>,
+        scratch: &mut Scratch<P, F>,
     ) {
+        let Scratch {
+            arrivals: foreign,
+            order,
+            ..
+        } = scratch;
         foreign.clear();
         let tile = self.place.tile;
         let here = grid.tile_number(tile);
@@ -278,12 +293,14 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
                     .map(|(_, traveller)| *traveller),
             );
         }
-        // Several sorted runs, which a stable sort merges; no two of them share a source.
-        foreign.sort_by_key(|traveller| traveller.source);
-        for traveller in foreign.iter() {
+        // No two boxes have a source in common, so places keep the order of those who share one.
+        order.clear();
+        for (place, traveller) in foreign.iter().enumerate() {
+            order.push((traveller.source, place as u32));
             let code = self.code(grid, traveller.simulator.position);
             self.starts[usize::from(code)] += 1;
         }
+        order.sort_unstable();
     }
 
     /// Keeps what was arranged in the scratch buffer.

@@ -10,6 +10,8 @@ mod overlap;
 mod partners;
 mod rate;
 mod shared;
+#[cfg(test)]
+mod tests;
 
 use rayon::prelude::*;
 use stosszahl_model::{Collision, Free, Physics, Sizes, Smooth, Space, Vector, VectorOf};

@@ -1,20 +1,24 @@
-//! Tests of the engine as a whole against a plain one: one vector, a stable sort by cell in each step, no tiles, no
-//! threads, and the formulas written out once more. Same streams, same bytes.
+//! Tests of the engine as a whole.
+
+mod plain;
 
 use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Encounter, Free, Monodisperse, Observe, Physics, Plane, Polydisperse,
-    Restitution, Scene, Sizes, Smooth, Space, State, Vector, VectorOf, Volume, collide, kinetic,
+    Body, Constant, Domain, Free, Monodisperse, Observe, Physics, Plane, Polydisperse, Scene,
+    Sizes, Smooth, Space, State, VectorOf, Volume,
 };
 
-use crate::{Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed};
+use crate::{
+    Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed,
+};
+use plain::Plain;
 
-type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
+pub(crate) type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
 type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
 
-fn equal<S: Space>(restitution: f64) -> Equal<S> {
+pub(crate) fn equal<S: Space>(restitution: f64) -> Equal<S> {
     Scene {
         space: S::default(),
         surface: Smooth,
@@ -41,7 +45,7 @@ fn mixture(count: usize) -> Mixture {
 }
 
 /// Positions uniform in a box of the given sides, components of velocities uniform from -1 to 1.
-fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
+pub(crate) fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
     let mut stream = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
     let mut vector = |low: f64, high: VectorOf<P>| {
         let mut vector = VectorOf::<P>::default();
@@ -63,216 +67,7 @@ fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
     }
 }
 
-/// The plain engine, with steps of one length.
-struct Plain<P: Physics> {
-    scene: P,
-    parameters: Parameters,
-    domain: Domain<P::Space>,
-    counts: [usize; 3],
-    /// Positions, velocities, indices; by cell after a sort.
-    members: Vec<(VectorOf<P>, VectorOf<P>, usize)>,
-    streams: Streams,
-}
-
-impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
-    fn new(
-        scene: &P,
-        parameters: Parameters,
-        state: &State<P>,
-        streams: Streams,
-        counts: [usize; 3],
-    ) -> Self {
-        let members = state.bodies.iter().enumerate();
-        let mut plain = Self {
-            scene: scene.clone(),
-            parameters,
-            domain: state.domain,
-            counts,
-            members: members
-                .map(|(index, body)| (body.position, body.velocity, index))
-                .collect(),
-            streams,
-        };
-        plain.sort();
-        plain
-    }
-
-    fn cell(&self, position: VectorOf<P>) -> [usize; 3] {
-        let mut cell = [0; 3];
-        for axis in 0..P::Space::DIMENSION {
-            let share = position[axis] / self.domain.lengths()[axis];
-            cell[axis] = (share * self.counts[axis] as f64) as usize;
-        }
-        cell
-    }
-
-    fn number(&self, cell: [usize; 3]) -> usize {
-        cell[0] + self.counts[0] * (cell[1] + self.counts[1] * cell[2])
-    }
-
-    fn sort(&mut self) {
-        let mut members = std::mem::take(&mut self.members);
-        members.sort_by_key(|(position, ..)| self.number(self.cell(*position)));
-        self.members = members;
-    }
-
-    fn fly(&mut self, duration: f64) {
-        for (position, velocity, _) in &mut self.members {
-            *position += *velocity * duration;
-            *position = self.domain.wrap(*position);
-        }
-    }
-
-    /// As [`Engine::advance`] with a held step that the clock can show exactly.
-    fn advance(&mut self, steps: u64, first: u64, step: f64) -> u64 {
-        let mut collisions = 0;
-        self.fly(0.5 * step);
-        for number in 0..steps {
-            self.sort();
-            collisions += self.collide(first + number, step);
-            let next = if number + 1 < steps { step } else { 0.0 };
-            self.fly(0.5 * (step + next));
-        }
-        self.sort();
-        collisions
-    }
-
-    /// Packing fraction of a block of cells, of the number of cells around that the scheme asks for.
-    fn packing(&self, cell: [usize; 3], volume: f64) -> f64 {
-        let reach = match self.parameters.scheme {
-            Scheme::Enskog(Neighbourhood::Cells(n)) => n as usize,
-            _ => 0,
-        };
-        let sizes = self.scene.sizes();
-        let mut covered = 0.0;
-        for (position, _, index) in &self.members {
-            let other = self.cell(*position);
-            let near = (0..P::Space::DIMENSION).all(|axis| {
-                let apart = other[axis].abs_diff(cell[axis]);
-                apart.min(self.counts[axis] - apart) <= reach
-            });
-            if near {
-                let share = sizes.radius(sizes.tag(*index)) / sizes.largest_radius();
-                covered += share.powi(P::Space::DIMENSION as i32);
-            }
-        }
-        let cells = ((2 * reach + 1) as f64).powi(P::Space::DIMENSION as i32);
-        covered * (P::Space::ball(sizes.largest_radius()) / (volume * cells))
-    }
-
-    fn collide(&mut self, number: u64, step: f64) -> u64 {
-        let mut total = 0;
-        let bundle = self.streams.bundle(Purpose::Collisions, number);
-        let before = self.members.clone();
-        let [nx, ny, nz] = self.counts;
-        let volume: f64 = (0..P::Space::DIMENSION)
-            .map(|axis| self.domain.lengths()[axis] / self.counts[axis] as f64)
-            .product();
-        let mut begin = 0;
-        for cell in 0..nx * ny * nz {
-            let at = [cell % nx, cell / nx % ny, cell / nx / ny];
-            let here = |(position, ..): &&(VectorOf<P>, _, _)| self.cell(*position) == at;
-            let count = before[begin..].iter().take_while(here).count();
-            let range = begin..begin + count;
-            begin += count;
-            if count < 2 {
-                continue;
-            }
-            let packing = if self.parameters.scheme == Scheme::Boltzmann {
-                0.0
-            } else {
-                let now = std::mem::replace(&mut self.members, before.clone());
-                let packing = self.packing(at, volume);
-                self.members = now;
-                packing
-            };
-            let chi = self
-                .parameters
-                .scheme
-                .contact_value::<P::Space>(packing)
-                .min(self.parameters.largest_contact_value);
-            let mut stream = bundle.at(cell as u64);
-            total += self.collide_cell(range, step / volume, [chi, packing], &mut stream);
-        }
-        total
-    }
-
-    fn collide_cell(
-        &mut self,
-        range: std::ops::Range<usize>,
-        step: f64,
-        [chi, packing]: [f64; 2],
-        stream: &mut stosszahl_model::random::ShortStream,
-    ) -> u64 {
-        let sizes = self.scene.sizes().clone();
-        let dimension = P::Space::DIMENSION;
-        let members = &mut self.members[range];
-        let mut diagonal = VectorOf::<P>::default();
-        for axis in 0..dimension {
-            let all = members.iter().map(|(_, velocity, _)| velocity[axis]);
-            diagonal[axis] = all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min);
-        }
-        let mut majorant = diagonal.square().sqrt();
-        let moments = (0..members_of(&sizes)).map(|i| 2.0 * sizes.radius(sizes.tag(i)));
-        let ratio = moments
-            .clone()
-            .map(|d| d.powi(dimension as i32 - 1))
-            .sum::<f64>()
-            / moments.map(|d| d.powi(dimension as i32)).sum::<f64>();
-        let factor = |diameters: [f64; 2]| {
-            P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
-                * kinetic::mixture_contact_value(chi, packing.min(0.9), diameters, ratio)
-        };
-        let largest = 2.0 * sizes.largest_radius();
-        let mut ceiling = chi * P::Space::cross_section(largest);
-        if !P::Sizes::UNIFORM {
-            ceiling = ceiling.max(factor([largest; 2]));
-        }
-        let n = members.len() as u64;
-        let pairs = 0.5 * (n * (n - 1)) as f64;
-        let mut collisions = 0;
-        let trials = pairs * (ceiling * step) * majorant + stream.random::<f64>();
-        for _ in 0..trials as u64 {
-            let first = u128::from(stream.random::<u64>()) * u128::from(n);
-            let second = u128::from(first as u64) * u128::from(n - 1);
-            let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
-            let j = if j >= i { j + 1 } else { j };
-            let relative = members[i].1 - members[j].1;
-            let diameters = [i, j].map(|who| 2.0 * sizes.radius(sizes.tag(members[who].2)));
-            let mut threshold = majorant * stream.random::<f64>();
-            let speed = relative.square().sqrt();
-            majorant = majorant.max(speed);
-            if !P::Sizes::UNIFORM {
-                threshold *= ceiling / factor(diameters);
-            }
-            if speed <= threshold {
-                continue;
-            }
-            collisions += 1;
-            let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
-            let pair = Encounter {
-                velocities: [members[i].1, members[j].1],
-                masses: [i, j].map(|who| sizes.mass(sizes.tag(members[who].2))),
-                line: normal * (0.5 * (diameters[0] + diameters[1])),
-            };
-            let restitution = self.scene.restitution().normal(-along * speed);
-            let [u, v] = collide(&self.scene, &pair, restitution);
-            (members[i].1, members[j].1) = (u, v);
-            if self.parameters.displacement {
-                members[i].0 += pair.line;
-                members[j].0 -= pair.line;
-            }
-        }
-        collisions
-    }
-}
-
-/// How many there are: 400 in every mixture of these tests, and all alike otherwise.
-fn members_of<Z: Sizes>(_sizes: &Z) -> usize {
-    if Z::UNIFORM { 1 } else { 400 }
-}
-
-fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+pub(crate) fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     pool.build().expect("threads").install(work)
 }
@@ -282,6 +77,7 @@ const PARAMETERS: Parameters = Parameters {
     displacement: Displacement::None,
     cell_size: Some(2.0),
     simulators_per_disk: 1,
+    copies: Copies::Independent,
     steps_per_crossing: 4.0,
     largest_contact_value: 10.0,
 };
@@ -319,9 +115,12 @@ where
 #[test]
 fn disks_are_those_of_the_plain_engine() {
     for (scheme, displacement) in [
-        (Scheme::Boltzmann, false),
-        (Scheme::FreeVolume, true),
-        (Scheme::Enskog(Neighbourhood::Cells(1)), true),
+        (Scheme::Boltzmann, Displacement::None),
+        (Scheme::FreeVolume, Displacement::Diameter),
+        (
+            Scheme::Enskog(Neighbourhood::Cells(1)),
+            Displacement::Inelastic,
+        ),
     ] {
         let parameters = Parameters {
             scheme,
@@ -546,7 +345,7 @@ fn spheres_collide_at_the_rate_of_theory() {
 fn virial_is_that_of_the_displacement() {
     let count = 20_000;
     let side = 400.0;
-    for displacement in [false, true] {
+    for displacement in [Displacement::None, Displacement::Diameter] {
         let state = start::<Equal<Plane>>(count, Vector2::new(side, side), 3);
         let scene = equal::<Plane>(1.0);
         let parameters = Parameters {
@@ -564,7 +363,11 @@ fn virial_is_that_of_the_displacement() {
         let rate = 2.0 * engine.tally().collisions as f64 / count as f64 / engine.time();
         // omega = 4 (Z - 1) sqrt(T)/sqrt(pi).
         let expected = rate * std::f64::consts::PI.sqrt() / (4.0 * temperature.sqrt());
-        let expected = if displacement { expected } else { 0.0 };
+        let expected = if displacement == Displacement::None {
+            0.0
+        } else {
+            expected
+        };
         // Each collision carries up to the cell's width times the momentum, with a random sign: about
         // 6 d . 1.5 sqrt(T) of spread, and 4.4 standard errors of their mean.
         let spread = 9.0 * temperature.sqrt() * (engine.tally().collisions as f64).sqrt() / scale;

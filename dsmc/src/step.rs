@@ -1,0 +1,254 @@
+//! How steps follow each other.
+
+use stosszahl_model::random::Purpose;
+use stosszahl_model::{Free, Observe, Physics, Sizes, Smooth, Space, Vector};
+
+use crate::collide::{Kernel, covered};
+use crate::engine::Engine;
+use crate::simulator::Follow;
+use crate::sweep::{is_parallel, sweep};
+use crate::tally::{Stock, Unit};
+use crate::tile::{Arrivals, Traveller};
+
+impl<P, F> Engine<P, F>
+where
+    P: Physics<Surface = Smooth, Field = Free>,
+    F: Follow<P::Space>,
+{
+    /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or
+    /// for `most_steps`. True if the time was reached.
+    pub fn advance(&mut self, until: f64, most_steps: u64, watch: &mut impl Observe<P>) -> bool {
+        let mut left = most_steps;
+        let Some(mut step) = self.next_step(self.time, until, left) else {
+            return until <= self.time;
+        };
+        self.fly_only(0.5 * step);
+        loop {
+            left -= 1;
+            let end = if step >= until - self.time {
+                until
+            } else {
+                self.time + step
+            };
+            let next = self.next_step(end, until, left);
+            // The half flights between two collisions are one flight.
+            let flight = 0.5 * (step + next.unwrap_or(0.0));
+            self.step(step, flight, watch);
+            self.time = end;
+            let Some(next) = next else { break };
+            step = next;
+        }
+        self.settle();
+        until <= self.time
+    }
+
+    /// The length of the step that begins at the time `from`, unless that is the end or no step is left.
+    fn next_step(&self, from: f64, until: f64, steps_left: u64) -> Option<f64> {
+        let left = until - from;
+        if left.is_nan() || left <= 0.0 || steps_left == 0 {
+            return None;
+        }
+        let step = self.held_step.unwrap_or_else(|| self.step_length());
+        // Equal last steps instead of a long and a tiny one.
+        let steps = (left / step).ceil();
+        if steps <= 1.0 {
+            return Some(left);
+        }
+        let step = if steps.is_finite() {
+            left / steps
+        } else {
+            step
+        };
+        // What the clock shows after it, which rounds, less what it shows before: positions and clock do not
+        // drift apart. Where the step is too short for the clock, its least.
+        let end = (from + step).max(from.next_up());
+        Some(end - from)
+    }
+
+    /// What the gas allows, as it was before the last collisions: the fastest simulator crosses a cell in several
+    /// steps, and a mean free time lasts as many.
+    fn step_length(&self) -> f64 {
+        let width = self.grid.width();
+        // Partners across cells are sought afresh in every step, so that nothing hangs on the crossing of a cell.
+        let axes = if self.parameters.scheme.is_across() {
+            0
+        } else {
+            P::Space::DIMENSION
+        };
+        let crossing = (0..axes)
+            .map(|axis| width[axis] / self.stock.speeds[axis])
+            .fold(f64::MAX, f64::min);
+        let degrees = P::Space::DIMENSION * self.simulators.max(1);
+        let temperature = self.stock.twice_energy(self.unit) / degrees as f64;
+        // The mean mass is one in the program's units.
+        let mean_speed = P::Space::MEAN_SPEED * temperature.sqrt();
+        let step = crossing.min(self.constants.mean_free_path / mean_speed);
+        // A gas at rest: any step, that can be added to another.
+        (step / self.parameters.steps_per_crossing).min(1e150)
+    }
+
+    /// Speeds and energy of the present state, for the length of the next step.
+    pub(crate) fn take_stock(&mut self) {
+        let sizes = self.scene.sizes();
+        let mut total = 0.0;
+        for simulator in self.ordered() {
+            total += sizes.mass(simulator.tag) * simulator.velocity.square();
+        }
+        let unit = Unit::of(total);
+        let mut stock = Stock::default();
+        for simulator in self.ordered() {
+            let v = simulator.velocity;
+            let twice_energy = sizes.mass(simulator.tag) * v.square();
+            stock.note(v, v, twice_energy, unit.inverse());
+        }
+        (self.stock, self.unit) = (stock, unit);
+    }
+
+    /// Collisions of a step, and the flight after them.
+    fn step(&mut self, step: f64, flight: f64, watch: &mut impl Observe<P>) {
+        let parallel = is_parallel(self.simulators);
+        let across = self.parameters.scheme.is_across();
+        let around = self.density.looks_around();
+        if around || across {
+            self.settle();
+        }
+        if around {
+            self.look_around(parallel);
+        }
+        let unit = Unit::of(self.stock.twice_energy(self.unit));
+        let kernel = Kernel {
+            scene: &self.scene,
+            grid: &self.grid,
+            density: &self.density,
+            collides: self.density.collides(),
+            displacement: self.parameters.displacement,
+            weight: self.constants.weight,
+            moment_ratio: self.constants.moment_ratio,
+            partner_radius: self.constants.partner_radius,
+            mean_radius: self.constants.mean_radius,
+            step,
+            time: self.time + 0.5 * step,
+            streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
+            units: unit.inverse(),
+            looks: looks::<P, _>(watch),
+        };
+        if let Some(rates) = &self.rates {
+            let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
+            for collision in kernel.collide_across(parallel, tiles, rates, arm, tally) {
+                watch.collision(&collision);
+            }
+            self.fly_only(flight);
+            self.close_step(unit);
+            return;
+        }
+        let arrivals = Arrivals {
+            boxes: &self.arriving,
+            far: &self.far,
+        };
+        let (scene, grid) = (&self.scene, &self.grid);
+        sweep(
+            parallel,
+            &mut self.tiles,
+            &mut self.departing,
+            &self.pool,
+            |tile, outbox, scratch| {
+                if around {
+                    scratch.sorted.clear();
+                    scratch.sorted.extend_from_slice(&tile.simulators);
+                } else {
+                    tile.arrange(grid, &arrivals, scratch);
+                }
+                kernel.collide(tile, &mut scratch.sorted);
+                tile.fly(scene, grid, flight, scratch, outbox);
+            },
+        );
+        self.exchange();
+        for tile in &mut self.tiles {
+            self.tally.add(&tile.tally);
+            for collision in tile.log.drain(..) {
+                watch.collision(&collision);
+            }
+        }
+        self.close_step(unit);
+    }
+
+    /// Adds up what the next step follows.
+    fn close_step(&mut self, unit: Unit) {
+        self.stock = Stock::default();
+        self.unit = unit;
+        for tile in &self.tiles {
+            self.stock.add(&tile.stock);
+        }
+        self.tally.steps += 1;
+    }
+
+    /// A flight from arranged tiles, with no collisions before.
+    fn fly_only(&mut self, duration: f64) {
+        let (scene, grid) = (&self.scene, &self.grid);
+        sweep(
+            is_parallel(self.simulators),
+            &mut self.tiles,
+            &mut self.departing,
+            &self.pool,
+            |tile, outbox, scratch| {
+                scratch.sorted.clear();
+                scratch.sorted.extend_from_slice(&tile.simulators);
+                tile.fly(scene, grid, duration, scratch, outbox);
+            },
+        );
+        self.exchange();
+    }
+
+    /// Arranges all tiles, so that each holds its simulators by cell.
+    fn settle(&mut self) {
+        let grid = &self.grid;
+        let arrivals = Arrivals {
+            boxes: &self.arriving,
+            far: &self.far,
+        };
+        sweep(
+            is_parallel(self.simulators),
+            &mut self.tiles,
+            &mut self.departing,
+            &self.pool,
+            |tile, _, scratch| {
+                tile.arrange(grid, &arrivals, scratch);
+                tile.settle(scratch);
+            },
+        );
+    }
+
+    /// Turns what departed into what arrives.
+    fn exchange(&mut self) {
+        std::mem::swap(&mut self.departing, &mut self.arriving);
+        self.far.clear();
+        for outbox in &mut self.arriving {
+            self.far.append(&mut outbox.far);
+        }
+        let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
+        self.far.sort_by_key(order);
+    }
+
+    /// Lets the density see all cells.
+    fn look_around(&mut self, parallel: bool) {
+        let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
+        let rows = grid.counts()[1];
+        self.density.update(parallel, |line, values| {
+            let line = line as u32;
+            let mut x = 0;
+            while x < values.len() {
+                let cell = [x as u32, line % rows, line / rows];
+                let (tile, first) = grid.locate(cell);
+                let tile = &tiles[tile];
+                for local in 0..tile.place.sides[0] as usize {
+                    values[x] = covered::<P, F>(sizes, tile.members(first + local)) as f32;
+                    x += 1;
+                }
+            }
+        });
+    }
+}
+
+fn looks<P: Physics, W: Observe<P>>(_watch: &W) -> bool {
+    W::LOOKS
+}
