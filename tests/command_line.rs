@@ -556,3 +556,29 @@ fn check_schema_and_help_teach() {
         Some(2)
     );
 }
+
+/// The work is what it is said to be, and numbers out of range are refused with what is allowed.
+#[test]
+fn bench_dsmc_measures_the_work_that_was_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (dimension, free) in [("2", false), ("3", false), ("2", true)] {
+        let mut arguments = vec!["bench", "dsmc", "--dimension", dimension, "--json"];
+        arguments.extend(["--simulators", "30000", "--steps", "10", "--threads", "2"]);
+        arguments.extend(free.then_some("--free-flight"));
+        let output = run(folder.path(), &arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("an object");
+        let number = |key: &str| found[key].as_f64().expect(key);
+        assert!(number("particle_steps_per_second") > 0.0);
+        // Of few simulators, the working memory of two threads is a good part.
+        assert!(number("bytes_per_simulator") < 200.0);
+        assert_eq!(number("collisions_per_second") > 0.0, !free);
+        // 2e4 collisions: 0.7 % of spread, and as much by the ideal gas of the start; z = 4.
+        let expected = if free { 0.0 } else { 1.0 };
+        assert!((number("collision_rate_over_theory") - expected).abs() < 0.04);
+        assert!((number("collisions_per_step") - 0.07 * expected).abs() < 0.003);
+    }
+    let output = run(folder.path(), &["bench", "dsmc", "--per-cell", "0"]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("allowed"));
+}

@@ -28,9 +28,8 @@
 //! Cells are grouped in tiles of some thousand simulators, which fit the second cache. A sweep takes tile after tile, or
 //! several at a time: a counting sort by cell of what stayed and what came, collisions, flight; those that leave the tile go
 //! to its outbox and are received in the next sweep. So each simulator is read and written once in a step, in
-//! order, and no second copy of all exists. Sorting everything, then colliding everything, then moving everything, as before,
-//! lost by a factor of three, and an index that is sorted instead of the simulators by more. `docs/monte-carlo.md` has
-//! the figures.
+//! order, and no second copy of all exists. Three passes over all simulators, to sort, collide and move, were the alternative:
+//! it needs two copies, and each pass waits for the memory anew. `docs/monte-carlo.md` has the figures.
 //!
 //! Schemes that need a neighbourhood of cells run as two sweeps instead of one. Those whose partners are in different
 //! cells are in `across`: the line of centres is drawn first, and the partner from where it then has to be.
