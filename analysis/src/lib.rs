@@ -29,6 +29,7 @@ mod error;
 pub mod pair_correlation;
 pub mod statistics;
 pub mod structure_factor;
+pub mod theory;
 pub mod windows;
 
 pub use error::Error;

@@ -32,6 +32,7 @@
 
 mod density;
 mod engine;
+pub mod homogeneous;
 
 pub use density::{Neighbourhood, Scheme};
 pub use engine::{Checkpoint, Engine, EngineError, Parameters, Tally};
