@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::bench_mixture::BenchMixture;
+
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
 #[derive(Debug, Parser)]
@@ -87,6 +89,8 @@ pub struct StressEd {
 pub enum Bench {
     /// Event-driven hard disks on one thread: make the start, equilibrate it elastically, then time.
     Ed(BenchEd),
+    /// Monte Carlo of a gas of spheres of a hundred sizes, cooling, on one thread: make the start, then time.
+    Mixture(BenchMixture),
 }
 
 /// `stosszahl bench ed`.

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, io, thread};
 
+use stosszahl_dsmc::homogeneous::GasError;
 use stosszahl_model::Sizes;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
@@ -19,6 +20,7 @@ use crate::arguments::{
     Stress,
 };
 use crate::bench::{self, BenchError};
+use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
 use crate::export::Tables;
 use crate::manifest::{self, Manifest, Sweep, SweepPoint};
@@ -79,6 +81,9 @@ pub enum CommandError {
     /// A benchmark cannot run.
     #[error(transparent)]
     Bench(#[from] BenchError),
+    /// A gas without positions cannot be made or cannot go on.
+    #[error(transparent)]
+    Gas(#[from] GasError),
     /// A hard case failed, or is unknown.
     #[error(transparent)]
     Stress(#[from] StressError),
@@ -124,6 +129,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             .map_err(CommandError::from)
             .map(|path| say(&path.display().to_string())),
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
+        Command::Bench(Bench::Mixture(arguments)) => bench_mixture(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
             stress::command(&arguments, say).map_err(CommandError::from)
         }
@@ -293,6 +299,16 @@ fn bench_ed(arguments: &BenchEd) -> Result<(), CommandError> {
             speed.stale_per_collision,
             speed.broken_per_collision
         ));
+    }
+    Ok(())
+}
+
+fn bench_mixture(arguments: &BenchMixture) -> Result<(), CommandError> {
+    let speed = bench_mixture::measure(arguments)?;
+    if arguments.json {
+        say(&serde_json::to_string(&speed).unwrap_or_default());
+    } else {
+        say(&bench_mixture::words(&speed));
     }
     Ok(())
 }

@@ -40,6 +40,8 @@ pub enum Stop {
     Time,
     /// The number of collisions is reached.
     Collisions,
+    /// Nothing will ever collide again: one particle is left, or all are at rest. A finite time is reached.
+    Still,
 }
 
 /// Everything that a run needs to continue to the same bytes, but the scene.
@@ -221,8 +223,11 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                     allowed: "a finite number: speeds or densities are too large",
                 });
             }
-            if rate == 0.0 && until == f64::INFINITY {
-                return Ok(Stop::Time);
+            if rate == 0.0 || self.gas.count() < 2 {
+                if until.is_finite() {
+                    self.clock.time = until;
+                }
+                return Ok(Stop::Still);
             }
             self.interval(until, last, rate, &mut stream, observer)?;
         }

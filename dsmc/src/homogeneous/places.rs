@@ -354,7 +354,12 @@ fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
             }
             let square = edge(base + bin as u64);
             let last = bin + 1 == WINDOW as usize;
-            let square = if last { square.max(fastest) } else { square };
+            let square = match () {
+                // A gas at rest has no rate at all.
+                () if fastest == 0.0 => 0.0,
+                () if last => square.max(fastest),
+                () => square,
+            };
             layout.groups.push(Group {
                 bound: square.sqrt(),
                 square,
