@@ -141,7 +141,14 @@ fn timed<S: Selection<Spheres>>(work: &BenchMixture) -> Result<Speed, GasError> 
     let mut start = streams.at(Purpose::Velocities, [0, 0]);
     // A tenth of a monomer for each unit of volume, temperature one.
     let volume = monomers / 0.1;
-    let gas = Gas::maxwellian(scene, Contact::Dilute, volume, particles, |_| 1.0, &mut start)?;
+    let gas = Gas::maxwellian(
+        scene,
+        Contact::Dilute,
+        volume,
+        particles,
+        |_| 1.0,
+        &mut start,
+    )?;
     let mut engine: Engine<Spheres, S> = Engine::new(gas, (), Bounce, streams)?;
     let began = Instant::now();
     engine.advance(work.until, work.collisions.unwrap_or(u64::MAX), &mut ())?;

@@ -72,7 +72,10 @@ fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisper
     .expect("a gas");
     let mut engine: Engine<_, Pick> =
         Engine::new(gas, (), Bounce, Streams::new(5, 0)).expect("an engine");
-    assert_eq!(engine.advance(f64::INFINITY, used, &mut ()).expect("runs"), Stop::Collisions);
+    assert_eq!(
+        engine.advance(f64::INFINITY, used, &mut ()).expect("runs"),
+        Stop::Collisions
+    );
     let kernel = *engine.gas().kernel();
     let before: Vec<_> = engine.gas().alive().copied().collect();
     let count = before.len();
@@ -110,7 +113,11 @@ fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisper
     let n = tries as f64;
     // Waiting times are exponential: z = 4.75, a false alarm in 1e6.
     let mean = waited / n * total;
-    assert!((mean - 1.0).abs() < 4.75 / n.sqrt(), "{} waits {mean}", Pick::NAME);
+    assert!(
+        (mean - 1.0).abs() < 4.75 / n.sqrt(),
+        "{} waits {mean}",
+        Pick::NAME
+    );
     let (mut chi, mut bins, mut rest) = (0.0, 0.0, (0.0, 0.0));
     for (rate, found) in rates.iter().zip(&found) {
         let expected = n * rate / total;
@@ -122,7 +129,10 @@ fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisper
         }
     }
     assert!(bins > 10.0, "too few pairs to tell");
-    assert!(rest.1 <= rest.0 + 5.0 * (rest.0 + 1.0).sqrt() + 5.0, "rare pairs {rest:?}");
+    assert!(
+        rest.1 <= rest.0 + 5.0 * (rest.0 + 1.0).sqrt() + 5.0,
+        "rare pairs {rest:?}"
+    );
     let limit = chi_squared_limit(bins - 1.0);
     assert!(chi < limit, "{} {chi} of {bins} after {used}", Pick::NAME);
 }
@@ -209,7 +219,11 @@ fn mergers_follow_their_rates<Pick: Selection<Of<Volume, Constant, Clusters>>>()
             bins += 1.0;
         }
     }
-    assert!(bins > 10.0 && chi < chi_squared_limit(bins - 1.0), "{} {chi} of {bins}", Pick::NAME);
+    assert!(
+        bins > 10.0 && chi < chi_squared_limit(bins - 1.0),
+        "{} {chi} of {bins}",
+        Pick::NAME
+    );
 }
 
 #[test]
@@ -287,7 +301,10 @@ fn selections_agree_on_a_polydisperse_gas() {
     let booked = own.gas().kinetic_energy() + tally.energy_lost;
     let rounding = 1e-15 * (tally.collisions as f64).sqrt() * 10.0;
     let rare = 3.0 * 31.0 * 3.0 / start;
-    assert!((booked / start - 1.0).abs() < rounding + rare, "{booked} {start}");
+    assert!(
+        (booked / start - 1.0).abs() < rounding + rare,
+        "{booked} {start}"
+    );
 }
 
 #[test]
@@ -361,8 +378,13 @@ fn haff<S: Space>(space: S) {
         diameter: 1.0,
         density,
     };
-    let mixture = Mixture::new(S::DIMENSION, vec![one], constant(r), theory::Contact::Enskog)
-        .expect("a gas");
+    let mixture = Mixture::new(
+        S::DIMENSION,
+        vec![one],
+        constant(r),
+        theory::Contact::Enskog,
+    )
+    .expect("a gas");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     let a2 = stosszahl_model::kinetic::fourth_cumulant(S::DIMENSION, r);
     let error = (2.0 / (d * count as f64)).sqrt();
@@ -372,7 +394,10 @@ fn haff<S: Space>(space: S) {
         let found = moments(engine.gas(), Some((engine.motion(), time)), None)[0];
         let haff = stosszahl_model::kinetic::haff_law(tau, a2);
         // The start is Maxwellian, not yet of this a2: 2e-3 more.
-        assert!((found.temperature / haff - 1.0).abs() < 4.4 * error + 2e-3, "{found:?} {haff}");
+        assert!(
+            (found.temperature / haff - 1.0).abs() < 4.4 * error + 2e-3,
+            "{found:?} {haff}"
+        );
         let displacement = state.displacement(0, 0.0, time);
         // First Sonine order, with a2 left out: |a2| more.
         assert!(
@@ -383,7 +408,10 @@ fn haff<S: Space>(space: S) {
         let expected = stosszahl_model::kinetic::haff_collisions(S::DIMENSION, r, tau);
         // Pair collisions are Poisson at fixed temperature; the temperature's own error adds as much.
         let scatter = 8.8 / (0.5 * collisions * count as f64).sqrt() + 2.0 * error;
-        assert!((collisions / expected - 1.0).abs() < scatter + 3e-3, "{collisions} {expected}");
+        assert!(
+            (collisions / expected - 1.0).abs() < scatter + 3e-3,
+            "{collisions} {expected}"
+        );
         // sqrt(24/N) in the plane is an upper bound of the standard error of a2.
         let noise = 4.4 * (24.0 / count as f64).sqrt() / 2.0;
         assert!((found.fourth_cumulant - a2).abs() < noise, "{found:?} {a2}");
@@ -396,10 +424,10 @@ fn equal_particles_cool_and_spread_as_haff_says() {
     haff(Volume);
 }
 
-/// Two and three species from equal temperatures, constant and viscoelastic, against the equations. 3 %, of which 1.5 %
-/// is allowed for velocities that are not Maxwellian and the rest is 2.6 standard errors of a mean squared displacement at N
-/// = 2e4, as the seed is fixed. Where masses differ a hundredfold and restitution is low, the equations themselves are off
-/// by up to 12 % (`docs/mixtures.md`).
+/// Two and three species from equal temperatures, constant and viscoelastic, against the equations. Temperatures to 2 %:
+/// five standard errors at N = 2e4. Displacements to 6 %: the first Sonine order is 2 to 4 % low (1.9 % for equal elastic
+/// spheres), and 2.6 standard errors are 1.5 %. Where masses differ a hundredfold and restitution is low, the equations
+/// are off by more (`docs/mixtures.md`).
 #[test]
 fn mixtures_cool_and_spread_as_the_equations_say() {
     let kind = |mass: f64, count| Kind {
@@ -408,13 +436,13 @@ fn mixtures_cool_and_spread_as_the_equations_say() {
         count,
     };
     let parts = [kind(1.0, 20_000), kind(3.0, 20_000)];
-    mixture_case(&parts, constant(0.9), 0.03);
-    mixture_case(&parts, Viscoelastic::new(0.2).expect("positive"), 0.03);
+    mixture_case(&parts, constant(0.9));
+    mixture_case(&parts, Viscoelastic::new(0.2).expect("positive"));
     let parts = [kind(1.0, 20_000), kind(2.0, 20_000), kind(4.0, 20_000)];
-    mixture_case(&parts, Viscoelastic::new(0.2).expect("positive"), 0.03);
+    mixture_case(&parts, Viscoelastic::new(0.2).expect("positive"));
 }
 
-fn mixture_case<R: Restitution>(parts: &[Kind], law: R, tolerance: f64) {
+fn mixture_case<R: Restitution>(parts: &[Kind], law: R) {
     let species = Species::new(parts.to_vec()).expect("species");
     let count = species.count();
     let volume = parts[0].count as f64 / 0.1;
@@ -440,15 +468,25 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, tolerance: f64) {
         .collect();
     let mixture = Mixture::new(3, components, law, theory::Contact::Dilute).expect("a mixture");
     let times = [1.0, 10.0, 100.0];
-    let curves = mixture.evolve(&vec![1.0; parts.len()], &times).expect("smooth");
+    let curves = mixture
+        .evolve(&vec![1.0; parts.len()], &times)
+        .expect("smooth");
     for curve in curves {
         engine.advance(curve.time, u64::MAX, &mut ()).expect("runs");
         let found = moments(engine.gas(), Some((engine.motion(), curve.time)), None);
         for (k, found) in found.iter().enumerate() {
             let spread = found.displacement / curve.displacements[k];
-            assert!((spread - 1.0).abs() < tolerance, "{k} at {}: {spread}", curve.time);
+            assert!(
+                (spread - 1.0).abs() < 0.06,
+                "{k} at {}: {spread}",
+                curve.time
+            );
             let cooling = found.temperature / curve.temperatures[k];
-            assert!((cooling - 1.0).abs() < tolerance, "{k} at {}: {cooling}", curve.time);
+            assert!(
+                (cooling - 1.0).abs() < 0.02,
+                "{k} at {}: {cooling}",
+                curve.time
+            );
         }
     }
 }
@@ -468,8 +506,13 @@ fn tracers_follow_the_tracer_limit() {
         diameter: mass.cbrt(),
         density,
     });
-    let mixture = Mixture::new(3, components.to_vec(), constant(0.9), theory::Contact::Dilute)
-        .expect("a mixture");
+    let mixture = Mixture::new(
+        3,
+        components.to_vec(),
+        constant(0.9),
+        theory::Contact::Dilute,
+    )
+    .expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     let gas = Gas::maxwellian(
         scene(Volume, constant(0.9), species),
@@ -482,12 +525,17 @@ fn tracers_follow_the_tracer_limit() {
     .expect("a gas");
     let start: Vec<_> = gas.alive().map(|particle| particle.velocity).collect();
     let chosen: Vec<u32> = (0..1000).map(|i| i * 40).chain(40_000..44_000).collect();
-    let motion = (Displacement::new(count, 0.0), Paths::new(count, &chosen, 0.0));
+    let motion = (
+        Displacement::new(count, 0.0),
+        Paths::new(count, &chosen, 0.0),
+    );
     let mut engine: Engine<_, Slots, _, _> =
         Engine::new(gas, motion, Tracers { kind: 1 }, Streams::new(7, 0)).expect("an engine");
+    engine.advance(3.0, u64::MAX, &mut ()).expect("runs");
+    let early = moments(engine.gas(), None, Some(&start));
     engine.advance(300.0, u64::MAX, &mut ()).expect("runs");
     let end = engine.time();
-    let found = moments(engine.gas(), Some((&engine.motion().0, end)), Some(&start));
+    let found = moments(engine.gas(), Some((&engine.motion().0, end)), None);
     // 4.4 standard errors of 4000 tracers (2.6 % each for Gaussian displacements in three dimensions, with 4 % in all for
     // the bath's departure from Maxwell).
     let error = |n: f64| 4.4 * (2.0 / (3.0 * n)).sqrt();
@@ -495,19 +543,25 @@ fn tracers_follow_the_tracer_limit() {
         let spread = found[k].displacement / state.displacement(k, 0.0, end);
         assert!((spread - 1.0).abs() < error(n) + 0.04, "{k}: {spread}");
     }
-    let memory = found[1].velocity_correlation / state.velocity_correlation(1, end);
+    let memory = early[1].velocity_correlation / state.velocity_correlation(1, 3.0);
     assert!((memory - 1.0).abs() < error(4e3) + 0.04, "{memory}");
     for lag in [1.0, 30.0] {
         let mut sum = 0.0;
         for (path, &index) in chosen.iter().enumerate().skip(1000) {
             let mut corners = engine.motion().1.corners(path).to_vec();
             let particle = engine.gas().alive().nth(index as usize).expect("there");
-            let last = engine.motion().0.at(index as usize, &particle.velocity, end);
+            let last = engine
+                .motion()
+                .0
+                .at(index as usize, &particle.velocity, end);
             corners.push((end, last));
             sum += time_averaged(&corners, lag);
         }
         let ratio = sum / 4000.0 / state.time_averaged(1, lag, end);
-        assert!((ratio - 1.0).abs() < error(4e3) + 0.04, "lag {lag}: {ratio}");
+        assert!(
+            (ratio - 1.0).abs() < error(4e3) + 0.04,
+            "lag {lag}: {ratio}"
+        );
     }
 }
 
@@ -537,7 +591,10 @@ fn shards_have_no_momentum_and_the_energy_asked_for() {
     }
     // The standard error is below 1/sqrt(tries); z = 4.4.
     let mean = product / f64::from(tries);
-    assert!((mean + 1.0 / 3.0).abs() < 4.4 / f64::from(tries).sqrt(), "{mean}");
+    assert!(
+        (mean + 1.0 / 3.0).abs() < 4.4 / f64::from(tries).sqrt(),
+        "{mean}"
+    );
 }
 
 fn clusters<C: Contacts<Of<S, Constant, Clusters>>, S: Space>(
@@ -577,7 +634,10 @@ fn aggregation_decays_as_measured_elsewhere() {
         // 2 %, and 4.4/sqrt of the clusters that are left.
         let error = 0.02 + 4.4 * 0.5 / (n * count as f64).sqrt();
         assert!((n / number - 1.0).abs() < error, "{time}: {n} {number}");
-        assert!((e / energy - 1.0).abs() < 2.0 * error, "{time}: {e} {energy}");
+        assert!(
+            (e / energy - 1.0).abs() < 2.0 * error,
+            "{time}: {e} {energy}"
+        );
     }
     let mut plane = clusters(Plane, count, 0.01, always_stick());
     for (time, number, energy) in [(10.0, 0.852, 0.783), (100.0, 0.383, 0.237)] {
@@ -586,7 +646,10 @@ fn aggregation_decays_as_measured_elsewhere() {
         let e = plane.gas().kinetic_energy() / count as f64;
         let error = 0.02 + 4.4 * 0.5 / (n * count as f64).sqrt();
         assert!((n / number - 1.0).abs() < error, "{time}: {n} {number}");
-        assert!((e / energy - 1.0).abs() < 2.0 * error, "{time}: {e} {energy}");
+        assert!(
+            (e / energy - 1.0).abs() < 2.0 * error,
+            "{time}: {e} {energy}"
+        );
     }
 }
 
@@ -595,7 +658,12 @@ fn sticking_ends_with_one_cluster() {
     let count = 3000;
     let mut engine = clusters(Volume, count, 0.05, always_stick());
     let start = engine.gas().kinetic_energy();
-    assert_eq!(engine.advance(f64::INFINITY, u64::MAX, &mut ()).expect("runs"), Stop::Still);
+    assert_eq!(
+        engine
+            .advance(f64::INFINITY, u64::MAX, &mut ())
+            .expect("runs"),
+        Stop::Still
+    );
     assert_eq!(size_distribution(engine.gas()), [(count as u32, 1)]);
     assert!(engine.gas().momentum().square().sqrt() < 1e-9);
     // All that was there is in the ledger: a rounding for each merger.
@@ -618,15 +686,20 @@ fn breaking_closes_the_ledgers() {
     let start = engine.gas().kinetic_energy();
     engine.advance(200.0, u64::MAX, &mut ()).expect("runs");
     let ledger = engine.contacts().ledger;
-    assert!(ledger.mergers > 1000 && ledger.shatterings > 100, "{ledger:?}");
+    assert!(
+        ledger.mergers > 1000 && ledger.shatterings > 100,
+        "{ledger:?}"
+    );
     let mass: u64 = size_distribution(engine.gas())
         .iter()
         .map(|&(monomers, number)| u64::from(monomers) * number)
         .sum();
     assert_eq!(mass, count as u64);
     assert!(engine.gas().momentum().square().sqrt() < 1e-9);
-    let booked =
-        engine.gas().kinetic_energy() + ledger.stuck + ledger.shattered + engine.tally().energy_lost;
+    let booked = engine.gas().kinetic_energy()
+        + ledger.stuck
+        + ledger.shattered
+        + engine.tally().energy_lost;
     assert!((booked / start - 1.0).abs() < 1e-12, "{booked} {start}");
 }
 
@@ -657,11 +730,20 @@ fn extreme_gases_run() {
         (stop, *engine.tally())
     };
     assert_eq!(run(&[(0.5, 1.0, 0)], 0.5, 10.0, |_| 1.0).0, Stop::Still);
-    assert_eq!(run(&[(0.5, 1.0, 1), (1.0, 1.0, 0)], 0.5, 10.0, |_| 1.0).0, Stop::Still);
-    assert_eq!(run(&[(0.5, 1.0, 50)], 0.5, f64::INFINITY, |_| 0.0).0, Stop::Still);
+    assert_eq!(
+        run(&[(0.5, 1.0, 1), (1.0, 1.0, 0)], 0.5, 10.0, |_| 1.0).0,
+        Stop::Still
+    );
+    assert_eq!(
+        run(&[(0.5, 1.0, 50)], 0.5, f64::INFINITY, |_| 0.0).0,
+        Stop::Still
+    );
     let (stop, tally) = run(&[(1e-5, 1e-15, 20_000), (10.0, 1e3, 1)], 0.9, 1e-5, |_| 1.0);
-    assert!(stop == Stop::Time && tally.collisions > 1000, "{tally:?}");
-    assert!((tally.trials as f64) < 3.0 * tally.collisions as f64, "{tally:?}");
+    assert_eq!((stop, tally.collisions), (Stop::Collisions, 300_000));
+    assert!(
+        (tally.trials as f64) < 3.0 * tally.collisions as f64,
+        "{tally:?}"
+    );
     let (_, tally) = run(&[(0.5, 1.0, 1000), (0.6, 1.0, 1)], 0.0, 1e4, |_| 1.0);
     assert!(tally.collisions > 1000);
     let (_, tally) = run(&[(0.5, 1.0, 1000), (0.5, 1.0, 1000)], 1.0, 100.0, |kind| {

@@ -85,7 +85,12 @@ mod tests {
 
     #[test]
     fn clusters_are_compact_below_and_above_the_table() {
-        for (dimension, k, radius) in [(2, 4, 1.0), (3, 8, 1.0), (3, 1_000_000, 50.0), (2, 1_000_000, 500.0)] {
+        for (dimension, k, radius) in [
+            (2, 4, 1.0),
+            (3, 8, 1.0),
+            (3, 1_000_000, 50.0),
+            (2, 1_000_000, 500.0),
+        ] {
             let clusters = Clusters::new(0.5, 2.0, dimension, vec![3]).expect("clusters");
             // Square and cube roots round once.
             assert!((clusters.radius(k) / radius - 1.0).abs() < 4e-16);

@@ -34,7 +34,9 @@ impl Species {
         let good = |x: f64| x > 0.0 && x.is_finite();
         if kinds.is_empty()
             || u32::try_from(kinds.len()).is_err()
-            || !kinds.iter().all(|kind| good(kind.radius) && good(kind.mass))
+            || !kinds
+                .iter()
+                .all(|kind| good(kind.radius) && good(kind.mass))
         {
             return None;
         }
@@ -110,8 +112,8 @@ mod tests {
             mass: 1.0,
             count,
         };
-        let species =
-            Species::new(vec![kind(1.0, 0), kind(2.0, 2), kind(3.0, 0), kind(4.0, 1)]).expect("a mixture");
+        let species = Species::new(vec![kind(1.0, 0), kind(2.0, 2), kind(3.0, 0), kind(4.0, 1)])
+            .expect("a mixture");
         assert_eq!(species.count(), 3);
         let tags: Vec<u32> = (0..3).map(|index| species.tag(index)).collect();
         assert_eq!(tags, [1, 1, 3]);

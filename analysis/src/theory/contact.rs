@@ -46,7 +46,11 @@ pub fn values(
     }
     let pair = |a: f64, b: f64| {
         if dimension == 2 {
-            let ratio = if packing > 0.0 { moment(1) / moment(2) } else { 0.0 };
+            let ratio = if packing > 0.0 {
+                moment(1) / moment(2)
+            } else {
+                0.0
+            };
             kinetic::mixture_contact_value(equal, packing, [a, b], ratio)
         } else {
             let (free, length) = (1.0 - packing, a * b / (a + b));
@@ -75,17 +79,28 @@ mod tests {
             density,
         };
         let phi = 0.3;
-        let space = values(3, &[half(0.5 * phi * 6.0 / PI), half(0.5 * phi * 6.0 / PI)], Contact::Enskog)
-            .expect("room");
+        let space = values(
+            3,
+            &[half(0.5 * phi * 6.0 / PI), half(0.5 * phi * 6.0 / PI)],
+            Contact::Enskog,
+        )
+        .expect("room");
         for value in space {
             assert!((value / ((1.0 - phi / 2.0) / (1.0_f64 - phi).powi(3)) - 1.0).abs() < 1e-14);
         }
-        let plane = values(2, &[half(0.5 * phi * 4.0 / PI), half(0.5 * phi * 4.0 / PI)], Contact::Enskog)
-            .expect("room");
+        let plane = values(
+            2,
+            &[half(0.5 * phi * 4.0 / PI), half(0.5 * phi * 4.0 / PI)],
+            Contact::Enskog,
+        )
+        .expect("room");
         for value in plane {
             assert!((value / kinetic::contact_value(phi) - 1.0).abs() < 1e-14);
         }
         assert!(values(3, &[half(2.5)], Contact::Enskog).is_err());
-        assert_eq!(values(2, &[half(99.0)], Contact::Dilute).expect("no density"), [1.0]);
+        assert_eq!(
+            values(2, &[half(99.0)], Contact::Dilute).expect("no density"),
+            [1.0]
+        );
     }
 }

@@ -34,7 +34,9 @@ pub enum TheoryError {
         allowed: &'static str,
     },
     /// The integration cannot go on.
-    #[error("the integration stopped at {at} with steps of {step}: the solution is not smooth there")]
+    #[error(
+        "the integration stopped at {at} with steps of {step}: the solution is not smooth there"
+    )]
     Integration {
         /// Where.
         at: f64,

@@ -28,7 +28,10 @@ fn solid(densities: &[f64]) -> Vec<Component> {
 }
 
 fn near(found: f64, printed: f64, unit: f64) {
-    assert!((found - printed).abs() <= 0.51 * unit, "{found} against {printed}");
+    assert!(
+        (found - printed).abs() <= 0.51 * unit,
+        "{found} against {printed}"
+    );
 }
 
 #[test]
@@ -54,7 +57,8 @@ fn binary_mixture_from_equal_temperatures() {
 
 #[test]
 fn closed_form_is_the_integral_of_the_equations() {
-    let mixture = Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let mixture =
+        Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     near(state.temperatures[0], 0.55407, 1e-5);
     near(state.temperatures[1], 45.593, 1e-3);
@@ -97,7 +101,8 @@ fn ternary_mixture_in_its_cooling_state() {
 #[test]
 fn tracers_and_their_time_averages() {
     let law = |e| Constant::new(e).expect("a coefficient");
-    let mixture = Mixture::new(3, solid(&[0.1, 0.0]), law(0.5), Contact::Dilute).expect("a mixture");
+    let mixture =
+        Mixture::new(3, solid(&[0.1, 0.0]), law(0.5), Contact::Dilute).expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     near(state.temperatures[1], 412.9277, 1e-3);
     near(state.time, 11.2838, 1e-4);
@@ -119,7 +124,9 @@ fn tracers_and_their_time_averages() {
 fn viscoelastic_mixtures() {
     let law = Viscoelastic::new(0.3).expect("positive");
     let binary = Mixture::new(3, solid(&[0.1, 0.1]), law, Contact::Dilute).expect("a mixture");
-    let found = binary.evolve(&[1.0, 1.0], &[1.0, 10.0, 100.0, 1e5]).expect("smooth");
+    let found = binary
+        .evolve(&[1.0, 1.0], &[1.0, 10.0, 100.0, 1e5])
+        .expect("smooth");
     for (moment, [light, heavy]) in found.iter().zip([
         [(0.797_439, 1e-6), (0.021_380_7, 1e-7)],
         [(5.70, 2e-2), (0.437, 2e-3)],
@@ -141,8 +148,13 @@ fn viscoelastic_mixtures() {
 fn one_species_is_haff_in_two_and_three_dimensions() {
     for (dimension, r) in [(2, 0.8), (3, 0.5)] {
         let law = Constant::new(r).expect("a coefficient");
-        let mixture = Mixture::new(dimension, vec![component(2.0, 1.5, 0.07)], law, Contact::Enskog)
-            .expect("a gas");
+        let mixture = Mixture::new(
+            dimension,
+            vec![component(2.0, 1.5, 0.07)],
+            law,
+            Contact::Enskog,
+        )
+        .expect("a gas");
         let rates = mixture.rates(0, &[0.9]);
         let d = dimension as f64;
         assert!((rates.cooling / ((1.0 - r * r) * rates.collisions / d) - 1.0).abs() < 1e-14);
@@ -166,7 +178,8 @@ fn one_species_is_haff_in_two_and_three_dimensions() {
 /// The integrated curves put back into the equations: central differences of the values against the rates.
 #[test]
 fn residuals_are_small() {
-    let mixture = Mixture::new(2, solid(&[0.05, 0.01, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let mixture =
+        Mixture::new(2, solid(&[0.05, 0.01, 0.001]), half(), Contact::Dilute).expect("a mixture");
     let mut times = Vec::new();
     for step in 0..12 {
         let t = 0.1 * 3.0_f64.powi(step);
@@ -174,7 +187,9 @@ fn residuals_are_small() {
     }
     let found = mixture.evolve(&[1.0, 2.0, 0.5], &times).expect("smooth");
     for triple in found.chunks(3) {
-        let [before, now, after] = triple else { unreachable!("chunks of three") };
+        let [before, now, after] = triple else {
+            unreachable!("chunks of three")
+        };
         let span = after.time - before.time;
         for k in 0..3 {
             let rates = mixture.rates(k, &now.temperatures);
@@ -198,7 +213,12 @@ fn impossible_mixtures_are_refused() {
     let gas = one(component(1.0, 1.0, 0.1)).expect("a gas");
     assert!(gas.evolve(&[0.0], &[1.0]).is_err());
     assert!(gas.evolve(&[1.0, 1.0], &[1.0]).is_err());
-    let elastic = Mixture::new(3, vec![component(1.0, 1.0, 0.1)], Constant::ELASTIC, Contact::Dilute)
-        .expect("a gas");
+    let elastic = Mixture::new(
+        3,
+        vec![component(1.0, 1.0, 0.1)],
+        Constant::ELASTIC,
+        Contact::Dilute,
+    )
+    .expect("a gas");
     assert!(CoolingState::of(&elastic, 1.0).is_err());
 }

@@ -47,7 +47,8 @@ impl Alias {
                 self.large.push(index as u32);
             }
         }
-        self.columns.extend((0..count).map(|own| (u64::MAX, own as u32)));
+        self.columns
+            .extend((0..count).map(|own| (u64::MAX, own as u32)));
         while let (Some(&low), Some(&high)) = (self.small.last(), self.large.last()) {
             self.small.pop();
             let share = self.scaled[low as usize];
@@ -61,13 +62,13 @@ impl Alias {
         }
         // What is left over is one but for rounding, or, where rounding emptied the large ones too early, next to
         // nothing: that may not be drawn.
-        let heaviest = (0..count as u32).max_by(|&a, &b| {
-            self.scaled[a as usize].total_cmp(&self.scaled[b as usize])
-        });
+        let heaviest = (0..count as u32)
+            .max_by(|&a, &b| self.scaled[a as usize].total_cmp(&self.scaled[b as usize]));
         for &left in &self.small {
             let share = self.scaled[left as usize];
             if share < 0.5 {
-                self.columns[left as usize] = ((share * 2.0_f64.powi(64)) as u64, heaviest.unwrap_or(left));
+                self.columns[left as usize] =
+                    ((share * 2.0_f64.powi(64)) as u64, heaviest.unwrap_or(left));
             }
         }
         total
@@ -92,8 +93,8 @@ impl Alias {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stosszahl_model::random::Stream;
     use rand::SeedableRng;
+    use stosszahl_model::random::Stream;
 
     /// The table's own probabilities against the weights. Tolerance: one rounding for each entry that passed through a
     /// column.

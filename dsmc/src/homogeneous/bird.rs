@@ -112,8 +112,7 @@ impl<P: Grains> Selection<P> for Bird {
 
     #[inline]
     fn resolve(&self, gas: &Gas<P>, draw: &Pair) -> Option<Candidate> {
-        let [first, second] =
-            [draw.first, draw.second].map(|index| &gas.particles[index as usize]);
+        let [first, second] = [draw.first, draw.second].map(|index| &gas.particles[index as usize]);
         if (first.mark == GONE) | (second.mark == GONE) {
             return None;
         }
@@ -146,7 +145,11 @@ impl<P: Grains> Selection<P> for Bird {
         let radius = gas.scene.sizes().radius(particle.tag);
         let key = size_key(radius);
         let number = self.classes.partition_point(|class| class.key < key);
-        let Some(class) = self.classes.get_mut(number).filter(|class| class.key == key) else {
+        let Some(class) = self
+            .classes
+            .get_mut(number)
+            .filter(|class| class.key == key)
+        else {
             return Standing::Outdated;
         };
         particle.mark = number as u32;

@@ -152,7 +152,10 @@ mod tests {
             )
         };
         let chi_space = |a: f64, b: f64| {
-            let (packing, x) = (PI / 6.0 * moments[3] / volume, PI / 6.0 * moments[2] / volume);
+            let (packing, x) = (
+                PI / 6.0 * moments[3] / volume,
+                PI / 6.0 * moments[2] / volume,
+            );
             let (free, l) = (1.0 - packing, 4.0 * a * b / (2.0 * a + 2.0 * b));
             1.0 / free + 3.0 * l * x / free.powi(2) + 2.0 * l * l * x * x / free.powi(3)
         };
@@ -165,7 +168,10 @@ mod tests {
                 };
                 close(Kernel::dilute(2, volume).of(a, b), plane);
                 close(Kernel::dilute(3, volume).of(a, b), space);
-                close(Kernel::dense(2, volume, moments).of(a, b), plane * chi_plane(a, b));
+                close(
+                    Kernel::dense(2, volume, moments).of(a, b),
+                    plane * chi_plane(a, b),
+                );
                 let dense = Kernel::dense(3, volume, moments);
                 close(dense.of(a, b), space * chi_space(a, b));
                 let by_powers: f64 = dense

@@ -157,15 +157,17 @@ impl<P: Grains> Selection<P> for LowRank {
     fn call_particles(&self, gas: &Gas<P>, draw: &Members) {
         for side in 0..2 {
             let members = &self.classes[draw.classes[side] as usize].members;
-            memory::prefetch(&gas.particles, members[draw.members[side] as usize] as usize);
+            memory::prefetch(
+                &gas.particles,
+                members[draw.members[side] as usize] as usize,
+            );
         }
     }
 
     #[inline]
     fn resolve(&self, gas: &Gas<P>, draw: &Members) -> Option<Candidate> {
         let classes = draw.classes.map(|class| &self.classes[class as usize]);
-        let [first, second] =
-            [0, 1].map(|side| classes[side].members[draw.members[side] as usize]);
+        let [first, second] = [0, 1].map(|side| classes[side].members[draw.members[side] as usize]);
         let gone = |index: u32| gas.particles[index as usize].mark == GONE;
         if (first == second) || gone(first) || gone(second) {
             return None;
@@ -205,7 +207,11 @@ impl<P: Grains> Selection<P> for LowRank {
         let radius = gas.scene.sizes().radius(particle.tag);
         let key = size_key(radius);
         let number = self.classes.partition_point(|class| class.key < key);
-        let Some(class) = self.classes.get_mut(number).filter(|class| class.key == key) else {
+        let Some(class) = self
+            .classes
+            .get_mut(number)
+            .filter(|class| class.key == key)
+        else {
             return Standing::Outdated;
         };
         particle.mark = number as u32;
@@ -227,6 +233,11 @@ impl<P: Grains> Selection<P> for LowRank {
             .iter()
             .map(|class| size_of::<Class>() + class.members.capacity() * size_of::<u32>())
             .sum::<usize>()
-            + self.first.iter().chain(&self.second).map(SumTree::bytes).sum::<usize>()
+            + self
+                .first
+                .iter()
+                .chain(&self.second)
+                .map(SumTree::bytes)
+                .sum::<usize>()
     }
 }

@@ -154,7 +154,10 @@ mod tests {
                 .sum();
             let plain = sum / f64::from(starts);
             let found = time_averaged(&corners, lag);
-            assert!((found / plain - 1.0).abs() < 1e-7, "lag {lag}: {found} {plain}");
+            assert!(
+                (found / plain - 1.0).abs() < 1e-7,
+                "lag {lag}: {found} {plain}"
+            );
         }
         assert_eq!(time_averaged(&corners, 5.0), 0.0);
         assert_eq!(time_averaged::<Vector2<f64>>(&[], 1.0), 0.0);

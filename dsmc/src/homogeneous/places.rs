@@ -183,7 +183,11 @@ impl Layout {
         };
         *joins += 1;
         let number = self.classes.partition_point(|class| class.key < key);
-        let Some(class) = self.classes.get_mut(number).filter(|class| class.key == key) else {
+        let Some(class) = self
+            .classes
+            .get_mut(number)
+            .filter(|class| class.key == key)
+        else {
             return Standing::Outdated;
         };
         if class.joined >= class.join_capacity || radius > class.radius {
@@ -300,13 +304,17 @@ impl Class {
 /// Group of a squared speed within a class.
 #[inline]
 fn bin(square: f64, base: u64) -> usize {
-    speed_key(square).saturating_sub(base).min(u64::from(WINDOW) - 1) as usize
+    speed_key(square)
+        .saturating_sub(base)
+        .min(u64::from(WINDOW) - 1) as usize
 }
 
 /// Counts particles by class and speed; the largest squared speed.
 fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>, base: u64) -> f64 {
     layout.counts.clear();
-    layout.counts.resize(layout.classes.len() * WINDOW as usize, 0);
+    layout
+        .counts
+        .resize(layout.classes.len() * WINDOW as usize, 0);
     let mut fastest = 0.0_f64;
     for (class, counts) in layout
         .classes
@@ -334,16 +342,16 @@ fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
         top = counts.iter().rposition(|&count| count > 0).unwrap_or(top);
         let spare = 1 + class.places() / 512;
         for (bin, count) in counts.iter_mut().enumerate() {
-            let within = if *count > 2 {
-                *count / 6 + 1
-            } else {
-                0
-            };
+            let within = if *count > 2 { *count / 6 + 1 } else { 0 };
             let above = match bin.checked_sub(top) {
                 Some(2 | 6 | 12) => spare,
                 _ => 0,
             };
-            let joining = if class.join_capacity > 0 && bin <= top && (top - bin).is_multiple_of(4) && top - bin <= 24 {
+            let joining = if class.join_capacity > 0
+                && bin <= top
+                && (top - bin).is_multiple_of(4)
+                && top - bin <= 24
+            {
                 class.join_capacity / 3 + 1
             } else {
                 0

@@ -146,7 +146,11 @@ pub fn shards<S: Space>(count: u32, square: f64, stream: &mut impl Rng) -> Vec<S
         }
     }
     let found: f64 = velocities.iter().map(Vector::square).sum();
-    let factor = if found > 0.0 { (n * square / found).sqrt() } else { 0.0 };
+    let factor = if found > 0.0 {
+        (n * square / found).sqrt()
+    } else {
+        0.0
+    };
     for velocity in &mut velocities {
         *velocity = *velocity * factor;
     }
@@ -187,7 +191,9 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
                 let monomer = gas.scene.sizes().mass(1);
                 let square = 2.0 * kept * full / (monomer * f64::from(total));
                 let shards = shards::<<P as Physics>::Space>(total, square, stream);
-                let whole = shards.into_iter().map(|shard| Particle::new(common + shard, 1));
+                let whole = shards
+                    .into_iter()
+                    .map(|shard| Particle::new(common + shard, 1));
                 gas.particles.extend(whole);
                 Outcome::Replaced { from }
             }
