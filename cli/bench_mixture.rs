@@ -109,7 +109,7 @@ fn timed<S: Selection<Spheres>>(work: &BenchMixture) -> Result<Speed, GasError> 
     let law = Constant::new(work.restitution)
         .ok_or_else(|| refuse("--restitution", work.restitution, "from 0 to 1"))?;
     let monomers = f64::from(work.monomers);
-    let kinds: Vec<Kind> = (1_u32..)
+    let kinds: Vec<Kind> = (1_u32..=2000)
         .map(|k| {
             let mass = f64::from(k);
             let share = monomers / (mass * mass * mass);

@@ -536,6 +536,13 @@ fn tracers_follow_the_tracer_limit() {
     engine.advance(300.0, u64::MAX, &mut ()).expect("runs");
     let end = engine.time();
     let found = moments(engine.gas(), Some((&engine.motion().0, end)), None);
+    // The bath feels nothing of them: it keeps its momentum, zero.
+    let bath = engine.gas().alive().filter(|particle| particle.tag == 0);
+    let mut drift = <Volume as Space>::Vector::default();
+    for particle in bath {
+        drift += particle.velocity;
+    }
+    assert!(drift.square().sqrt() < 1e-10, "{drift}");
     // 4.4 standard errors of 4000 tracers (2.6 % each for Gaussian displacements in three dimensions, with 4 % in all for
     // the bath's departure from Maxwell).
     let error = |n: f64| 4.4 * (2.0 / (3.0 * n)).sqrt();

@@ -185,7 +185,10 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
             let allowed = self.tolerance.absolute + self.tolerance.relative * size;
             let ratio = (step * error).abs() / allowed;
             // Not `max`, which would pass over what is no number.
-            if !(ratio <= largest) {
+            if ratio.is_nan() {
+                return ratio;
+            }
+            if ratio > largest {
                 largest = ratio;
             }
         }

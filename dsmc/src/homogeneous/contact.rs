@@ -75,6 +75,9 @@ pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
     /// Whether particles may appear and vanish.
     const SIZES_CHANGE: bool;
 
+    /// Prepares the gas at the start of a run.
+    fn prepare(&self, _gas: &mut Gas<P>) {}
+
     /// Acts on the two partners.
     fn meet(
         &mut self,
@@ -140,6 +143,11 @@ pub struct Tracers {
 
 impl<P: Grains> Contacts<P> for Tracers {
     const SIZES_CHANGE: bool = false;
+
+    /// Stops the drift of the bath, which would never decay while it cools.
+    fn prepare(&self, gas: &mut Gas<P>) {
+        gas.remove_drift_of(|kind| kind != self.kind);
+    }
 
     #[inline]
     fn meet(

@@ -91,7 +91,12 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     ///
     /// # Errors
     /// [`GasError::BadNumber`] if paths are to be tracked while particles appear and vanish.
-    pub fn new(gas: Gas<P>, motion: M, contacts: C, streams: Streams) -> Result<Self, GasError> {
+    pub fn new(
+        mut gas: Gas<P>,
+        motion: M,
+        contacts: C,
+        streams: Streams,
+    ) -> Result<Self, GasError> {
         if M::TRACKED && C::SIZES_CHANGE {
             return Err(GasError::BadNumber {
                 name: "number of tracked particles in a gas that sticks or breaks",
@@ -99,6 +104,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 allowed: "0",
             });
         }
+        contacts.prepare(&mut gas);
         Ok(Self {
             gas,
             selection: S::new(),
@@ -200,7 +206,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         collisions: u64,
         observer: &mut impl Observe<P>,
     ) -> Result<Stop, GasError> {
-        if !(until >= self.clock.time) {
+        if until.is_nan() || until < self.clock.time {
             return Err(GasError::BadNumber {
                 name: "time to advance to",
                 value: until,

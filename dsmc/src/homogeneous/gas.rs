@@ -196,9 +196,21 @@ impl<P: Grains> Gas<P> {
 
     /// Subtracts the velocity of the centre of mass.
     pub fn remove_drift(&mut self) {
-        let mass: f64 = self.alive().map(|particle| self.mass(particle)).sum();
-        let drift = self.momentum() * (1.0 / mass.max(f64::MIN_POSITIVE));
-        for particle in &mut self.particles {
+        self.remove_drift_of(|_| true);
+    }
+
+    /// Subtracts the velocity of the centre of mass of some species from theirs.
+    pub(crate) fn remove_drift_of(&mut self, chosen: impl Fn(u32) -> bool) {
+        let sizes = self.scene.sizes();
+        let among = |particle: &Particle<P>| chosen(sizes.kind(particle.tag));
+        let mut mass = 0.0;
+        let mut momentum = VectorOf::<P>::default();
+        for particle in self.particles.iter().filter(|particle| among(particle)) {
+            mass += sizes.mass(particle.tag);
+            momentum += particle.velocity * sizes.mass(particle.tag);
+        }
+        let drift = momentum * (1.0 / f64::max(mass, f64::MIN_POSITIVE));
+        for particle in self.particles.iter_mut().filter(|particle| among(particle)) {
             particle.velocity -= drift;
         }
     }
