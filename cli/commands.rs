@@ -131,7 +131,10 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
         Command::Bench(Bench::Mixture(arguments)) => bench_mixture(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
-            stress::command(&arguments, say).map_err(CommandError::from)
+            stress::command(stress::cases(), &arguments, say).map_err(CommandError::from)
+        }
+        Command::Stress(Stress::Mixture(arguments)) => {
+            stress::command(stress::mixture_cases(), &arguments, say).map_err(CommandError::from)
         }
         Command::Schema => {
             say(&format!("{:#}", case::schema()));

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector};
 
 use super::alias::split;
-use super::gas::{GONE, Gas, Grains, size_key};
+use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
 use super::memory;
 use super::selection::{Candidate, Selection, Standing};
 
@@ -82,6 +82,11 @@ impl<P: Grains> Selection<P> for Bird {
             class.radius = class.radius.max(radius);
             class.square = class.square.max(particle.velocity.square());
             particle.mark = number as u32;
+        }
+        if self.classes.iter().all(|class| class.square < COLDEST) {
+            for class in &mut self.classes {
+                class.square = 0.0;
+            }
         }
         self.majorant = 0.0;
         self.rate = 0.0;

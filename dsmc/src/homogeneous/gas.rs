@@ -60,6 +60,10 @@ impl<P: Physics> Clone for Particle<P> {
 }
 impl<P: Physics> Copy for Particle<P> {}
 
+/// A gas whose fastest particle has a smaller squared speed counts as at rest: products of speeds would soon be below what
+/// numbers can tell.
+pub(crate) const COLDEST: f64 = 1e-280;
+
 /// A gas without positions: what collides is a matter of speeds and sizes alone.
 #[derive(Clone, Debug)]
 pub struct Gas<P: Physics> {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector};
 
 use super::alias::split;
-use super::gas::{GONE, Gas, Grains, size_key};
+use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
 use super::kernel::powers;
 use super::memory;
 use super::selection::{Candidate, Selection, Standing};
@@ -107,6 +107,11 @@ impl<P: Grains> Selection<P> for LowRank {
             class.square = class.square.max(particle.velocity.square());
             class.members.push(index as u32);
             particle.mark = number as u32;
+        }
+        if self.classes.iter().all(|class| class.square < COLDEST) {
+            for class in &mut self.classes {
+                class.square = 0.0;
+            }
         }
         for tree in self.first.iter_mut().chain(&mut self.second) {
             *tree = SumTree::new(self.classes.len());

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Vector;
 
-use super::gas::{Gas, Grains, Particle, size_key};
+use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
 use super::memory;
 use super::selection::Standing;
 
@@ -364,7 +364,7 @@ fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
             let last = bin + 1 == WINDOW as usize;
             let square = match () {
                 // A gas at rest has no rate at all.
-                () if fastest == 0.0 => 0.0,
+                () if fastest < COLDEST => 0.0,
                 () if last => square.max(fastest),
                 () => square,
             };
