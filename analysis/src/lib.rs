@@ -10,6 +10,7 @@
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points dealt to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
+//! | [`theory`] | what does kinetic theory say of a mixture? | adaptive Runge-Kutta | O(species²) a step |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
 //!
 //! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may lie
