@@ -78,6 +78,11 @@ pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
     /// Prepares the gas at the start of a run.
     fn prepare(&self, _gas: &mut Gas<P>) {}
 
+    /// Whether a species is among those that conserve their common momentum.
+    fn conserves(&self, _kind: u32) -> bool {
+        true
+    }
+
     /// Acts on the two partners.
     fn meet(
         &mut self,
@@ -147,6 +152,10 @@ impl<P: Grains> Contacts<P> for Tracers {
     /// Stops the drift of the bath, which would never decay while it cools.
     fn prepare(&self, gas: &mut Gas<P>) {
         gas.remove_drift_of(|kind| kind != self.kind);
+    }
+
+    fn conserves(&self, kind: u32) -> bool {
+        kind != self.kind
     }
 
     #[inline]

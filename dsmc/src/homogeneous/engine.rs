@@ -2,14 +2,13 @@
 
 use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
-use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Stream, Streams};
-use stosszahl_model::{Collision, Observe, Physics, Vector, VectorOf};
+use stosszahl_model::{Collision, Observe, Vector, VectorOf};
 
+use super::checkpoint::{Clock, Stop, Tally};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
 use super::error::GasError;
 use super::gas::{GONE, Gas, Grains, Particle};
-use super::kernel::{Contact, Kernel};
 use super::motion::Motion;
 use super::selection::{Candidate, Selection, Standing};
 
@@ -18,71 +17,16 @@ const BATCH: usize = 64;
 /// Proposals whose particles are called up while earlier ones are treated.
 const AHEAD: usize = 24;
 
-/// What was done, in numbers that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
-    /// Proposals, those of nothing included.
-    pub proposals: u64,
-    /// Pairs that were looked at.
-    pub trials: u64,
-    /// Pairs that met, whatever followed.
-    pub collisions: u64,
-    /// Times that all bounds were fitted anew.
-    pub rebuilds: u64,
-    /// Kinetic energy lost in bounces.
-    pub energy_lost: f64,
-}
-
-/// Why an advance ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// The time is reached.
-    Time,
-    /// The number of collisions is reached.
-    Collisions,
-    /// Nothing will ever collide again: one particle is left, or all are at rest. A finite time is reached.
-    Still,
-}
-
-/// Everything that a run needs to continue to the same bytes, but the scene.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(bound(
-    serialize = "S: Serialize, M: Serialize, C: Serialize",
-    deserialize = "S: Deserialize<'de>, M: Deserialize<'de>, C: Deserialize<'de>"
-))]
-pub struct Checkpoint<P: Physics, S, M, C> {
-    kernel: Kernel,
-    contact: Contact,
-    volume: f64,
-    particles: Vec<Particle<P>>,
-    gone: usize,
-    selection: S,
-    motion: M,
-    contacts: C,
-    clock: Clock,
-    tally: Tally,
-}
-
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Clock {
-    time: f64,
-    /// Advances so far; each has its own random stream.
-    advances: u64,
-    /// Collisions since the bounds were fitted.
-    since: u64,
-    outdated: bool,
-}
-
 /// A gas without positions under way. See the [module](super).
 #[derive(Clone, Debug)]
 pub struct Engine<P: Grains, S, M = (), C = Bounce> {
-    gas: Gas<P>,
-    selection: S,
-    motion: M,
-    contacts: C,
-    streams: Streams,
-    clock: Clock,
-    tally: Tally,
+    pub(super) gas: Gas<P>,
+    pub(super) selection: S,
+    pub(super) motion: M,
+    pub(super) contacts: C,
+    pub(super) streams: Streams,
+    pub(super) clock: Clock,
+    pub(super) tally: Tally,
 }
 
 impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
@@ -117,42 +61,6 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             },
             tally: Tally::default(),
         })
-    }
-
-    /// Everything that is needed to continue to the same bytes.
-    pub fn checkpoint(&self) -> Checkpoint<P, S, M, C> {
-        Checkpoint {
-            kernel: self.gas.kernel,
-            contact: self.gas.contact,
-            volume: self.gas.volume,
-            particles: self.gas.particles.clone(),
-            gone: self.gas.gone,
-            selection: self.selection.clone(),
-            motion: self.motion.clone(),
-            contacts: self.contacts.clone(),
-            clock: self.clock,
-            tally: self.tally,
-        }
-    }
-
-    /// Continues from a checkpoint of the same scene and streams.
-    pub fn resume(scene: P, checkpoint: Checkpoint<P, S, M, C>, streams: Streams) -> Self {
-        Self {
-            gas: Gas {
-                scene,
-                kernel: checkpoint.kernel,
-                contact: checkpoint.contact,
-                volume: checkpoint.volume,
-                particles: checkpoint.particles,
-                gone: checkpoint.gone,
-            },
-            selection: checkpoint.selection,
-            motion: checkpoint.motion,
-            contacts: checkpoint.contacts,
-            streams,
-            clock: checkpoint.clock,
-            tally: checkpoint.tally,
-        }
     }
 
     /// The gas.
@@ -246,6 +154,10 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         if self.clock.outdated || self.clock.since as f64 > due.max(8.0) {
             if C::SIZES_CHANGE {
                 self.gas.measure_contacts()?;
+            }
+            if self.tally.rebuilds % 64 == 63 {
+                let contacts = &self.contacts;
+                self.gas.remove_rounding(|kind| contacts.conserves(kind));
             }
             self.selection.rebuild(&mut self.gas);
             self.clock.since = 0;

@@ -205,15 +205,34 @@ impl<P: Grains> Gas<P> {
 
     /// Subtracts the velocity of the centre of mass of some species from theirs.
     pub(crate) fn remove_drift_of(&mut self, chosen: impl Fn(u32) -> bool) {
+        self.remove_drift_if(chosen, |_, _| true);
+    }
+
+    /// Subtracts a drift that rounding has left: below 1e-10 of the thermal speed. It would never decay while the gas
+    /// cools, and at last drown all relative motion.
+    pub(crate) fn remove_rounding(&mut self, chosen: impl Fn(u32) -> bool) {
+        self.remove_drift_if(chosen, |drift, thermal| drift < 1e-20 * thermal);
+    }
+
+    /// Subtracts the velocity of the centre of mass of some species if its square and their mean squared speed say so.
+    fn remove_drift_if(&mut self, chosen: impl Fn(u32) -> bool, remove: impl Fn(f64, f64) -> bool) {
         let sizes = self.scene.sizes();
-        let among = |particle: &Particle<P>| chosen(sizes.kind(particle.tag));
-        let mut mass = 0.0;
+        let among =
+            |particle: &Particle<P>| !particle.is_gone() && chosen(sizes.kind(particle.tag));
+        let (mut mass, mut energy) = (0.0, 0.0);
         let mut momentum = VectorOf::<P>::default();
         for particle in self.particles.iter().filter(|particle| among(particle)) {
             mass += sizes.mass(particle.tag);
+            energy += 0.5 * sizes.mass(particle.tag) * particle.velocity.square();
             momentum += particle.velocity * sizes.mass(particle.tag);
         }
         let drift = momentum * (1.0 / f64::max(mass, f64::MIN_POSITIVE));
+        if !remove(
+            drift.square(),
+            2.0 * energy / f64::max(mass, f64::MIN_POSITIVE),
+        ) {
+            return;
+        }
         for particle in self.particles.iter_mut().filter(|particle| among(particle)) {
             particle.velocity -= drift;
         }

@@ -21,6 +21,7 @@
 
 mod alias;
 mod bird;
+mod checkpoint;
 mod contact;
 mod engine;
 mod error;
@@ -38,8 +39,9 @@ mod sticking;
 mod tree;
 
 pub use bird::Bird;
+pub use checkpoint::{Checkpoint, Stop, Tally};
 pub use contact::{Bounce, Contacts, Meeting, Outcome, Tracers, line_of_centres};
-pub use engine::{Checkpoint, Engine, Stop, Tally};
+pub use engine::Engine;
 pub use error::GasError;
 pub use gas::{Gas, Grains, Particle, TagOf};
 pub use kernel::{Contact, Kernel};

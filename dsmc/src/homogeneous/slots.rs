@@ -13,8 +13,8 @@
 //! constant (exact Poisson counts), and proposals may be drawn ahead and their memory called up.
 //!
 //! Cost: six random words, three looks at tables that fit the fastest memory, and three lines of the large
-//! arrays, all of them called up ahead. Bounds are tight to 1/32, and fitted again every quarter of a collision per
-//! pair of particles in two passes over the gas.
+//! arrays, all of them called up ahead. Bounds are tight to 4 %, and fitted again every N/8 collisions
+//! in two passes over the gas.
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
