@@ -55,7 +55,7 @@ pub trait Selection<P: Grains>: Clone + Serialize + DeserializeOwned {
     /// Draws one proposal; the rate is above zero.
     fn draw(&self, stream: &mut impl Rng) -> Self::Draw;
 
-    /// Calls up the memory that [`Selection::locate`] will look at.
+    /// Calls up the memory that [`Selection::call_particles`] will look at.
     #[inline]
     fn call_index(&self, _draw: &Self::Draw) {}
 
