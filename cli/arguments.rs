@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::validate::Part;
+use crate::bench_mixture::BenchMixture;
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
@@ -95,12 +96,17 @@ pub enum Stress {
                       stosszahl stress ed --case kills,grazing   only these\n  \
                       stosszahl stress ed --long                 hours: 1e9 collisions, 1e5 disks around a huge one"
     )]
-    Ed(StressEd),
+    Ed(StressArguments),
+    /// Gases without positions: extreme sizes and temperatures, rare species, no rebound, cooling until nothing moves,
+    /// sticking until one cluster is left.
+    ///
+    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    Mixture(StressArguments),
 }
 
-/// `stosszahl stress ed`.
+/// `stosszahl stress`.
 #[derive(Clone, Debug, Args)]
-pub struct StressEd {
+pub struct StressArguments {
     /// Only this case; may be repeated, or name several with commas between them.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
@@ -126,6 +132,8 @@ pub enum Bench {
     Ed(BenchEd),
     /// Monte Carlo: dilute elastic hard disks or spheres in cells of half a mean free path, with a constant step.
     Dsmc(BenchDsmc),
+    /// Monte Carlo of a gas of spheres of a hundred sizes, cooling, on one thread: make the start, then time.
+    Mixture(BenchMixture),
 }
 
 /// `stosszahl bench dsmc`.

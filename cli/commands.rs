@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, io, thread};
 
+use stosszahl_dsmc::homogeneous::GasError;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 use stosszahl_model::{Plane, Sizes};
@@ -19,6 +20,7 @@ use crate::arguments::{
     RunArguments, Stress, Validate,
 };
 use crate::bench::{self, BenchError};
+use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
 use crate::export::Tables;
 use crate::manifest::{self, Manifest, Sweep, SweepPoint};
@@ -80,6 +82,9 @@ pub enum CommandError {
     /// A benchmark cannot run.
     #[error(transparent)]
     Bench(#[from] BenchError),
+    /// A gas without positions cannot be made or cannot go on.
+    #[error(transparent)]
+    Gas(#[from] GasError),
     /// A hard case failed, or is unknown.
     #[error(transparent)]
     Stress(#[from] StressError),
@@ -136,8 +141,12 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             .map(|path| say(&path.display().to_string())),
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
         Command::Bench(Bench::Dsmc(arguments)) => bench_dsmc(&arguments),
+        Command::Bench(Bench::Mixture(arguments)) => bench_mixture(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
-            stress::command(&arguments, say).map_err(CommandError::from)
+            stress::command(stress::cases(), &arguments, say).map_err(CommandError::from)
+        }
+        Command::Stress(Stress::Mixture(arguments)) => {
+            stress::command(stress::mixture_cases(), &arguments, say).map_err(CommandError::from)
         }
         Command::Validate(Validate::Dsmc(arguments)) => {
             validate::command(&arguments, say).map_err(CommandError::from)
@@ -357,6 +366,16 @@ fn bench_dsmc(arguments: &BenchDsmc) -> Result<(), CommandError> {
             speed.trials_per_collision,
             speed.bytes_per_simulator
         ));
+    }
+    Ok(())
+}
+
+fn bench_mixture(arguments: &BenchMixture) -> Result<(), CommandError> {
+    let speed = bench_mixture::measure(arguments)?;
+    if arguments.json {
+        say(&serde_json::to_string(&speed).unwrap_or_default());
+    } else {
+        say(&bench_mixture::words(&speed));
     }
     Ok(())
 }

@@ -13,6 +13,7 @@ pub use stosszahl_model as model;
 
 pub mod arguments;
 pub mod bench;
+pub mod bench_mixture;
 pub mod case;
 pub mod commands;
 pub mod dispatch;

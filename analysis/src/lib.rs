@@ -13,6 +13,7 @@
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
 //! | [`fit`] | which limit, which slope, which order? | weighted least squares | O(values) |
+//! | [`theory`] | what does kinetic theory say of a mixture? | adaptive Runge-Kutta | O(species²) a step |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
 //!
 //! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may lie
@@ -35,6 +36,7 @@ pub mod pair_correlation;
 pub mod relaxation;
 pub mod statistics;
 pub mod structure_factor;
+pub mod theory;
 pub mod windows;
 
 pub use error::Error;

@@ -1,17 +1,19 @@
-//! `stosszahl stress ed`.
+//! `stosszahl stress`.
 
-use super::{Case, Effort, case, cases};
-use crate::arguments::StressEd;
+use super::{Case, Effort};
+use crate::arguments::StressArguments;
 
 /// Why the command does not succeed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StressError {
     /// No case has this name.
-    #[error("--case {found}: allowed are {}", names().join(", "))]
+    #[error("--case {found}: allowed are {}", allowed.join(", "))]
     Unknown {
         /// What was asked for.
         found: String,
+        /// Names of the cases.
+        allowed: Vec<&'static str>,
     },
     /// Something does not hold.
     #[error("{} of {of} hard cases failed: {}", failed.len(), failed.join(", "))]
@@ -23,24 +25,26 @@ pub enum StressError {
     },
 }
 
-fn names() -> Vec<&'static str> {
-    cases().iter().map(|case| case.name).collect()
-}
-
-/// Runs the cases asked for, one after the other, and says what was found.
+/// Runs those of the cases that are asked for, one after the other, and says what was found.
 ///
 /// # Errors
 /// [`StressError`] if a case fails or has an unknown name.
-pub fn command(arguments: &StressEd, say: impl Fn(&str)) -> Result<(), StressError> {
+pub fn command(
+    all: Vec<Case>,
+    arguments: &StressArguments,
+    say: impl Fn(&str),
+) -> Result<(), StressError> {
     let chosen: Vec<Case> = if arguments.case.is_empty() {
-        cases()
+        all
     } else {
         arguments
             .case
             .iter()
             .map(|name| {
-                case(name).ok_or_else(|| StressError::Unknown {
+                let known = all.iter().find(|case| case.name == name);
+                known.copied().ok_or_else(|| StressError::Unknown {
                     found: name.clone(),
+                    allowed: all.iter().map(|case| case.name).collect(),
                 })
             })
             .collect::<Result<_, _>>()?

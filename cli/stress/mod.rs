@@ -1,4 +1,4 @@
-//! Hard cases for the event-driven engine: what `stosszahl stress ed` runs.
+//! Hard cases for the engines: what `stosszahl stress ed` and `stosszahl stress mixture` run.
 //!
 //! A case says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
 //! several cases share are constants of the module `gas`, with their origin. A case runs in a thread of its own: a panic
@@ -20,6 +20,7 @@ mod endurance;
 mod extremes;
 mod findings;
 mod gas;
+mod homogeneous;
 mod mixtures;
 mod resume;
 mod starts;
@@ -184,6 +185,9 @@ pub enum Trouble {
     /// The engine refused what it must take.
     #[error("the engine refused: {0}")]
     Engine(#[from] stosszahl_ed::EngineError),
+    /// The engine without positions refused what it must take.
+    #[error("the engine refused: {0}")]
+    Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
     /// A start could not be made.
     #[error("no start: {0}")]
     Start(#[from] crate::bench::BenchError),
@@ -213,9 +217,15 @@ pub fn cases() -> Vec<Case> {
     .concat()
 }
 
+/// All cases of gases without positions.
+pub fn mixture_cases() -> Vec<Case> {
+    homogeneous::CASES.to_vec()
+}
+
 /// The case of a name.
 pub fn case(name: &str) -> Option<Case> {
-    cases().into_iter().find(|case| case.name == name)
+    let mut all = cases().into_iter().chain(mixture_cases());
+    all.find(|case| case.name == name)
 }
 
 #[cfg(test)]

@@ -58,6 +58,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 mod tile;
+pub mod homogeneous;
 
 pub use density::{Neighbourhood, Scheme};
 pub use engine::Engine;

@@ -19,6 +19,7 @@
 //! Engines are dimensionless. The command line scales a case so that the mean diameter, the mean mass
 //! and the initial temperature are one; nothing here relies on it except where a comment says so.
 
+pub mod clusters;
 pub mod collision;
 pub mod domain;
 pub mod drive;
@@ -26,24 +27,29 @@ pub mod field;
 pub mod initial;
 pub mod kinetic;
 pub mod observe;
+pub mod pairwise;
 pub mod physics;
 pub mod random;
 pub mod restitution;
 pub mod sizes;
 pub mod snapshot;
 pub mod space;
+pub mod species;
 pub mod state;
 pub mod surface;
 pub mod transport;
 
+pub use clusters::Clusters;
 pub use collision::{Collision, Encounter, collide};
 pub use domain::Domain;
 pub use drive::Drive;
 pub use field::{Field, Free};
 pub use observe::Observe;
+pub use pairwise::PerPair;
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
 pub use restitution::{Constant, Restitution, Viscoelastic};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
+pub use species::{Kind, Species};
 pub use state::{Body, State};
 pub use surface::{Smooth, Surface};

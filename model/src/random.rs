@@ -24,6 +24,8 @@ pub enum Purpose {
     Collisions = 5,
     /// Kicks of a drive; addressed by the number of the kick and the particle.
     Kicks = 6,
+    /// Pair selection and contacts of a gas without positions.
+    Pairs = 7,
 }
 
 /// The streams of one replica.

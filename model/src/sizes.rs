@@ -30,6 +30,11 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     fn mass(&self, tag: Self::Tag) -> f64;
     /// The largest radius of all.
     fn largest_radius(&self) -> f64;
+    /// The species that a particle belongs to, where there are several; 0 otherwise.
+    #[inline]
+    fn kind(&self, _tag: Self::Tag) -> u32 {
+        0
+    }
 }
 
 /// All particles alike.

@@ -1,0 +1,276 @@
+//! Homogeneous mixtures of any number of species.
+
+use std::f64::consts::PI;
+
+use stosszahl_model::Restitution;
+
+use super::TheoryError;
+use super::contact::{self, Contact};
+use super::integrate::{Integrator, Tolerance};
+
+/// One species.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Component {
+    /// Mass of a particle.
+    pub mass: f64,
+    /// Diameter.
+    pub diameter: f64,
+    /// Particles per volume; zero is the tracer limit.
+    pub density: f64,
+}
+
+/// Nodes and weights of the mean over the normal approach speeds of colliding pairs.
+const NODES: i32 = 40;
+
+/// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
+///
+/// For the pair (k, i) let `S^2 = T_k/m_k + T_i/m_i` be the variance of a component of the relative velocity and
+/// `nu_ki = n_i d_ki^(D-1) chi_ki (Omega_D sqrt(2/pi)/D) S (1 + e) m_i/(m_k + m_i)`, `Omega_2 = 2 pi`, `Omega_3 = 4 pi`.
+/// Then velocities of species k decay at the rate `nu_k = sum_i nu_ki`, and temperatures as
+/// `dT_k/dt = -T_k sum_i 2 nu_ki (1 - (1 + e) theta/2)`, `theta = (T_k m_i + T_i m_k)/(T_k (m_k + m_i))`: Garzó &
+/// Dufty, Phys. Rev. E 60, 5706 (1999), doi:10.1103/PhysRevE.60.5706, in three dimensions. Where restitution depends on the
+/// approach speed g, `1 + e` and `(1 + e)^2` stand for their means with the weight `g^3 exp(-g^2/(2 S^2))`, which for
+/// viscoelastic spheres are the series of Bodrova & Osinsky (2024).
+#[derive(Clone, Debug)]
+pub struct Mixture<R> {
+    dimension: usize,
+    components: Vec<Component>,
+    law: R,
+    /// `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` by rows: hit species k, partner i.
+    rates: Vec<f64>,
+    /// Speeds over S, and weights.
+    nodes: Vec<(f64, f64)>,
+    constant: bool,
+}
+
+/// Rates of one species at given temperatures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Of the decay of velocities, `nu_k` \[1/time\].
+    pub velocity: f64,
+    /// Of cooling, `xi_k = -d ln T_k/dt` \[1/time\].
+    pub cooling: f64,
+    /// Of collisions of one particle \[1/time\].
+    pub collisions: f64,
+}
+
+impl<R: Restitution> Mixture<R> {
+    /// The mixture in two or three dimensions; `law.between([k, i], g)` is the restitution of a pair.
+    ///
+    /// # Errors
+    /// [`TheoryError::BadNumber`] if there is no component, the dimension is another, a mass or diameter is not above zero,
+    /// a density negative, or the gas packed too densely for its contact values.
+    pub fn new(
+        dimension: usize,
+        components: Vec<Component>,
+        law: R,
+        contact: Contact,
+    ) -> Result<Self, TheoryError> {
+        let check = |name, value: f64, good: bool, allowed| {
+            if good && value.is_finite() {
+                Ok(())
+            } else {
+                Err(TheoryError::BadNumber {
+                    name,
+                    value,
+                    allowed,
+                })
+            }
+        };
+        let d = dimension as f64;
+        check("dimension", d, (2..=3).contains(&dimension), "2 or 3")?;
+        let count = components.len();
+        check("number of species", count as f64, count > 0, "at least 1")?;
+        for component in &components {
+            let Component {
+                mass,
+                diameter,
+                density,
+            } = *component;
+            check("mass", mass, mass > 0.0, "above 0")?;
+            check("diameter", diameter, diameter > 0.0, "above 0")?;
+            check("density", density, density >= 0.0, "0 or more")?;
+        }
+        let values = contact::values(dimension, &components, contact)?;
+        let sphere = if dimension == 2 { 2.0 * PI } else { 4.0 * PI };
+        let mut rates = Vec::with_capacity(count * count);
+        for (k, hit) in components.iter().enumerate() {
+            for (i, partner) in components.iter().enumerate() {
+                let distance = 0.5 * (hit.diameter + partner.diameter);
+                rates.push(
+                    partner.density
+                        * distance.powi(dimension as i32 - 1)
+                        * values[k * count + i]
+                        * sphere
+                        * (2.0 / PI).sqrt()
+                        / d,
+                );
+            }
+        }
+        // With y = g^2/(2 S^2), the weight is y exp(-y) dy. Trapezoidal in u with y = exp(u - exp(-u)), which decays
+        // doubly exponentially on both sides: exact to rounding for smooth laws and for powers of g.
+        let mut nodes: Vec<(f64, f64)> = (0..NODES)
+            .map(|node| {
+                let u = -3.5 + 7.5 * f64::from(node) / f64::from(NODES - 1);
+                let y = (u - (-u).exp()).exp();
+                ((2.0 * y).sqrt(), y * y * (-y).exp() * (1.0 + (-u).exp()))
+            })
+            .collect();
+        let sum: f64 = nodes.iter().map(|node| node.1).sum();
+        for node in &mut nodes {
+            node.1 /= sum;
+        }
+        let constant = (0..count as u32).all(|k| {
+            (0..count as u32).all(|i| {
+                let at = |g| law.between([k, i], g);
+                let first = at(0.1);
+                [0.0, 1e-6, 1.0, 50.0].iter().all(|&g| at(g) == first)
+            })
+        });
+        Ok(Self {
+            dimension,
+            components,
+            law,
+            rates,
+            nodes,
+            constant,
+        })
+    }
+
+    /// The species.
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// The dimension.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Means of 1 + e and of its square over the collisions of a pair.
+    fn means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
+        if self.constant {
+            let once = 1.0 + self.law.between(kinds, 1.0);
+            return [once, once * once];
+        }
+        let mut sums = [0.0; 2];
+        for &(speed, weight) in &self.nodes {
+            let once = 1.0 + self.law.between(kinds, speed * spread);
+            sums[0] += weight * once;
+            sums[1] += weight * once * once;
+        }
+        sums
+    }
+
+    /// Rates of species k at the given temperatures.
+    pub fn rates(&self, k: usize, temperatures: &[f64]) -> Rates {
+        let count = self.components.len();
+        let (hit, t) = (&self.components[k], temperatures[k]);
+        let mut rates = Rates::default();
+        for (i, (partner, &other)) in self.components.iter().zip(temperatures).enumerate() {
+            let base = self.rates[k * count + i];
+            if base == 0.0 {
+                continue;
+            }
+            let spread = (t / hit.mass + other / partner.mass).sqrt();
+            let [once, twice] = self.means([k as u32, i as u32], spread);
+            let share = partner.mass / (hit.mass + partner.mass);
+            let theta = (t * partner.mass + other * hit.mass) / (t * (hit.mass + partner.mass));
+            let hits = base * spread;
+            rates.velocity += hits * share * once;
+            rates.cooling += hits * share * (2.0 * once - twice * theta);
+            // sigma <g> is sqrt(2 pi) d S in the plane, 2 sqrt(2 pi) d^2 S in space.
+            rates.collisions += 0.5 * hits * self.dimension as f64;
+        }
+        rates
+    }
+
+    /// Temperatures, velocity-displacement correlations `C_k = <R.v>` and mean squared displacements at the given times,
+    /// which do not fall, from given temperatures at time zero, when all displacements are zero.
+    ///
+    /// `dC_k/dt = D T_k/m_k - nu_k C_k` and `d<R_k^2>/dt = 2 C_k`, which is exact for velocity correlations that decay
+    /// exponentially in the number of collisions.
+    ///
+    /// # Errors
+    /// [`TheoryError`] if a temperature is not above zero, the numbers differ, or the integration fails.
+    pub fn evolve(&self, temperatures: &[f64], times: &[f64]) -> Result<Vec<Moment>, TheoryError> {
+        let count = self.components.len();
+        for &t in temperatures {
+            if !(t > 0.0 && t.is_finite()) {
+                return Err(TheoryError::BadNumber {
+                    name: "temperature",
+                    value: t,
+                    allowed: "above 0",
+                });
+            }
+        }
+        if temperatures.len() != count {
+            return Err(TheoryError::BadNumber {
+                name: "number of temperatures",
+                value: temperatures.len() as f64,
+                allowed: "the number of species",
+            });
+        }
+        // Logarithms of temperatures: they fall by many orders, and never below zero.
+        let mut start: Vec<f64> = temperatures.iter().map(|t| t.ln()).collect();
+        start.extend(vec![0.0; 2 * count]);
+        let fastest = (0..count)
+            .map(|k| self.rates(k, temperatures).velocity)
+            .fold(0.0, f64::max);
+        let first = if fastest > 0.0 { 0.01 / fastest } else { 1.0 };
+        let mut now = vec![0.0; count];
+        let slope = |_: f64, y: &[f64], slope: &mut [f64]| {
+            for (t, log) in now.iter_mut().zip(y) {
+                *t = log.exp();
+            }
+            for k in 0..count {
+                let rates = self.rates(k, &now);
+                let thermal = self.dimension as f64 * now[k] / self.components[k].mass;
+                slope[k] = -rates.cooling;
+                slope[count + k] = thermal - rates.velocity * y[count + k];
+                slope[2 * count + k] = 2.0 * y[count + k];
+            }
+        };
+        let tolerance = Tolerance {
+            relative: 1e-8,
+            absolute: 1e-10,
+        };
+        let mut problem = Integrator::new(slope, 0.0, start, first, tolerance);
+        let mut found = Vec::with_capacity(times.len());
+        for &time in times {
+            let y = problem.advance(time)?;
+            found.push(Moment {
+                time,
+                temperatures: y[..count].iter().map(|log| log.exp()).collect(),
+                correlations: y[count..2 * count].to_vec(),
+                displacements: y[2 * count..].to_vec(),
+            });
+        }
+        Ok(found)
+    }
+
+    /// Mean of a quantity over all particles, species by their densities.
+    pub fn average(&self, values: &[f64]) -> f64 {
+        let total: f64 = self.components.iter().map(|c| c.density).sum();
+        let sum: f64 = self
+            .components
+            .iter()
+            .zip(values)
+            .map(|(component, value)| component.density * value)
+            .sum();
+        sum / total
+    }
+}
+
+/// A mixture at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// When.
+    pub time: f64,
+    /// `T_k = m_k <v_k^2>/D`.
+    pub temperatures: Vec<f64>,
+    /// `<R_k . v_k>`.
+    pub correlations: Vec<f64>,
+    /// `<R_k^2>`.
+    pub displacements: Vec<f64>,
+}

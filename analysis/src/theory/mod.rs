@@ -1,0 +1,49 @@
+//! What kinetic theory says of homogeneous gases: curves that simulations are measured against.
+//!
+//! | module | question |
+//! |---|---|
+//! | [`mixture`] | how do the species of a mixture cool, and how far do they get? |
+//! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
+//! | [`contact`] | how does density raise collision rates? |
+//! | [`integrate`] | an adaptive integrator with control of its error |
+//!
+//! All of it is exact for Maxwellian velocities (first Sonine order); how far a gas is from that is measured by its fourth
+//! cumulant, [`stosszahl_model::kinetic::fourth_cumulant`] for one species.
+
+pub mod contact;
+pub mod cooling_state;
+pub mod integrate;
+pub mod mixture;
+
+pub use contact::Contact;
+pub use cooling_state::CoolingState;
+pub use mixture::{Component, Mixture, Moment, Rates};
+
+/// Why a curve cannot be computed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TheoryError {
+    /// A number out of range.
+    #[error("{name} is {value}: allowed is {allowed}")]
+    BadNumber {
+        /// Which.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The integration cannot go on.
+    #[error(
+        "the integration stopped at {at} with steps of {step}: the solution is not smooth there"
+    )]
+    Integration {
+        /// Where.
+        at: f64,
+        /// Last step tried.
+        step: f64,
+    },
+}
+
+#[cfg(test)]
+mod tests;

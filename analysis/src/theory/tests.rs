@@ -1,0 +1,224 @@
+//! Curves against the numbers of Bodrova & Osinsky (2024), computed independently of this code (with their misprints
+//! corrected). Tolerance: half of the unit beside each number, which is that of its last digit, or 1e-3 of it where the
+//! other code was no better.
+
+use stosszahl_model::{Constant, PerPair, Viscoelastic, kinetic};
+
+use super::*;
+
+fn component(mass: f64, diameter: f64, density: f64) -> Component {
+    Component {
+        mass,
+        diameter,
+        density,
+    }
+}
+
+fn half() -> Constant {
+    Constant::new(0.5).expect("a coefficient")
+}
+
+/// The ternary mixture and the two binary ones with material of one density.
+fn solid(densities: &[f64]) -> Vec<Component> {
+    [1.0, 100.0, 500.0]
+        .into_iter()
+        .zip(densities)
+        .map(|(mass, &density)| component(mass, f64::cbrt(mass), density))
+        .collect()
+}
+
+fn near(found: f64, printed: f64, unit: f64) {
+    assert!(
+        (found - printed).abs() <= 0.51 * unit,
+        "{found} against {printed}"
+    );
+}
+
+#[test]
+fn binary_mixture_from_equal_temperatures() {
+    let both = vec![component(1.0, 1.0, 0.1), component(100.0, 1.0, 0.1)];
+    let mixture = Mixture::new(3, both, half(), Contact::Dilute).expect("a mixture");
+    let times = [1.0, 10.0, 100.0, 1e3, 1e4];
+    let found = mixture.evolve(&[1.0, 1.0], &times).expect("smooth");
+    // The first two by a plain Runge-Kutta integration of fourth order with a thousand steps.
+    for (moment, [light, heavy]) in found.iter().zip([
+        [(2.050_064, 1e-6), (0.029_402_4, 1e-7)],
+        [(35.992_87, 1e-5), (2.484_093, 1e-6)],
+        [(128.2, 0.1), (84.17, 0.03)],
+        [(313.1, 0.2), (460.0, 0.2)],
+        [(555.2, 0.3), (971.1, 0.3)],
+    ]) {
+        near(moment.displacements[0], light.0, light.1);
+        near(moment.displacements[1], heavy.0, heavy.1);
+    }
+    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    near(state.temperatures[1] / state.temperatures[0], 40.694, 1e-3);
+}
+
+#[test]
+fn closed_form_is_the_integral_of_the_equations() {
+    let mixture =
+        Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    near(state.temperatures[0], 0.55407, 1e-5);
+    near(state.temperatures[1], 45.593, 1e-3);
+    near(state.time, 19.256, 2e-3);
+    near(state.relaxation[0], 3.974, 1e-3);
+    near(state.relaxation[1], 25.43, 1e-2);
+    let times = [1.0, 10.0, 1e4];
+    let found = mixture.evolve(&state.temperatures, &times).expect("smooth");
+    for moment in &found {
+        for k in 0..2 {
+            // 1e-8 per step, some hundred steps.
+            let closed = state.displacement(k, 0.0, moment.time);
+            assert!((moment.displacements[k] / closed - 1.0).abs() < 1e-6);
+            let haff = state.temperatures[k] * (1.0 + moment.time / state.time).powi(-2);
+            assert!((moment.temperatures[k] / haff - 1.0).abs() < 1e-6);
+        }
+    }
+    near(found[2].displacements[0], 1538.7, 0.2);
+    near(found[2].displacements[1], 6624.0, 1.0);
+}
+
+#[test]
+fn ternary_mixture_in_its_cooling_state() {
+    let mixture = Mixture::new(3, solid(&[0.1; 3]), half(), Contact::Dilute).expect("a mixture");
+    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    near(state.time, 1.8368, 1e-4);
+    for (k, temperature, relaxation, displacement) in [
+        (0, 0.048_152, 0.3611, 0.7318),
+        (1, 1.106_586, 0.4394, 0.2023),
+        (2, 1.845_261, 0.8209, 0.1191),
+    ] {
+        near(state.temperatures[k], temperature, 1e-6);
+        near(state.relaxation[k], relaxation, 1e-4);
+        near(state.displacement(k, 0.0, 100.0), displacement, 1e-4);
+    }
+    let total: Vec<f64> = (0..3).map(|k| state.displacement(k, 0.0, 10.0)).collect();
+    near(mixture.average(&total), 0.1513, 1e-4);
+}
+
+#[test]
+fn tracers_and_their_time_averages() {
+    let law = |e| Constant::new(e).expect("a coefficient");
+    let mixture =
+        Mixture::new(3, solid(&[0.1, 0.0]), law(0.5), Contact::Dilute).expect("a mixture");
+    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    near(state.temperatures[1], 412.9277, 1e-3);
+    near(state.time, 11.2838, 1e-4);
+    near(state.relaxation[1], 1212.016, 1e-1);
+    near(state.displacement(0, 0.0, 1e5), 2229.8, 0.1);
+    near(state.displacement(1, 0.0, 1e5), 1.267e5, 1e2);
+    for (lag, light, heavy) in [
+        (1.0, (0.003_11, 1e-5), (0.013_37, 1e-5)),
+        (10.0, (0.1824, 1e-4), (0.9883, 1e-4)),
+        (100.0, (3.835, 1e-3), (31.62, 1e-2)),
+        (1000.0, (45.98, 1e-2), (493.8, 0.1)),
+    ] {
+        near(state.time_averaged(0, lag, 1e4), light.0, light.1);
+        near(state.time_averaged(1, lag, 1e4), heavy.0, heavy.1);
+    }
+}
+
+#[test]
+fn viscoelastic_mixtures() {
+    let law = Viscoelastic::new(0.3).expect("positive");
+    let binary = Mixture::new(3, solid(&[0.1, 0.1]), law, Contact::Dilute).expect("a mixture");
+    let found = binary
+        .evolve(&[1.0, 1.0], &[1.0, 10.0, 100.0, 1e5])
+        .expect("smooth");
+    for (moment, [light, heavy]) in found.iter().zip([
+        [(0.797_439, 1e-6), (0.021_380_7, 1e-7)],
+        [(5.70, 2e-2), (0.437, 2e-3)],
+        [(21.35, 4e-2), (2.131, 4e-3)],
+        [(152.6, 0.3), (13.07, 3e-2)],
+    ]) {
+        near(moment.displacements[0], light.0, light.1);
+        near(moment.displacements[1], heavy.0, heavy.1);
+    }
+    // The means over speeds of a power of the approach speed are Gamma functions:
+    // <g^(n/10)> = (2 S^2)^(n/20) Gamma(2 + n/20), Gamma(2.1) = 1.0464858.
+    let table = PerPair::new(1, vec![law]).expect("one species");
+    let alone = Mixture::new(3, solid(&[0.1]), table, Contact::Dilute).expect("a gas");
+    let rates = alone.rates(0, &[1.0]);
+    assert!(rates.velocity > 0.0 && rates.cooling > 0.0);
+}
+
+#[test]
+fn one_species_is_haff_in_two_and_three_dimensions() {
+    for (dimension, r) in [(2, 0.8), (3, 0.5)] {
+        let law = Constant::new(r).expect("a coefficient");
+        let mixture = Mixture::new(
+            dimension,
+            vec![component(2.0, 1.5, 0.07)],
+            law,
+            Contact::Enskog,
+        )
+        .expect("a gas");
+        let rates = mixture.rates(0, &[0.9]);
+        let d = dimension as f64;
+        assert!((rates.cooling / ((1.0 - r * r) * rates.collisions / d) - 1.0).abs() < 1e-14);
+        if dimension == 2 {
+            let phi = std::f64::consts::FRAC_PI_4 * 1.5 * 1.5 * 0.07;
+            let chi = kinetic::contact_value(phi);
+            let unit = (0.9_f64 / 2.0).sqrt() / 1.5;
+            let time = 2.0 / rates.cooling * unit;
+            assert!((time / kinetic::haff_time(phi, r, chi) - 1.0).abs() < 1e-14);
+            let decay = kinetic::velocity_decay(phi, chi, r) * unit;
+            assert!((rates.velocity / decay - 1.0).abs() < 1e-14);
+        }
+        let state = CoolingState::of(&mixture, 0.9).expect("it cools");
+        // Velocities of one species decay by (1 + r)/(1 - r) for each factor e of Haff's time.
+        assert!((state.time / state.relaxation[0] - (1.0 + r) / (1.0 - r)).abs() < 1e-12);
+        let correlation = state.velocity_correlation(0, 0.0);
+        assert!((correlation - d * 0.9 / 2.0).abs() < 1e-14);
+    }
+}
+
+/// The integrated curves put back into the equations: central differences of the values against the rates.
+#[test]
+fn residuals_are_small() {
+    let mixture =
+        Mixture::new(2, solid(&[0.05, 0.01, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let mut times = Vec::new();
+    for step in 0..12 {
+        let t = 0.1 * 3.0_f64.powi(step);
+        times.extend([t * (1.0 - 1e-3), t, t * (1.0 + 1e-3)]);
+    }
+    let found = mixture.evolve(&[1.0, 2.0, 0.5], &times).expect("smooth");
+    for triple in found.chunks(3) {
+        let [before, now, after] = triple else {
+            unreachable!("chunks of three")
+        };
+        let span = after.time - before.time;
+        for k in 0..3 {
+            let rates = mixture.rates(k, &now.temperatures);
+            let cooling = (after.temperatures[k] / before.temperatures[k]).ln() / span;
+            // The difference is off by (1e-3)^2 times a third derivative of order one, and by 1e-8 over 1e-3.
+            assert!((cooling + rates.cooling).abs() < 2e-5 * (1.0 / now.time + rates.cooling));
+            let spreading = (after.displacements[k] - before.displacements[k]) / span;
+            let size = 2.0 * now.correlations[k];
+            assert!((spreading / size - 1.0).abs() < 2e-5, "{spreading} {size}");
+        }
+    }
+}
+
+#[test]
+fn impossible_mixtures_are_refused() {
+    let one = |c| Mixture::new(3, vec![c], half(), Contact::Enskog);
+    assert!(one(component(0.0, 1.0, 0.1)).is_err());
+    assert!(one(component(1.0, 1.0, 3.0)).is_err());
+    assert!(one(component(1.0, 1.0, -0.1)).is_err());
+    assert!(Mixture::new(4, vec![component(1.0, 1.0, 0.1)], half(), Contact::Dilute).is_err());
+    let gas = one(component(1.0, 1.0, 0.1)).expect("a gas");
+    assert!(gas.evolve(&[0.0], &[1.0]).is_err());
+    assert!(gas.evolve(&[1.0, 1.0], &[1.0]).is_err());
+    let elastic = Mixture::new(
+        3,
+        vec![component(1.0, 1.0, 0.1)],
+        Constant::ELASTIC,
+        Contact::Dilute,
+    )
+    .expect("a gas");
+    assert!(CoolingState::of(&elastic, 1.0).is_err());
+}

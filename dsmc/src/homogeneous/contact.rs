@@ -1,0 +1,188 @@
+//! What happens when a pair meets.
+
+use rand::{Rng, RngExt};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use stosszahl_model::{Encounter, Restitution, Sizes, Space, Vector, VectorOf, collide};
+
+use super::gas::{Gas, Grains};
+
+/// The line of centres of a pair that meets with the relative velocity `g`, of any positive length; zero if it only
+/// grazes.
+///
+/// Its density is proportional to |g . e|. In the plane the impact parameter b/d is uniform in [-1, 1]. In space the
+/// elastic rebound of hard spheres is isotropic, so a random direction n gives the line `g - |g| n` without a frame
+/// around g.
+#[inline]
+pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vector {
+    let mut line = *g;
+    if S::DIMENSION == 2 {
+        let b = 2.0 * stream.random::<f64>() - 1.0;
+        let along = (1.0 - b * b).sqrt();
+        line[0] = along * g[0] - b * g[1];
+        line[1] = along * g[1] + b * g[0];
+    } else {
+        // Marsaglia, Ann. Math. Stat. 43, 645 (1972), doi:10.1214/aoms/1177692644.
+        let (x, y, square) = loop {
+            let x = 2.0 * stream.random::<f64>() - 1.0;
+            let y = 2.0 * stream.random::<f64>() - 1.0;
+            let square = x * x + y * y;
+            if square < 1.0 {
+                break (x, y, square);
+            }
+        };
+        let speed = g.square().sqrt();
+        let twice = 2.0 * speed * (1.0 - square).sqrt();
+        line[0] -= twice * x;
+        line[1] -= twice * y;
+        line[2] -= speed * (1.0 - 2.0 * square);
+    }
+    line
+}
+
+/// Two particles that meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting<V> {
+    /// Their indices.
+    pub pair: [u32; 2],
+    /// Relative velocity, first minus second.
+    pub relative: V,
+    /// Line of centres, of any positive length.
+    pub line: V,
+}
+
+/// What became of a pair that met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// Nothing.
+    Passed,
+    /// They bounced with this coefficient of restitution; says whose velocity is another.
+    Bounced {
+        /// First and second partner.
+        changed: [bool; 2],
+        /// The coefficient that acted.
+        restitution: f64,
+    },
+    /// They are gone, and what became of them stands at the end of the list from here on.
+    Replaced {
+        /// Length of the list before.
+        from: usize,
+    },
+}
+
+/// What happens when a pair meets.
+pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
+    /// Whether particles may appear and vanish.
+    const SIZES_CHANGE: bool;
+
+    /// Prepares the gas at the start of a run.
+    fn prepare(&self, _gas: &mut Gas<P>) {}
+
+    /// Whether a species is among those that conserve their common momentum.
+    fn conserves(&self, _kind: u32) -> bool {
+        true
+    }
+
+    /// Acts on the two partners.
+    fn meet(
+        &mut self,
+        gas: &mut Gas<P>,
+        meeting: &Meeting<VectorOf<P>>,
+        stream: &mut impl Rng,
+    ) -> Outcome;
+}
+
+/// Velocities after a bounce by the scene's law, and the coefficient of restitution that acted.
+#[inline]
+pub(crate) fn bounce<P: Grains>(
+    gas: &Gas<P>,
+    meeting: &Meeting<VectorOf<P>>,
+) -> ([VectorOf<P>; 2], f64) {
+    let partners = meeting.pair.map(|index| &gas.particles[index as usize]);
+    let sizes = gas.scene.sizes();
+    let along = meeting.relative.inner(&meeting.line);
+    let approach = (along * along / meeting.line.square()).sqrt();
+    let kinds = partners.map(|particle| sizes.kind(particle.tag));
+    let restitution = gas.scene.restitution().between(kinds, approach);
+    let encounter = Encounter {
+        velocities: partners.map(|particle| particle.velocity),
+        masses: partners.map(|particle| sizes.mass(particle.tag)),
+        line: meeting.line,
+    };
+    (collide(&gas.scene, &encounter, restitution), restitution)
+}
+
+/// Every pair bounces by the scene's law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize)]
+pub struct Bounce;
+
+impl<P: Grains> Contacts<P> for Bounce {
+    const SIZES_CHANGE: bool = false;
+
+    #[inline]
+    fn meet(
+        &mut self,
+        gas: &mut Gas<P>,
+        meeting: &Meeting<VectorOf<P>>,
+        _stream: &mut impl Rng,
+    ) -> Outcome {
+        let (velocities, restitution) = bounce(gas, meeting);
+        for (index, velocity) in meeting.pair.into_iter().zip(velocities) {
+            gas.particles[index as usize].velocity = velocity;
+        }
+        Outcome::Bounced {
+            changed: [true; 2],
+            restitution,
+        }
+    }
+}
+
+/// One species is so rare that it leaves no trace: the others do not notice it, and it does not meet itself.
+///
+/// The tracer limit of a mixture, for whatever number of tracers the statistics asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
+pub struct Tracers {
+    /// The species.
+    pub kind: u32,
+}
+
+impl<P: Grains> Contacts<P> for Tracers {
+    const SIZES_CHANGE: bool = false;
+
+    /// Stops the drift of the bath, which would never decay while it cools.
+    fn prepare(&self, gas: &mut Gas<P>) {
+        gas.remove_drift_of(|kind| kind != self.kind);
+    }
+
+    fn conserves(&self, kind: u32) -> bool {
+        kind != self.kind
+    }
+
+    #[inline]
+    fn meet(
+        &mut self,
+        gas: &mut Gas<P>,
+        meeting: &Meeting<VectorOf<P>>,
+        _stream: &mut impl Rng,
+    ) -> Outcome {
+        let is_tracer = meeting.pair.map(|index| {
+            let tag = gas.particles[index as usize].tag;
+            gas.scene.sizes().kind(tag) == self.kind
+        });
+        if is_tracer == [true; 2] {
+            return Outcome::Passed;
+        }
+        let (velocities, restitution) = bounce(gas, meeting);
+        let bath = is_tracer == [false; 2];
+        let changed = is_tracer.map(|tracer| tracer || bath);
+        for side in 0..2 {
+            if changed[side] {
+                gas.particles[meeting.pair[side] as usize].velocity = velocities[side];
+            }
+        }
+        Outcome::Bounced {
+            changed,
+            restitution,
+        }
+    }
+}

@@ -1,0 +1,391 @@
+//! The engine without positions.
+
+use rand::RngExt;
+use rand_distr::{Beta, Distribution, Exp1, Poisson};
+use stosszahl_model::random::{Purpose, Stream, Streams};
+use stosszahl_model::{Collision, Observe, Vector, VectorOf};
+
+use super::checkpoint::{Clock, Stop, Tally};
+use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
+use super::error::GasError;
+use super::gas::{GONE, Gas, Grains, Particle};
+use super::motion::Motion;
+use super::selection::{Candidate, Selection, Standing};
+
+/// Proposals that are drawn ahead.
+const BATCH: usize = 64;
+/// Proposals whose particles are called up while earlier ones are treated.
+const AHEAD: usize = 24;
+
+/// A gas without positions under way. See the [module](super).
+#[derive(Clone, Debug)]
+pub struct Engine<P: Grains, S, M = (), C = Bounce> {
+    pub(super) gas: Gas<P>,
+    pub(super) selection: S,
+    pub(super) motion: M,
+    pub(super) contacts: C,
+    pub(super) streams: Streams,
+    pub(super) clock: Clock,
+    pub(super) tally: Tally,
+}
+
+impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
+    /// An engine at time zero. The particles of the gas keep their indices as long as none appears or vanishes, which is
+    /// what `motion` relies on.
+    ///
+    /// # Errors
+    /// [`GasError::BadNumber`] if paths are to be tracked while particles appear and vanish.
+    pub fn new(
+        mut gas: Gas<P>,
+        motion: M,
+        contacts: C,
+        streams: Streams,
+    ) -> Result<Self, GasError> {
+        if M::TRACKED && C::SIZES_CHANGE {
+            return Err(GasError::BadNumber {
+                name: "number of tracked particles in a gas that sticks or breaks",
+                value: gas.count() as f64,
+                allowed: "0",
+            });
+        }
+        contacts.prepare(&mut gas);
+        Ok(Self {
+            gas,
+            selection: S::new(),
+            motion,
+            contacts,
+            streams,
+            clock: Clock {
+                outdated: true,
+                ..Clock::default()
+            },
+            tally: Tally::default(),
+        })
+    }
+
+    /// The gas.
+    pub fn gas(&self) -> &Gas<P> {
+        &self.gas
+    }
+
+    /// The selection of pairs.
+    pub fn selection(&self) -> &S {
+        &self.selection
+    }
+
+    /// What is kept of the paths.
+    pub fn motion(&self) -> &M {
+        &self.motion
+    }
+
+    /// What happens at contacts, with its ledgers.
+    pub fn contacts(&self) -> &C {
+        &self.contacts
+    }
+
+    /// The time.
+    pub fn time(&self) -> f64 {
+        self.clock.time
+    }
+
+    /// What was done.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Bytes held for the particles, the selection and the paths.
+    pub fn bytes(&self) -> usize {
+        self.gas.particles.capacity() * size_of::<Particle<P>>()
+            + self.selection.bytes()
+            + self.motion.bytes()
+    }
+
+    /// Advances until a time, or for a number of collisions, whichever comes first.
+    ///
+    /// The random stream is addressed by the number of advances before, so a run gives the same bytes if it is stopped
+    /// and resumed between two of them, and others if its time is divided otherwise. An observer is told the exact time
+    /// of each collision if paths are tracked, and else its mean for the collision's place in the sequence.
+    ///
+    /// # Errors
+    /// [`GasError`] if `until` is no number or before the present, a rate is not finite, or a bound was exceeded.
+    pub fn advance(
+        &mut self,
+        until: f64,
+        collisions: u64,
+        observer: &mut impl Observe<P>,
+    ) -> Result<Stop, GasError> {
+        if until.is_nan() || until < self.clock.time {
+            return Err(GasError::BadNumber {
+                name: "time to advance to",
+                value: until,
+                allowed: "the present or later",
+            });
+        }
+        let mut stream = self.streams.at(Purpose::Pairs, [self.clock.advances, 0]);
+        self.clock.advances += 1;
+        let last = self.tally.collisions.saturating_add(collisions);
+        while self.clock.time < until {
+            if self.tally.collisions >= last {
+                return Ok(Stop::Collisions);
+            }
+            self.refit()?;
+            let rate = self.selection.rate();
+            if !rate.is_finite() {
+                return Err(GasError::BadNumber {
+                    name: "rate of proposals",
+                    value: rate,
+                    allowed: "a finite number: speeds or densities are too large",
+                });
+            }
+            if rate == 0.0 || self.gas.count() < 2 {
+                if until.is_finite() {
+                    self.clock.time = until;
+                }
+                return Ok(Stop::Still);
+            }
+            self.interval(until, last, rate, &mut stream, observer)?;
+        }
+        Ok(Stop::Time)
+    }
+
+    /// Fits the bounds if it is due.
+    fn refit(&mut self) -> Result<(), GasError> {
+        let due = 0.5 * self.selection.lifetime() * self.gas.count() as f64;
+        if self.clock.outdated || self.clock.since as f64 > due.max(8.0) {
+            if C::SIZES_CHANGE {
+                self.gas.measure_contacts()?;
+            }
+            if self.tally.rebuilds % 64 == 63 {
+                let contacts = &self.contacts;
+                self.gas.remove_rounding(|kind| contacts.conserves(kind));
+            }
+            self.selection.rebuild(&mut self.gas);
+            self.clock.since = 0;
+            self.clock.outdated = false;
+            self.tally.rebuilds += 1;
+        }
+        Ok(())
+    }
+
+    /// Lets proposals of one law pass: up to a time, or until it is time to look at the bounds, or until the law changes.
+    ///
+    /// The number of proposals in the interval is Poisson. If the law changes with proposal m of M, the rest is void; the
+    /// time of that one is the m-th of M uniform ones, Beta distributed, and what follows is a new Poisson process.
+    fn interval(
+        &mut self,
+        until: f64,
+        last: u64,
+        rate: f64,
+        stream: &mut Stream,
+        observer: &mut impl Observe<P>,
+    ) -> Result<(), GasError> {
+        let begin = self.clock.time;
+        let planned = (self.gas.count() as f64 * 0.25).max(64.0);
+        let span = (planned / rate).min(until - begin);
+        let expected = rate * span;
+        let drawn = if expected > 0.0 {
+            Poisson::new(expected).map_or(0.0, |law| law.sample(stream))
+        } else {
+            0.0
+        };
+        let mut left = drawn as u64;
+        let total = left;
+        let end = begin + span;
+        let mut draws = [S::Draw::default(); BATCH];
+        let mut now = begin;
+        while left > 0 {
+            let batch = left.min(BATCH as u64) as usize;
+            for draw in &mut draws[..batch] {
+                *draw = self.selection.draw(stream);
+                self.selection.call_index(draw);
+            }
+            for draw in &draws[..batch.min(AHEAD)] {
+                self.selection.call_particles(&self.gas, draw);
+            }
+            for number in 0..batch {
+                if let Some(draw) = draws[..batch].get(number + AHEAD) {
+                    self.selection.call_particles(&self.gas, draw);
+                }
+                if M::TRACKED {
+                    now += (end - now) * first_of(left, stream);
+                }
+                left -= 1;
+                let draw = draws[number];
+                let Some(candidate) = self.selection.resolve(&self.gas, &draw) else {
+                    continue;
+                };
+                if !self.accept(&candidate, now, stream)? {
+                    continue;
+                }
+                if !M::TRACKED {
+                    now = begin + span * ((total - left) as f64 / (total + 1) as f64);
+                }
+                let standing = self.meet(&candidate, now, stream, observer);
+                if standing != Standing::Kept || self.tally.collisions >= last {
+                    self.clock.outdated |= standing == Standing::Outdated;
+                    let done = total - left;
+                    self.tally.proposals += done;
+                    if !M::TRACKED {
+                        let place = Beta::new(done as f64, (left + 1) as f64)
+                            .map_or(0.5, |law| law.sample(stream));
+                        now = begin + span * place;
+                    }
+                    self.clock.time = now.min(until);
+                    return Ok(());
+                }
+            }
+        }
+        self.tally.proposals += total;
+        self.clock.time = if span < until - begin { end } else { until };
+        Ok(())
+    }
+
+    /// Whether a candidate pair collides.
+    #[inline]
+    fn accept(
+        &mut self,
+        candidate: &Candidate,
+        time: f64,
+        stream: &mut Stream,
+    ) -> Result<bool, GasError> {
+        self.tally.trials += 1;
+        let [first, second] = [candidate.first, candidate.second]
+            .map(|index| &self.gas.particles[index as usize].velocity);
+        let square = (*first - *second).square();
+        let reach = stream.random::<f64>() * candidate.bound;
+        if reach * reach >= square {
+            return Ok(false);
+        }
+        // A pair at its bound may exceed it by a few roundings.
+        if square > candidate.bound * candidate.bound * (1.0 + 1e-12) {
+            return Err(GasError::BoundExceeded {
+                rate: square.sqrt(),
+                bound: candidate.bound,
+                time,
+            });
+        }
+        Ok(true)
+    }
+
+    /// A pair meets.
+    #[inline]
+    fn meet(
+        &mut self,
+        candidate: &Candidate,
+        time: f64,
+        stream: &mut Stream,
+        observer: &mut impl Observe<P>,
+    ) -> Standing {
+        let pair = [candidate.first, candidate.second];
+        let before = pair.map(|index| self.gas.particles[index as usize].velocity);
+        let relative = before[0] - before[1];
+        let line = line_of_centres::<P::Space>(&relative, stream);
+        if line.square() == 0.0 {
+            // Grazing beyond what numbers can tell: a collision without effect.
+            self.tally.collisions += 1;
+            return Standing::Kept;
+        }
+        for (index, velocity) in pair.iter().zip(&before) {
+            self.motion.collided(*index, velocity, time);
+        }
+        let meeting = Meeting {
+            pair,
+            relative,
+            line,
+        };
+        match self.contacts.meet(&mut self.gas, &meeting, stream) {
+            Outcome::Passed => Standing::Kept,
+            Outcome::Bounced {
+                changed,
+                restitution,
+            } => {
+                self.record(&meeting, time, restitution, observer);
+                let mut worst = Standing::Kept;
+                for side in 0..2 {
+                    if changed[side] {
+                        let standing = self.selection.changed(&mut self.gas, pair[side]);
+                        worst = worse(worst, standing);
+                    }
+                }
+                worst
+            }
+            Outcome::Replaced { from } => {
+                self.clock.since += 1;
+                self.tally.collisions += 1;
+                for index in pair {
+                    self.gas.particles[index as usize].mark = GONE;
+                }
+                self.gas.gone += 2;
+                let mut worst = Standing::Kept;
+                for index in from..self.gas.particles.len() {
+                    let standing = self.selection.added(&mut self.gas, index as u32);
+                    worst = worse(worst, standing);
+                    if worst == Standing::Outdated {
+                        break;
+                    }
+                }
+                worst
+            }
+        }
+    }
+
+    /// Books a bounce and tells the observer.
+    #[inline]
+    fn record(
+        &mut self,
+        meeting: &Meeting<VectorOf<P>>,
+        time: f64,
+        restitution: f64,
+        observer: &mut impl Observe<P>,
+    ) {
+        self.clock.since += 1;
+        self.tally.collisions += 1;
+        let partners = meeting
+            .pair
+            .map(|index| &self.gas.particles[index as usize]);
+        let masses = partners.map(|particle| self.gas.mass(particle));
+        let distance = partners
+            .map(|particle| self.gas.radius(particle))
+            .iter()
+            .sum::<f64>();
+        let length = meeting.line.square().sqrt();
+        // The line points from the second to the first partner, who approach each other.
+        let sign = if meeting.relative.inner(&meeting.line) > 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let collision = Collision {
+            time,
+            relative: meeting.relative,
+            line: meeting.line * (sign * distance / length),
+            reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+            restitution,
+            weight: 1.0,
+        };
+        self.tally.energy_lost += collision.energy_lost();
+        observer.collision(&collision);
+    }
+}
+
+/// The graver of two consequences.
+fn worse(one: Standing, other: Standing) -> Standing {
+    match (one, other) {
+        (Standing::Outdated, _) | (_, Standing::Outdated) => Standing::Outdated,
+        (Standing::Changed, _) | (_, Standing::Changed) => Standing::Changed,
+        _ => Standing::Kept,
+    }
+}
+
+/// The least of `count` uniform numbers, `1 - U^(1/count)`.
+#[inline]
+fn first_of(count: u64, stream: &mut Stream) -> f64 {
+    let exponential: f64 = Exp1.sample(stream);
+    let x = exponential / count as f64;
+    if x < 1e-4 {
+        // The next term is below 1e-16 of the first.
+        x * (1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)))
+    } else {
+        -(-x).exp_m1()
+    }
+}

@@ -1,0 +1,325 @@
+//! Particles without positions.
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Free, Physics, Sizes, Smooth, Space, Vector, VectorOf};
+
+use super::error::GasError;
+use super::kernel::{Contact, Kernel};
+use super::memory;
+
+/// A physics of smooth particles in free flight.
+pub trait Grains: Physics<Surface = Smooth, Field = Free> {}
+impl<P: Physics<Surface = Smooth, Field = Free>> Grains for P {}
+
+/// How a particle says which size it has.
+pub type TagOf<P> = <<P as Physics>::Sizes as Sizes>::Tag;
+
+/// The mark of a particle that has merged into another and waits to be taken out.
+pub(crate) const GONE: u32 = u32::MAX;
+
+/// One particle: 32 bytes, so that a pair is two lines of memory.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+#[repr(align(32))]
+pub struct Particle<P: Physics> {
+    /// Velocity \[length/time\].
+    pub velocity: VectorOf<P>,
+    /// Its size.
+    pub tag: TagOf<P>,
+    /// Where the selection of pairs has filed it.
+    pub(crate) mark: u32,
+}
+
+impl<P: Physics> Particle<P> {
+    /// A particle that no selection knows yet.
+    pub fn new(velocity: VectorOf<P>, tag: TagOf<P>) -> Self {
+        Self {
+            velocity,
+            tag,
+            mark: 0,
+        }
+    }
+
+    /// Whether it has merged into another one.
+    #[inline]
+    pub fn is_gone(&self) -> bool {
+        self.mark == GONE
+    }
+}
+
+#[expect(
+    clippy::expl_impl_clone_on_copy,
+    reason = "a derived Clone would demand `P: Clone`"
+)]
+impl<P: Physics> Clone for Particle<P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<P: Physics> Copy for Particle<P> {}
+
+/// A gas whose fastest particle has a smaller squared speed counts as at rest: products of speeds would soon be below what
+/// numbers can tell.
+pub(crate) const COLDEST: f64 = 1e-280;
+
+/// A gas without positions: what collides is a matter of speeds and sizes alone.
+#[derive(Clone, Debug)]
+pub struct Gas<P: Physics> {
+    pub(crate) scene: P,
+    pub(crate) kernel: Kernel,
+    pub(crate) contact: Contact,
+    pub(crate) volume: f64,
+    pub(crate) particles: Vec<Particle<P>>,
+    /// Particles that are gone but still in the list.
+    pub(crate) gone: usize,
+}
+
+/// Group of radii that lie within 1/16 of each other: exponent and four bits of the fraction.
+#[inline]
+pub(crate) fn size_key(radius: f64) -> u32 {
+    (radius.to_bits() >> 48) as u32
+}
+
+impl<P: Grains> Gas<P> {
+    /// A gas of particles in a volume (an area in the plane). Particles are reordered by size; their order among equals
+    /// stays.
+    ///
+    /// # Errors
+    /// [`GasError`] if the volume is not positive and finite, a velocity not finite, the gas packed too densely for its
+    /// contact values, or 2^31 particles or more.
+    pub fn new(
+        scene: P,
+        contact: Contact,
+        volume: f64,
+        particles: impl IntoIterator<Item = (VectorOf<P>, TagOf<P>)>,
+    ) -> Result<Self, GasError> {
+        if !(volume > 0.0 && volume.is_finite()) {
+            return Err(GasError::BadNumber {
+                name: "volume",
+                value: volume,
+                allowed: "above zero",
+            });
+        }
+        let particles = particles.into_iter();
+        let mut list = memory::reserved(particles.size_hint().0);
+        for (velocity, tag) in particles {
+            if !velocity.square().is_finite() {
+                return Err(GasError::BadNumber {
+                    name: "squared speed",
+                    value: velocity.square(),
+                    allowed: "a finite number",
+                });
+            }
+            list.push(Particle::new(velocity, tag));
+        }
+        if list.len() >= 1 << 31 {
+            return Err(GasError::BadNumber {
+                name: "number of particles",
+                value: list.len() as f64,
+                allowed: "below 2^31",
+            });
+        }
+        let mut gas = Self {
+            kernel: Kernel::dilute(P::Space::DIMENSION, volume),
+            scene,
+            contact,
+            volume,
+            particles: list,
+            gone: 0,
+        };
+        gas.sort();
+        gas.measure_contacts()?;
+        Ok(gas)
+    }
+
+    /// A gas of `count` particles, numbered from 0, whose sizes the scene knows by their number, with Maxwellian
+    /// velocities of the given temperature m<v^2>/D for each species, without drift.
+    ///
+    /// # Errors
+    /// As [`Gas::new`].
+    pub fn maxwellian(
+        scene: P,
+        contact: Contact,
+        volume: f64,
+        count: usize,
+        temperature: impl Fn(u32) -> f64,
+        stream: &mut impl Rng,
+    ) -> Result<Self, GasError> {
+        let sizes = scene.sizes().clone();
+        let particles = (0..count).map(|index| {
+            let tag = sizes.tag(index);
+            let spread = (temperature(sizes.kind(tag)) / sizes.mass(tag)).sqrt();
+            let mut velocity = VectorOf::<P>::default();
+            for axis in 0..P::Space::DIMENSION {
+                let normal: f64 = StandardNormal.sample(stream);
+                velocity[axis] = spread * normal;
+            }
+            (velocity, tag)
+        });
+        let mut gas = Self::new(scene, contact, volume, particles)?;
+        gas.settle(temperature);
+        Ok(gas)
+    }
+
+    /// Takes out the drift and gives every species its temperature exactly, as far as its number allows: one particle
+    /// alone, or two, have what they have.
+    fn settle(&mut self, temperature: impl Fn(u32) -> f64) {
+        for _ in 0..3 {
+            self.remove_drift();
+            let mut species: Vec<(usize, f64)> = Vec::new();
+            let sizes = self.scene.sizes();
+            for particle in &self.particles {
+                let kind = sizes.kind(particle.tag) as usize;
+                if kind >= species.len() {
+                    species.resize(kind + 1, (0, 0.0));
+                }
+                species[kind].0 += 1;
+                species[kind].1 += sizes.mass(particle.tag) * particle.velocity.square();
+            }
+            let factors: Vec<f64> = species
+                .iter()
+                .enumerate()
+                .map(|(kind, &(count, twice))| {
+                    let wanted = (count * P::Space::DIMENSION) as f64 * temperature(kind as u32);
+                    if count > 2 && twice > 0.0 {
+                        (wanted / twice).sqrt()
+                    } else {
+                        1.0
+                    }
+                })
+                .collect();
+            for particle in &mut self.particles {
+                let kind = self.scene.sizes().kind(particle.tag) as usize;
+                particle.velocity = particle.velocity * factors[kind];
+            }
+        }
+        self.remove_drift();
+    }
+
+    /// Subtracts the velocity of the centre of mass.
+    pub fn remove_drift(&mut self) {
+        self.remove_drift_of(|_| true);
+    }
+
+    /// Subtracts the velocity of the centre of mass of some species from theirs.
+    pub(crate) fn remove_drift_of(&mut self, chosen: impl Fn(u32) -> bool) {
+        self.remove_drift_if(chosen, |_, _| true);
+    }
+
+    /// Subtracts a drift that rounding has left: below 1e-10 of the thermal speed. It would never decay while the gas
+    /// cools, and at last drown all relative motion.
+    pub(crate) fn remove_rounding(&mut self, chosen: impl Fn(u32) -> bool) {
+        self.remove_drift_if(chosen, |drift, thermal| drift < 1e-20 * thermal);
+    }
+
+    /// Subtracts the velocity of the centre of mass of some species if its square and their mean squared speed say so.
+    fn remove_drift_if(&mut self, chosen: impl Fn(u32) -> bool, remove: impl Fn(f64, f64) -> bool) {
+        let sizes = self.scene.sizes();
+        let among =
+            |particle: &Particle<P>| !particle.is_gone() && chosen(sizes.kind(particle.tag));
+        let (mut mass, mut energy) = (0.0, 0.0);
+        let mut momentum = VectorOf::<P>::default();
+        for particle in self.particles.iter().filter(|particle| among(particle)) {
+            mass += sizes.mass(particle.tag);
+            energy += 0.5 * sizes.mass(particle.tag) * particle.velocity.square();
+            momentum += particle.velocity * sizes.mass(particle.tag);
+        }
+        let drift = momentum * (1.0 / f64::max(mass, f64::MIN_POSITIVE));
+        if !remove(
+            drift.square(),
+            2.0 * energy / f64::max(mass, f64::MIN_POSITIVE),
+        ) {
+            return;
+        }
+        for particle in self.particles.iter_mut().filter(|particle| among(particle)) {
+            particle.velocity -= drift;
+        }
+    }
+
+    /// Takes out what is gone and sorts by size, equals in the order they had.
+    pub(crate) fn sort(&mut self) {
+        if self.gone > 0 {
+            self.particles.retain(|particle| !particle.is_gone());
+            self.gone = 0;
+        }
+        let sizes = self.scene.sizes();
+        let key = |particle: &Particle<P>| size_key(sizes.radius(particle.tag));
+        if !self.particles.is_sorted_by_key(key) {
+            self.particles.sort_by_key(key);
+        }
+    }
+
+    /// Fits the kernel to the sizes that are there now.
+    pub(crate) fn measure_contacts(&mut self) -> Result<(), GasError> {
+        let radii = self.alive().map(|particle| self.radius(particle));
+        let kernel = Kernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
+        let largest = self.scene.sizes().largest_radius();
+        let found = kernel.of(largest, largest);
+        if !(found.is_finite() && kernel.coefficients().iter().flatten().all(|&m| m >= 0.0)) {
+            return Err(GasError::BadNumber {
+                name: "collision rate of the largest pair per speed",
+                value: found,
+                allowed: "a finite number: the gas is packed too densely, or its volume is too small",
+            });
+        }
+        self.kernel = kernel;
+        Ok(())
+    }
+
+    /// The particles that are there.
+    pub fn alive(&self) -> impl Iterator<Item = &Particle<P>> {
+        self.particles.iter().filter(|particle| !particle.is_gone())
+    }
+
+    /// How many particles there are.
+    pub fn count(&self) -> usize {
+        self.particles.len() - self.gone
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &P {
+        &self.scene
+    }
+
+    /// The volume (area in the plane).
+    pub fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    /// The kernel in force.
+    pub fn kernel(&self) -> &Kernel {
+        &self.kernel
+    }
+
+    /// Radius of a particle.
+    #[inline]
+    pub fn radius(&self, particle: &Particle<P>) -> f64 {
+        self.scene.sizes().radius(particle.tag)
+    }
+
+    /// Mass of a particle.
+    #[inline]
+    pub fn mass(&self, particle: &Particle<P>) -> f64 {
+        self.scene.sizes().mass(particle.tag)
+    }
+
+    /// Kinetic energy, (1/2) sum m v^2.
+    pub fn kinetic_energy(&self) -> f64 {
+        let twice: f64 = self
+            .alive()
+            .map(|particle| self.mass(particle) * particle.velocity.square())
+            .sum();
+        0.5 * twice
+    }
+
+    /// Momentum, sum m v.
+    pub fn momentum(&self) -> VectorOf<P> {
+        let mut sum = VectorOf::<P>::default();
+        for particle in self.alive() {
+            sum += particle.velocity * self.mass(particle);
+        }
+        sum
+    }
+}

@@ -1,0 +1,248 @@
+//! The low-rank selection of Bodrova & Osinsky (2024): classes of size with one speed bound each, found in trees of sums.
+//!
+//! With `v_c` the largest speed in class c, `n_c` its number and `a_c` its radius, the kernel is a sum of products,
+//! so pairs are proposed by drawing a term (s, t), a first class by `n_c v_c a_c^s` and a second one by `n_c a_c^t`, both
+//! from trees of partial sums, and a particle of each at random: `k (v_c + v_d)` for each pair. A class whose fastest
+//! particle gets faster is updated in its tree. Cost: O(log of the number of classes) per draw and update; the bound
+//! grows with the number of particles in a class, which is what it has against groups of like speed.
+
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Sizes, Vector};
+
+use super::alias::split;
+use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
+use super::kernel::powers;
+use super::memory;
+use super::selection::{Candidate, Selection, Standing};
+use super::tree::SumTree;
+
+/// Two classes and a member of each.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Members {
+    classes: [u32; 2],
+    members: [u32; 2],
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Class {
+    key: u32,
+    /// Upper bounds of radius and squared speed.
+    radius: f64,
+    square: f64,
+    members: Vec<u32>,
+    exact: bool,
+}
+
+/// See the module.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LowRank {
+    classes: Vec<Class>,
+    /// Sums of `n v a^s`.
+    first: [SumTree; 3],
+    /// Sums of `n a^t`.
+    second: [SumTree; 3],
+    /// Rates of the nine terms, and their sum.
+    terms: [f64; 9],
+    rate: f64,
+    sizes_change: bool,
+}
+
+impl LowRank {
+    fn weigh_class(&mut self, number: usize) {
+        let class = &self.classes[number];
+        let count = class.members.len() as f64;
+        for (power, weight) in powers(class.radius).into_iter().enumerate() {
+            self.first[power].set(number, count * class.square.sqrt() * weight);
+            self.second[power].set(number, count * weight);
+        }
+    }
+
+    fn weigh_terms<P: Grains>(&mut self, gas: &Gas<P>) {
+        let m = gas.kernel().coefficients();
+        for (s, row) in m.iter().enumerate() {
+            for (t, coefficient) in row.iter().enumerate() {
+                self.terms[3 * s + t] =
+                    coefficient * self.first[s].total() * self.second[t].total();
+            }
+        }
+        self.rate = self.terms.iter().sum();
+    }
+}
+
+impl<P: Grains> Selection<P> for LowRank {
+    type Draw = Members;
+    const NAME: &'static str = "low-rank";
+
+    fn new() -> Self {
+        Self {
+            classes: Vec::new(),
+            first: Default::default(),
+            second: Default::default(),
+            terms: [0.0; 9],
+            rate: 0.0,
+            sizes_change: false,
+        }
+    }
+
+    fn rebuild(&mut self, gas: &mut Gas<P>) {
+        gas.sort();
+        self.classes.clear();
+        for (index, particle) in gas.particles.iter_mut().enumerate() {
+            let radius = gas.scene.sizes().radius(particle.tag);
+            let key = size_key(radius);
+            if self.classes.last().is_none_or(|class| class.key != key) {
+                self.classes.push(Class {
+                    key,
+                    radius: 0.0,
+                    square: 0.0,
+                    members: Vec::new(),
+                    exact: true,
+                });
+            }
+            let number = self.classes.len() - 1;
+            let class = &mut self.classes[number];
+            class.exact &= class.members.is_empty() || class.radius == radius;
+            class.radius = class.radius.max(radius);
+            class.square = class.square.max(particle.velocity.square());
+            class.members.push(index as u32);
+            particle.mark = number as u32;
+        }
+        if self.classes.iter().all(|class| class.square < COLDEST) {
+            for class in &mut self.classes {
+                class.square = 0.0;
+            }
+        }
+        for tree in self.first.iter_mut().chain(&mut self.second) {
+            *tree = SumTree::new(self.classes.len());
+        }
+        for number in 0..self.classes.len() {
+            self.weigh_class(number);
+        }
+        self.weigh_terms(gas);
+    }
+
+    fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    #[inline]
+    fn draw(&self, stream: &mut impl Rng) -> Members {
+        let mut place = stream.random::<f64>() * self.rate;
+        let mut term = 0;
+        for (number, &rate) in self.terms.iter().enumerate() {
+            if rate > 0.0 {
+                term = number;
+                if place < rate {
+                    break;
+                }
+                place -= rate;
+            }
+        }
+        let classes = [
+            self.first[term / 3].find(stream.random()) as u32,
+            self.second[term % 3].find(stream.random()) as u32,
+        ];
+        let members = classes.map(|class| {
+            let count = self.classes[class as usize].members.len() as u32;
+            split(stream.next_u64(), count).0
+        });
+        Members { classes, members }
+    }
+
+    #[inline]
+    fn call_index(&self, draw: &Members) {
+        for side in 0..2 {
+            let members = &self.classes[draw.classes[side] as usize].members;
+            memory::prefetch(members, draw.members[side] as usize);
+        }
+    }
+
+    #[inline]
+    fn call_particles(&self, gas: &Gas<P>, draw: &Members) {
+        for side in 0..2 {
+            let members = &self.classes[draw.classes[side] as usize].members;
+            memory::prefetch(
+                &gas.particles,
+                members[draw.members[side] as usize] as usize,
+            );
+        }
+    }
+
+    #[inline]
+    fn resolve(&self, gas: &Gas<P>, draw: &Members) -> Option<Candidate> {
+        let classes = draw.classes.map(|class| &self.classes[class as usize]);
+        let [first, second] = [0, 1].map(|side| classes[side].members[draw.members[side] as usize]);
+        let gone = |index: u32| gas.particles[index as usize].mark == GONE;
+        if (first == second) || gone(first) || gone(second) {
+            return None;
+        }
+        let mut bound = classes[0].square.sqrt() + classes[1].square.sqrt();
+        if !(classes[0].exact & classes[1].exact) {
+            let radius = |index: u32| gas.radius(&gas.particles[index as usize]);
+            let pair = gas.kernel.of(radius(first), radius(second));
+            bound *= gas.kernel.of(classes[0].radius, classes[1].radius) / pair;
+        }
+        Some(Candidate {
+            first,
+            second,
+            bound,
+        })
+    }
+
+    #[inline]
+    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+        let particle = &gas.particles[index as usize];
+        let number = particle.mark as usize;
+        let square = particle.velocity.square();
+        if square <= self.classes[number].square {
+            return Standing::Kept;
+        }
+        self.classes[number].square = square;
+        self.weigh_class(number);
+        self.weigh_terms(gas);
+        Standing::Changed
+    }
+
+    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+        if 4 * gas.gone > gas.particles.len() {
+            return Standing::Outdated;
+        }
+        let particle = &mut gas.particles[index as usize];
+        let radius = gas.scene.sizes().radius(particle.tag);
+        let key = size_key(radius);
+        let number = self.classes.partition_point(|class| class.key < key);
+        let Some(class) = self
+            .classes
+            .get_mut(number)
+            .filter(|class| class.key == key)
+        else {
+            return Standing::Outdated;
+        };
+        particle.mark = number as u32;
+        class.exact &= class.radius == radius;
+        class.radius = class.radius.max(radius);
+        class.square = class.square.max(particle.velocity.square());
+        class.members.push(index);
+        self.weigh_class(number);
+        self.weigh_terms(gas);
+        Standing::Changed
+    }
+
+    fn lifetime(&self) -> f64 {
+        1.0
+    }
+
+    fn bytes(&self) -> usize {
+        self.classes
+            .iter()
+            .map(|class| size_of::<Class>() + class.members.capacity() * size_of::<u32>())
+            .sum::<usize>()
+            + self
+                .first
+                .iter()
+                .chain(&self.second)
+                .map(SumTree::bytes)
+                .sum::<usize>()
+    }
+}

@@ -1,0 +1,84 @@
+//! What is measured on a gas without positions, species by species.
+
+use stosszahl_model::{Sizes, Space, Vector, VectorOf};
+
+use super::gas::{Gas, Grains};
+use super::motion::Displacement;
+
+/// Moments of one species.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    /// Number of particles.
+    pub count: usize,
+    /// `T = m <v^2>/D`; zero if there are none.
+    pub temperature: f64,
+    /// Fourth cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1`.
+    pub fourth_cumulant: f64,
+    /// Mean squared displacement, where it is kept.
+    pub displacement: f64,
+    /// `<v(0) . v(t)>`, where the velocities at the start are given.
+    pub velocity_correlation: f64,
+}
+
+/// Moments of every species that the scene knows, in one pass.
+///
+/// `displacement` is the paths and the present time, `start` the velocities at the start, by the indices of the gas.
+pub fn moments<P: Grains>(
+    gas: &Gas<P>,
+    displacement: Option<(&Displacement<P>, f64)>,
+    start: Option<&[VectorOf<P>]>,
+) -> Vec<Moments> {
+    #[derive(Clone, Copy, Default)]
+    struct Sums {
+        count: usize,
+        mass: f64,
+        second: f64,
+        fourth: f64,
+        displacement: f64,
+        correlation: f64,
+    }
+    let sizes = gas.scene.sizes();
+    let mut sums: Vec<Sums> = Vec::new();
+    for (index, particle) in gas.particles.iter().enumerate() {
+        if particle.is_gone() {
+            continue;
+        }
+        let kind = sizes.kind(particle.tag) as usize;
+        if kind >= sums.len() {
+            sums.resize(kind + 1, Sums::default());
+        }
+        let own = &mut sums[kind];
+        let square = particle.velocity.square();
+        own.count += 1;
+        own.mass += sizes.mass(particle.tag) * square;
+        own.second += square;
+        own.fourth += square * square;
+        if let Some((paths, time)) = displacement {
+            own.displacement += paths.at(index, &particle.velocity, time).square();
+        }
+        if let Some(before) = start.and_then(|start| start.get(index)) {
+            own.correlation += before.inner(&particle.velocity);
+        }
+    }
+    let d = P::Space::DIMENSION as f64;
+    sums.into_iter()
+        .map(|sums| {
+            if sums.count == 0 {
+                return Moments::default();
+            }
+            let n = sums.count as f64;
+            let mean = sums.second / n;
+            Moments {
+                count: sums.count,
+                temperature: sums.mass / (d * n),
+                fourth_cumulant: if mean > 0.0 {
+                    d * (sums.fourth / n) / ((d + 2.0) * mean * mean) - 1.0
+                } else {
+                    0.0
+                },
+                displacement: sums.displacement / n,
+                velocity_correlation: sums.correlation / n,
+            }
+        })
+        .collect()
+}

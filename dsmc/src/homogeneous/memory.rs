@@ -1,0 +1,46 @@
+//! What the language does not say about memory: large pages, and calling up lines ahead of their use.
+//!
+//! The only unsafe code of the engine. Both operations are hints that change no value.
+#![allow(
+    unsafe_code,
+    reason = "hints to the hardware and the kernel have no safe interface"
+)]
+
+/// Calls up an element that will be needed soon. Beyond the end: nothing.
+#[inline(always)]
+pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(element) = slice.get(index) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: the address is that of a live reference, and a prefetch reads nothing that the program sees.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(element).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
+}
+
+/// An empty vector with room for `capacity` elements, on large pages where the system grants them: disks
+/// that meet are in no helpful order, and each touch of another small page costs a walk of the page table.
+pub(crate) fn reserved<T>(capacity: usize) -> Vec<T> {
+    let vector = Vec::with_capacity(capacity);
+    #[cfg(target_os = "linux")]
+    {
+        const PAGE: usize = 4096;
+        const LARGE: usize = 2 << 20;
+        let begin = vector.as_ptr() as usize;
+        let end = begin + capacity * size_of::<T>();
+        let (first, last) = (begin.next_multiple_of(PAGE), end / PAGE * PAGE);
+        if last >= first + LARGE {
+            // SAFETY: whole pages inside one live allocation; the advice changes how they are backed, not what they
+            // hold. A refusal is of no consequence.
+            unsafe {
+                libc::madvise(
+                    first as *mut libc::c_void,
+                    last - first,
+                    libc::MADV_HUGEPAGE,
+                )
+            };
+        }
+    }
+    vector
+}

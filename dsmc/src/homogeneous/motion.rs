@@ -1,0 +1,77 @@
+//! Where particles would be, though nothing depends on it.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Physics, VectorOf};
+
+/// What is kept of the path of each particle.
+pub trait Motion<P: Physics>: Clone + Serialize + DeserializeOwned {
+    /// Whether the times of single collisions are needed.
+    const TRACKED: bool;
+
+    /// The particle with this index flew until `time` with this velocity and now collides.
+    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64);
+
+    /// Bytes held.
+    fn bytes(&self) -> usize;
+}
+
+/// Nothing is kept.
+impl<P: Physics> Motion<P> for () {
+    const TRACKED: bool = false;
+    #[inline]
+    fn collided(&mut self, _index: u32, _velocity: &VectorOf<P>, _time: f64) {}
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// Displacement since the start and the time of the last collision: touched at collisions only.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Displacement<P: Physics> {
+    places: Vec<(VectorOf<P>, f64)>,
+}
+
+impl<P: Physics> Displacement<P> {
+    /// All particles at the origin at `time`.
+    pub fn new(count: usize, time: f64) -> Self {
+        Self {
+            places: vec![(VectorOf::<P>::default(), time); count],
+        }
+    }
+
+    /// Displacement of a particle with this velocity at a time not before its last collision.
+    #[inline]
+    pub fn at(&self, index: usize, velocity: &VectorOf<P>, time: f64) -> VectorOf<P> {
+        let (place, since) = self.places[index];
+        place + *velocity * (time - since)
+    }
+}
+
+impl<P: Physics> Motion<P> for Displacement<P> {
+    const TRACKED: bool = true;
+
+    #[inline]
+    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+        let (place, since) = &mut self.places[index as usize];
+        *place += *velocity * (time - *since);
+        *since = time;
+    }
+    fn bytes(&self) -> usize {
+        self.places.capacity() * size_of::<(VectorOf<P>, f64)>()
+    }
+}
+
+impl<P: Physics, A: Motion<P>, B: Motion<P>> Motion<P> for (A, B) {
+    const TRACKED: bool = A::TRACKED || B::TRACKED;
+
+    #[inline]
+    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+        self.0.collided(index, velocity, time);
+        self.1.collided(index, velocity, time);
+    }
+    fn bytes(&self) -> usize {
+        self.0.bytes() + self.1.bytes()
+    }
+}

@@ -1,0 +1,410 @@
+//! How particles are laid out in classes of size and groups of speed.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::Vector;
+
+use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
+use super::memory;
+use super::selection::Standing;
+
+/// Groups per factor two in the squared speed, as bits of the fraction: eight, so a bound is on average 2 % above.
+const SPEED_SHIFT: u32 = 52 - 3;
+/// Groups in a class; the slowest takes all that are slower still.
+const WINDOW: u32 = 160;
+/// Groups above the fastest particle's, for particles that get faster: a factor two in speed.
+const HEADROOM: u32 = 16;
+
+/// Particles of like radius.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Class {
+    /// Upper bound of the radius.
+    pub radius: f64,
+    /// Sum of the kernel with all places of second partners.
+    pub partners: f64,
+    /// Shares of the first and of the first two powers in it.
+    pub cuts: [f64; 2],
+    /// What [`size_key`] gives.
+    pub key: u32,
+    /// Its particles at the last rebuild: `start..start + count`.
+    pub start: u32,
+    pub count: u32,
+    /// Places for those that joined since, and how many are taken.
+    pub join_first: u32,
+    pub join_capacity: u32,
+    pub joined: u32,
+    /// Its groups, in rising order of speed: up to this one.
+    pub groups_end: u32,
+    /// The group that was opened last since the rebuild.
+    pub extra: u32,
+    /// Whether all radii are equal.
+    pub exact: bool,
+}
+
+impl Class {
+    /// Places for a second partner.
+    #[inline]
+    pub fn places(&self) -> u32 {
+        self.count + self.join_capacity
+    }
+}
+
+/// Places with one speed bound.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Group {
+    /// The largest speed in it, and its square.
+    pub bound: f64,
+    pub square: f64,
+    pub first: u32,
+    pub capacity: u32,
+    pub length: u32,
+    pub class: u32,
+}
+
+/// All classes and groups.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Layout {
+    pub classes: Vec<Class>,
+    pub groups: Vec<Group>,
+    /// Number of groups at the last rebuild.
+    regular: usize,
+    /// Particles by places of groups.
+    pub order: Vec<u32>,
+    /// Particles that joined a class, by places.
+    pub joined: Vec<u32>,
+    /// Highest key of a squared speed at the last rebuild.
+    top: u64,
+    /// Keys of size that joined since the last rebuild, from `first_key` on.
+    joins: Vec<u32>,
+    first_key: u32,
+    /// Whether particles change their sizes.
+    sizes_change: bool,
+    /// Free places for each one expected to be needed.
+    generosity: f64,
+    /// Whether one was refused.
+    refused: bool,
+    /// Numbers of particles by class and speed; scratch.
+    #[serde(skip)]
+    counts: Vec<u32>,
+}
+
+#[inline]
+fn speed_key(square: f64) -> u64 {
+    square.to_bits() >> SPEED_SHIFT
+}
+
+/// Square of the upper edge of a group.
+fn edge(key: u64) -> f64 {
+    f64::from_bits((key + 1) << SPEED_SHIFT)
+}
+
+impl Layout {
+    pub fn bytes(&self) -> usize {
+        self.classes.capacity() * size_of::<Class>()
+            + self.groups.capacity() * size_of::<Group>()
+            + (self.order.capacity() + self.joined.capacity() + self.counts.capacity())
+                * size_of::<u32>()
+    }
+
+    /// Finds a place in a class for a particle that is faster than its group allows.
+    pub fn place<P: Grains>(
+        &mut self,
+        particle: &mut Particle<P>,
+        index: u32,
+        class: u32,
+        square: f64,
+    ) -> Standing {
+        let begin = match class {
+            0 => 0,
+            _ => self.classes[class as usize - 1].groups_end,
+        } as usize;
+        let end = self.classes[class as usize].groups_end as usize;
+        let fits = self.groups[begin..end].partition_point(|group| group.square < square);
+        for (number, group) in self.groups[..end].iter_mut().enumerate().skip(begin + fits) {
+            if group.length < group.capacity {
+                self.order[(group.first + group.length) as usize] = index;
+                group.length += 1;
+                particle.mark = number as u32;
+                return Standing::Kept;
+            }
+        }
+        self.open(particle, index, class, square)
+    }
+
+    /// Opens a group for a particle for which no faster group of its class has a place.
+    fn open<P: Grains>(
+        &mut self,
+        particle: &mut Particle<P>,
+        index: u32,
+        class: u32,
+        square: f64,
+    ) -> Standing {
+        let own = &mut self.classes[class as usize];
+        if let Some(group) = self.groups.get_mut(own.extra as usize)
+            && group.square >= square
+            && group.length < group.capacity
+        {
+            self.order[(group.first + group.length) as usize] = index;
+            group.length += 1;
+            particle.mark = own.extra;
+            return Standing::Kept;
+        }
+        if self.groups.len() > 2 * self.regular + 64 {
+            return Standing::Outdated;
+        }
+        own.extra = self.groups.len() as u32;
+        let capacity = 1 + own.places() / 256;
+        let first = self.order.len() as u32;
+        self.groups.push(Group {
+            bound: (1.5 * square).sqrt(),
+            square: 1.5 * square,
+            first,
+            capacity,
+            length: 1,
+            class,
+        });
+        self.order.resize((first + capacity) as usize, 0);
+        self.order[first as usize] = index;
+        particle.mark = own.extra;
+        Standing::Changed
+    }
+
+    /// Takes a particle of a new size into its class.
+    pub fn join<P: Grains>(
+        &mut self,
+        particle: &mut Particle<P>,
+        index: u32,
+        radius: f64,
+    ) -> Standing {
+        self.sizes_change = true;
+        let key = size_key(radius);
+        let place = key.wrapping_sub(self.first_key) as usize;
+        let Some(joins) = self.joins.get_mut(place) else {
+            return Standing::Outdated;
+        };
+        *joins += 1;
+        let number = self.classes.partition_point(|class| class.key < key);
+        let Some(class) = self
+            .classes
+            .get_mut(number)
+            .filter(|class| class.key == key)
+        else {
+            return Standing::Outdated;
+        };
+        if class.joined >= class.join_capacity || radius > class.radius {
+            self.refused = true;
+            return Standing::Outdated;
+        }
+        self.joined[(class.join_first + class.joined) as usize] = index;
+        class.joined += 1;
+        self.place(particle, index, number as u32, particle.velocity.square())
+    }
+}
+
+/// Lays the gas out anew.
+pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
+    if layout.classes.is_empty() || layout.sizes_change {
+        gas.sort();
+        classify(layout, gas);
+    }
+    layout.generosity = if layout.refused {
+        (1.5 * layout.generosity).min(16.0)
+    } else {
+        (0.9 * layout.generosity).max(1.0)
+    };
+    layout.refused = false;
+    // The fastest particle of the last time tells where groups must lie; if that was far off, once more.
+    let mut base = 0;
+    let mut fastest = 0.0;
+    for _ in 0..2 {
+        base = (layout.top + u64::from(HEADROOM) + 1).saturating_sub(u64::from(WINDOW));
+        fastest = count(layout, gas, base);
+        let found = speed_key(fastest);
+        let near = found.abs_diff(layout.top) < u64::from(HEADROOM);
+        layout.top = found;
+        if near {
+            break;
+        }
+    }
+    open_groups(layout, base, fastest);
+    file(layout, gas, base);
+}
+
+/// Finds the classes of a sorted gas; where sizes change, also those that may be needed next.
+fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
+    let old_first = layout.first_key;
+    let old = std::mem::take(&mut layout.joins);
+    layout.classes.clear();
+    let radius = |index: usize| gas.radius(&gas.particles[index]);
+    let total = gas.particles.len();
+    let mut start = 0;
+    while start < total {
+        let key = size_key(radius(start));
+        let run = gas.particles[start..]
+            .partition_point(|particle| size_key(gas.radius(particle)) == key);
+        if layout.sizes_change
+            && let Some(next) = layout.classes.last().map(|class: &Class| class.key + 1)
+        {
+            let empty = (next..key).map(|key| Class::empty(key, start));
+            layout.classes.extend(empty);
+        }
+        let mut class = Class::empty(key, start);
+        class.count = run as u32;
+        let radii = || (start..start + run).map(radius);
+        let largest = radii().fold(0.0, f64::max);
+        class.exact = radii().all(|radius| radius == largest);
+        if !layout.sizes_change || class.exact {
+            class.radius = largest;
+        }
+        layout.classes.push(class);
+        start += run;
+    }
+    let (Some(first), Some(last)) = (
+        layout.classes.first().map(|class| class.key),
+        layout.classes.last().map(|class| class.key),
+    ) else {
+        return;
+    };
+    layout.first_key = first;
+    if layout.sizes_change {
+        // Two equal clusters become one of 2^(1/D) times the radius, at most 7 classes above.
+        let above = (last + 1..=last + 8).map(|key| Class::empty(key, total));
+        layout.classes.extend(above);
+        layout.joins.resize((last + 9 - first) as usize, 0);
+        for class in &mut layout.classes {
+            let before = (class.key.wrapping_sub(old_first)) as usize;
+            let joined = f64::from(old.get(before).copied().unwrap_or(0));
+            class.join_capacity =
+                2 + class.count / 16 + (layout.generosity * (1.5 * joined + 1.0)) as u32;
+            // Whoever joins may be larger than those that are there.
+            class.exact = false;
+            class.radius = f64::from_bits((u64::from(class.key) + 1) << 48);
+        }
+    }
+}
+
+impl Class {
+    fn empty(key: u32, start: usize) -> Self {
+        Self {
+            radius: f64::from_bits((u64::from(key) + 1) << 48),
+            partners: 0.0,
+            cuts: [0.0; 2],
+            key,
+            start: start as u32,
+            count: 0,
+            join_first: 0,
+            join_capacity: 0,
+            joined: 0,
+            groups_end: 0,
+            extra: u32::MAX,
+            exact: false,
+        }
+    }
+}
+
+/// Group of a squared speed within a class.
+#[inline]
+fn bin(square: f64, base: u64) -> usize {
+    speed_key(square)
+        .saturating_sub(base)
+        .min(u64::from(WINDOW) - 1) as usize
+}
+
+/// Counts particles by class and speed; the largest squared speed.
+fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>, base: u64) -> f64 {
+    layout.counts.clear();
+    layout
+        .counts
+        .resize(layout.classes.len() * WINDOW as usize, 0);
+    let mut fastest = 0.0_f64;
+    for (class, counts) in layout
+        .classes
+        .iter()
+        .zip(layout.counts.chunks_exact_mut(WINDOW as usize))
+    {
+        let range = class.start as usize..(class.start + class.count) as usize;
+        for particle in &gas.particles[range] {
+            let square = particle.velocity.square();
+            fastest = fastest.max(square);
+            counts[bin(square, base)] += 1;
+        }
+    }
+    fastest
+}
+
+/// Makes groups with as many places as are taken and as may be needed; leaves the number of each group in `counts`.
+fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
+    layout.groups.clear();
+    let (mut place, mut join) = (0_u32, 0_u32);
+    let mut top = 0;
+    for (number, class) in layout.classes.iter_mut().enumerate() {
+        let counts = &mut layout.counts[number * WINDOW as usize..][..WINDOW as usize];
+        // An empty class expects the speeds of the one before it.
+        top = counts.iter().rposition(|&count| count > 0).unwrap_or(top);
+        let spare = 1 + class.places() / 512;
+        for (bin, count) in counts.iter_mut().enumerate() {
+            let within = if *count > 2 { *count / 6 + 1 } else { 0 };
+            let above = match bin.checked_sub(top) {
+                Some(2 | 6 | 12) => spare,
+                _ => 0,
+            };
+            let joining = if class.join_capacity > 0
+                && bin <= top
+                && (top - bin).is_multiple_of(4)
+                && top - bin <= 24
+            {
+                class.join_capacity / 3 + 1
+            } else {
+                0
+            };
+            let free = within + above + joining;
+            if *count + free == 0 {
+                continue;
+            }
+            let square = edge(base + bin as u64);
+            let last = bin + 1 == WINDOW as usize;
+            let square = match () {
+                // A gas at rest has no rate at all.
+                () if fastest < COLDEST => 0.0,
+                () if last => square.max(fastest),
+                () => square,
+            };
+            layout.groups.push(Group {
+                bound: square.sqrt(),
+                square,
+                first: place,
+                capacity: *count + free,
+                length: 0,
+                class: number as u32,
+            });
+            place += *count + free;
+            *count = layout.groups.len() as u32 - 1;
+        }
+        class.groups_end = layout.groups.len() as u32;
+        class.join_first = join;
+        class.joined = 0;
+        class.extra = u32::MAX;
+        join += class.join_capacity;
+    }
+    layout.regular = layout.groups.len();
+    layout.joined.clear();
+    layout.joined.resize(join as usize, 0);
+    if layout.order.capacity() < place as usize {
+        layout.order = memory::reserved(place as usize + place as usize / 16);
+    }
+    layout.order.resize(place as usize, 0);
+}
+
+/// Files every particle in its group.
+fn file<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>, base: u64) {
+    for (number, class) in layout.classes.iter().enumerate() {
+        let groups = &layout.counts[number * WINDOW as usize..][..WINDOW as usize];
+        for index in class.start..class.start + class.count {
+            let particle = &mut gas.particles[index as usize];
+            let mark = groups[bin(particle.velocity.square(), base)];
+            let group = &mut layout.groups[mark as usize];
+            layout.order[(group.first + group.length) as usize] = index;
+            group.length += 1;
+            particle.mark = mark;
+        }
+    }
+}

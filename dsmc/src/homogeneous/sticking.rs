@@ -1,0 +1,221 @@
+//! Particles that stick together and break.
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Clusters, Physics, Sizes, Space, Vector, VectorOf};
+
+use super::contact::{Contacts, Meeting, Outcome, bounce};
+use super::gas::{Gas, Grains, Particle};
+
+/// Which part of the energy of the relative motion decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Part {
+    /// All of it, `mu g^2/2`.
+    Full,
+    /// That of the motion along the line of centres, `mu (g . e)^2/2`.
+    Normal,
+}
+
+/// An energy at which something else begins to happen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Threshold {
+    /// The energy; infinite is allowed.
+    pub energy: f64,
+    /// What is compared with it.
+    pub part: Part,
+}
+
+/// Which test comes first where both hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Order {
+    /// Sticking.
+    StickFirst,
+    /// Breaking.
+    BreakFirst,
+}
+
+/// When particles stick, break or bounce.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rule {
+    /// Below it, pairs stick.
+    pub stick: Threshold,
+    /// Above it, pairs with three monomers or more break into monomers; two monomers bounce.
+    pub shatter: Threshold,
+    /// Which test comes first.
+    pub order: Order,
+    /// Factor of the relative speed in breaking: its square of the energy of the relative motion stays kinetic.
+    pub retained: f64,
+    /// Most particles that the gas may have; what would break beyond bounces, and is counted.
+    pub most: usize,
+}
+
+/// Where the kinetic energy went, and how often what happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Energy lost in sticking.
+    pub stuck: f64,
+    /// Energy lost in breaking.
+    pub shattered: f64,
+    /// Pairs that stuck.
+    pub mergers: u64,
+    /// Pairs that broke.
+    pub shatterings: u64,
+    /// Pairs that should have stuck or broken, but bounced, because the gas or the cluster would have become too large.
+    pub refused: u64,
+}
+
+/// Clusters of monomers stick below one energy, break above another, and bounce in between by the scene's law.
+///
+/// Sticking conserves mass and momentum; the energy `mu g^2/2` goes into the ledger. Breaking turns both partners into
+/// their k + j monomers, with the velocity of the centre of mass and relative velocities drawn uniformly from all that
+/// have zero momentum and the energy `retained^2 mu g^2/2` (the microcanonical measure: Gaussian vectors, less their
+/// mean, scaled), so that momentum and energy are conserved to rounding in each event. Fixing the last monomer's velocity
+/// by momentum alone, as is sometimes proposed, creates energy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sticking {
+    /// When.
+    pub rule: Rule,
+    /// What happened.
+    pub ledger: Ledger,
+}
+
+enum Fate {
+    Stick(u32),
+    Shatter(u32),
+    Bounce,
+}
+
+impl Sticking {
+    /// A rule, with an empty ledger. `None` unless thresholds are numbers not below zero and `retained` is from 0 to 1.
+    pub fn new(rule: Rule) -> Option<Self> {
+        let good = |threshold: Threshold| threshold.energy >= 0.0;
+        (good(rule.stick) && good(rule.shatter) && (0.0..=1.0).contains(&rule.retained)).then_some(
+            Self {
+                rule,
+                ledger: Ledger::default(),
+            },
+        )
+    }
+
+    /// What happens to a pair of these sizes.
+    fn fate(&mut self, monomers: [u32; 2], full: f64, normal: f64, particles: usize) -> Fate {
+        let rule = &self.rule;
+        let part = |threshold: Threshold| match threshold.part {
+            Part::Full => full,
+            Part::Normal => normal,
+        };
+        let stick = part(rule.stick) < rule.stick.energy;
+        let large = monomers[0] > 1 || monomers[1] > 1;
+        let shatter = large && part(rule.shatter) > rule.shatter.energy;
+        let stick = stick && !(shatter && rule.order == Order::BreakFirst);
+        if !(stick || shatter) {
+            return Fate::Bounce;
+        }
+        match monomers[0].checked_add(monomers[1]) {
+            Some(total) if stick => Fate::Stick(total),
+            Some(total) if particles + total as usize <= rule.most => Fate::Shatter(total),
+            _ => {
+                self.ledger.refused += 1;
+                Fate::Bounce
+            }
+        }
+    }
+}
+
+/// Velocities of `count` equal particles with zero momentum and the mean squared speed `square`, uniform among all such.
+pub fn shards<S: Space>(count: u32, square: f64, stream: &mut impl Rng) -> Vec<S::Vector> {
+    let n = f64::from(count);
+    let mut velocities: Vec<S::Vector> = (0..count)
+        .map(|_| {
+            let mut velocity = S::Vector::default();
+            for axis in 0..S::DIMENSION {
+                velocity[axis] = StandardNormal.sample(stream);
+            }
+            velocity
+        })
+        .collect();
+    // The second pass takes out what the rounding of the first left.
+    for _ in 0..2 {
+        let mut mean = S::Vector::default();
+        for velocity in &velocities {
+            mean += *velocity;
+        }
+        for velocity in &mut velocities {
+            *velocity -= mean * (1.0 / n);
+        }
+    }
+    let found: f64 = velocities.iter().map(Vector::square).sum();
+    let factor = if found > 0.0 {
+        (n * square / found).sqrt()
+    } else {
+        0.0
+    };
+    for velocity in &mut velocities {
+        *velocity = *velocity * factor;
+    }
+    velocities
+}
+
+impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
+    const SIZES_CHANGE: bool = true;
+
+    fn meet(
+        &mut self,
+        gas: &mut Gas<P>,
+        meeting: &Meeting<VectorOf<P>>,
+        stream: &mut impl Rng,
+    ) -> Outcome {
+        let partners = meeting.pair.map(|index| gas.particles[index as usize]);
+        let masses = partners.map(|particle| gas.mass(&particle));
+        let total_mass = masses[0] + masses[1];
+        let reduced = masses[0] * (masses[1] / total_mass);
+        let along = meeting.relative.inner(&meeting.line);
+        let full = 0.5 * reduced * meeting.relative.square();
+        let normal = 0.5 * reduced * (along * along / meeting.line.square());
+        let monomers = partners.map(|particle| particle.tag);
+        let common = partners[0].velocity * (masses[0] / total_mass)
+            + partners[1].velocity * (masses[1] / total_mass);
+        let from = gas.particles.len();
+        match self.fate(monomers, full, normal, gas.count()) {
+            Fate::Stick(total) => {
+                self.ledger.mergers += 1;
+                self.ledger.stuck += full;
+                gas.particles.push(Particle::new(common, total));
+                Outcome::Replaced { from }
+            }
+            Fate::Shatter(total) => {
+                let kept = self.rule.retained * self.rule.retained;
+                self.ledger.shatterings += 1;
+                self.ledger.shattered += (1.0 - kept) * full;
+                let monomer = gas.scene.sizes().mass(1);
+                let square = 2.0 * kept * full / (monomer * f64::from(total));
+                let shards = shards::<<P as Physics>::Space>(total, square, stream);
+                let whole = shards
+                    .into_iter()
+                    .map(|shard| Particle::new(common + shard, 1));
+                gas.particles.extend(whole);
+                Outcome::Replaced { from }
+            }
+            Fate::Bounce => {
+                let (velocities, restitution) = bounce(gas, meeting);
+                for (index, velocity) in meeting.pair.into_iter().zip(velocities) {
+                    gas.particles[index as usize].velocity = velocity;
+                }
+                Outcome::Bounced {
+                    changed: [true; 2],
+                    restitution,
+                }
+            }
+        }
+    }
+}
+
+/// Numbers of clusters by their monomers, in rising order.
+pub fn size_distribution<P: Grains<Sizes = Clusters>>(gas: &Gas<P>) -> Vec<(u32, u64)> {
+    let mut counts = std::collections::BTreeMap::new();
+    for particle in gas.alive() {
+        *counts.entry(particle.tag).or_insert(0_u64) += 1;
+    }
+    counts.into_iter().collect()
+}

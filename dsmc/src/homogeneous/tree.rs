@@ -1,0 +1,87 @@
+//! Weights that change one at a time, and draws from them, both in logarithmic time.
+
+use serde::{Deserialize, Serialize};
+
+/// A binary tree of partial sums. Each node is summed anew from its two children when one of them changes, so rounding
+/// does not pile up.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SumTree {
+    /// Node 1 is the root, the leaves are the upper half.
+    nodes: Vec<f64>,
+}
+
+impl SumTree {
+    /// A tree of `count` weights, all zero.
+    pub fn new(count: usize) -> Self {
+        Self {
+            nodes: vec![0.0; 2 * count.next_power_of_two()],
+        }
+    }
+
+    /// Sum of the weights.
+    #[inline]
+    pub fn total(&self) -> f64 {
+        self.nodes.get(1).copied().unwrap_or(0.0)
+    }
+
+    /// Replaces a weight.
+    pub fn set(&mut self, index: usize, weight: f64) {
+        let mut node = self.nodes.len() / 2 + index;
+        self.nodes[node] = weight;
+        while node > 1 {
+            node /= 2;
+            self.nodes[node] = self.nodes[2 * node] + self.nodes[2 * node + 1];
+        }
+    }
+
+    /// The weight in which the share `u`, from 0 to below 1, of the total lies. The total must be above zero; weights of
+    /// zero are never found.
+    #[inline]
+    pub fn find(&self, u: f64) -> usize {
+        let leaves = self.nodes.len() / 2;
+        let mut place = u * self.total();
+        let mut node = 1;
+        while node < leaves {
+            let left = self.nodes[2 * node];
+            // Rounding may carry the place beyond the right child's weight, but never into one that is empty.
+            let right = place >= left && self.nodes[2 * node + 1] > 0.0;
+            node = 2 * node + usize::from(right);
+            if right {
+                place -= left;
+            }
+        }
+        node - leaves
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a plain scan of cumulative sums.
+    #[test]
+    fn shares_are_found_as_by_scanning() {
+        let weights = [0.0, 2.0, 0.0, 1.0, 4.0, 0.0, 1.0];
+        let mut tree = SumTree::new(weights.len());
+        for (index, &weight) in weights.iter().enumerate() {
+            tree.set(index, 9.0);
+            tree.set(index, weight);
+        }
+        assert_eq!(tree.total(), 8.0);
+        for step in 0..800 {
+            let u = f64::from(step) / 800.0;
+            let mut sum = 0.0;
+            let plain = weights.iter().position(|weight| {
+                sum += weight;
+                u * 8.0 < sum
+            });
+            assert_eq!(Some(tree.find(u)), plain, "u = {u}");
+        }
+        assert_eq!(tree.find(1.0), 6);
+    }
+}

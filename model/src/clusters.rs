@@ -1,0 +1,103 @@
+//! Clusters of equal monomers: sizes that change when particles stick together or break.
+
+use std::sync::Arc;
+
+use crate::sizes::Sizes;
+
+/// Clusters of k compact monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The tag is k itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clusters {
+    radius: f64,
+    mass: f64,
+    dimension: usize,
+    /// Radii of the smallest clusters, which meet most often.
+    radii: Arc<[f64]>,
+    /// Monomers in each cluster of the start; one each where the list ends.
+    start: Arc<[u32]>,
+}
+
+/// Radii up to this number of monomers are kept in a table.
+const TABLE: u32 = 4096;
+
+impl Clusters {
+    /// Clusters of monomers with the given radius and mass in two or three dimensions. `start` lists how many monomers
+    /// each cluster has at first; clusters beyond its end are monomers. `None` if radius or mass is not positive and
+    /// finite, the dimension another, or a cluster empty.
+    pub fn new(radius: f64, mass: f64, dimension: usize, start: Vec<u32>) -> Option<Self> {
+        let good = |x: f64| x > 0.0 && x.is_finite();
+        if !good(radius) || !good(mass) || !(2..=3).contains(&dimension) || start.contains(&0) {
+            return None;
+        }
+        let radii = (0..TABLE).map(|k| law(radius, dimension, k)).collect();
+        Some(Self {
+            radius,
+            mass,
+            dimension,
+            radii,
+            start: start.into(),
+        })
+    }
+}
+
+/// Radius of a compact cluster of k monomers.
+fn law(radius: f64, dimension: usize, k: u32) -> f64 {
+    let k = f64::from(k);
+    radius * if dimension == 2 { k.sqrt() } else { k.cbrt() }
+}
+
+impl Sizes for Clusters {
+    const UNIFORM: bool = false;
+    type Tag = u32;
+
+    #[inline]
+    fn tag(&self, index: usize) -> u32 {
+        self.start.get(index).copied().unwrap_or(1)
+    }
+    #[inline]
+    fn index(_tag: u32, order: usize) -> usize {
+        order
+    }
+    fn repeated(&self, times: usize) -> Self {
+        Self {
+            start: self.start.repeat(times).into(),
+            ..self.clone()
+        }
+    }
+    #[inline]
+    fn radius(&self, tag: u32) -> f64 {
+        self.radii
+            .get(tag as usize)
+            .copied()
+            .unwrap_or_else(|| law(self.radius, self.dimension, tag))
+    }
+    #[inline]
+    fn mass(&self, tag: u32) -> f64 {
+        self.mass * f64::from(tag)
+    }
+    fn largest_radius(&self) -> f64 {
+        self.radius(self.start.iter().copied().max().unwrap_or(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clusters_are_compact_below_and_above_the_table() {
+        for (dimension, k, radius) in [
+            (2, 4, 1.0),
+            (3, 8, 1.0),
+            (3, 1_000_000, 50.0),
+            (2, 1_000_000, 500.0),
+        ] {
+            let clusters = Clusters::new(0.5, 2.0, dimension, vec![3]).expect("clusters");
+            // Square and cube roots round once.
+            assert!((clusters.radius(k) / radius - 1.0).abs() < 4e-16);
+            assert_eq!(clusters.mass(k), 2.0 * f64::from(k));
+            assert_eq!((clusters.tag(0), clusters.tag(1)), (3, 1));
+        }
+        assert!(Clusters::new(0.5, 1.0, 4, Vec::new()).is_none());
+        assert!(Clusters::new(0.5, 1.0, 3, vec![0]).is_none());
+    }
+}

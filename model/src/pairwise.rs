@@ -1,0 +1,61 @@
+//! A contact law for each pair of species.
+
+use std::sync::Arc;
+
+use crate::restitution::Restitution;
+
+/// One law of the same form for each unordered pair of species; cheap to clone, as replicas share the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PerPair<R> {
+    laws: Arc<[R]>,
+    count: usize,
+}
+
+impl<R: Restitution> PerPair<R> {
+    /// The laws of `count` species, by rows: `laws[i * count + j]` acts between species i and j. `None` unless there are
+    /// `count * count` of them, at least one; of each unordered pair, the law with i <= j is used.
+    pub fn new(count: usize, laws: Vec<R>) -> Option<Self> {
+        (count > 0 && count.checked_mul(count) == Some(laws.len())).then(|| Self {
+            laws: laws.into(),
+            count,
+        })
+    }
+
+    /// The law between two species; species beyond the table act as its last.
+    #[inline]
+    pub fn law(&self, kinds: [u32; 2]) -> &R {
+        let last = self.count - 1;
+        let [i, j] = kinds.map(|kind| (kind as usize).min(last));
+        &self.laws[i.min(j) * self.count + i.max(j)]
+    }
+}
+
+impl<R: Restitution> Restitution for PerPair<R> {
+    /// The law of the first species with itself: engines that know no species have one.
+    #[inline]
+    fn normal(&self, approach: f64) -> f64 {
+        self.law([0, 0]).normal(approach)
+    }
+    #[inline]
+    fn between(&self, kinds: [u32; 2], approach: f64) -> f64 {
+        self.law(kinds).normal(approach)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Constant;
+
+    #[test]
+    fn laws_are_found_in_either_order() {
+        let law = |r| Constant::new(r).expect("a coefficient");
+        let table = PerPair::new(2, vec![law(0.1), law(0.2), law(0.9), law(0.4)]).expect("a table");
+        assert_eq!(table.between([0, 1], 1.0), 0.2);
+        assert_eq!(table.between([1, 0], 1.0), 0.2);
+        assert_eq!(table.between([1, 1], 1.0), 0.4);
+        assert_eq!(table.normal(1.0), 0.1);
+        assert!(PerPair::new(2, vec![law(0.1)]).is_none());
+        assert!(PerPair::<Constant>::new(0, Vec::new()).is_none());
+    }
+}
