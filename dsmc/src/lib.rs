@@ -49,6 +49,7 @@ mod density;
 mod engine;
 mod fly;
 mod grid;
+pub mod homogeneous;
 mod parameters;
 mod simulator;
 mod start;
@@ -58,7 +59,6 @@ mod tally;
 #[cfg(test)]
 mod tests;
 mod tile;
-pub mod homogeneous;
 
 pub use density::{Neighbourhood, Scheme};
 pub use engine::Engine;

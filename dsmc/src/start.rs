@@ -19,6 +19,10 @@ use crate::tile::{Outbox, Tile};
 /// the fewer leave it.
 const PER_TILE: usize = 8192;
 
+/// The same for partners across cells: there the spread of velocities around a tile bounds how fast partners approach, and a
+/// wide tile holds many flows.
+const PER_TILE_ACROSS: usize = 256;
+
 /// Everything needed to continue a run to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
@@ -138,7 +142,17 @@ where
                 .map(|axis| domain.lengths()[axis] / counts[axis] as f64)
                 .fold(0.0, f64::max),
         );
-        let grid = Grid::new(domain, counts, simulators.len(), PER_TILE, reach);
+        let grid = Grid::new(
+            domain,
+            counts,
+            simulators.len(),
+            if reach > 0.0 {
+                PER_TILE_ACROSS
+            } else {
+                PER_TILE
+            },
+            reach,
+        );
         let gas = Gas {
             limit: parameters.largest_contact_value,
             counts: grid.counts(),

@@ -94,7 +94,10 @@ fn partners_are_those_of_a_plain_search() {
                         let found = near.iter().position(|&other| other == at);
                         counts[found.expect("it is near")] += 1.0;
                     }
-                    let square = counts.iter().map(|n: &f64| (n - 40.0).powi(2) / 40.0).sum::<f64>();
+                    let square = counts
+                        .iter()
+                        .map(|n: &f64| (n - 40.0).powi(2) / 40.0)
+                        .sum::<f64>();
                     results.push((near.len() as f64 - 1.0, square));
                 }
                 results
@@ -115,7 +118,9 @@ fn partners_are_those_of_a_plain_search() {
 /// eight: 1 % and 2 %, 0.5 % and 1 %. Twelve gases; the standard errors must be a third of that at most.
 #[test]
 fn elastic_rate_and_pressure_are_enskogs() {
-    for (simulators, disks, rate_bar, pressure_bar) in [(1, 6000, 0.01, 0.02), (8, 1500, 0.005, 0.01)] {
+    for (simulators, disks, rate_bar, pressure_bar) in
+        [(1, 6000, 0.01, 0.02), (8, 1500, 0.005, 0.01)]
+    {
         for packing in [0.1, 0.4] {
             let chi = Plane::contact_value(packing);
             let theory = Plane::collision_rate(packing, chi);
@@ -197,14 +202,23 @@ fn threads_and_stops_change_nothing() {
                 }
                 engine.advance(f64::INFINITY, 3, &mut seen);
                 let ways = engine.displacements();
-                (engine.state().bodies, engine.tally(), engine.time(), ways, seen)
+                (
+                    engine.state().bodies,
+                    engine.tally(),
+                    engine.time(),
+                    ways,
+                    seen,
+                )
             })
         };
         let alone = run(1, false);
         assert!(alone.1.collisions > 2000, "{:?}", alone.1);
         assert_eq!(alone.4.0.len() as u64, alone.1.collisions);
         for (threads, stop) in [(1, true), (2, false), (3, true)] {
-            assert!(alone == run(threads, stop), "{scheme:?}: {threads} threads, {stop}");
+            assert!(
+                alone == run(threads, stop),
+                "{scheme:?}: {threads} threads, {stop}"
+            );
         }
     }
 }
