@@ -115,7 +115,7 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
-        let simulators = start::simulators::<P, F>(scene, &parameters, state, &streams);
+        let simulators = start::simulators::<P, F>(scene, &parameters, state, streams);
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
@@ -142,8 +142,8 @@ where
     ) -> Result<Self, EngineError> {
         parameters.check()?;
         let inelastic = parameters.displacement == Displacement::Inelastic;
-        if inelastic && scene.restitution().normal(1.0) <= 0.0 {
-            return Err(EngineError::NoDisplacement);
+        if inelastic {
+            check_displacement(scene, &domain)?;
         }
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
@@ -425,7 +425,8 @@ where
             + self.grid.bytes()
     }
 
-    /// Groups the cells in tiles that hold about so many simulators. It changes speed and memory, and no result.
+    /// Groups the cells in tiles that hold about so many simulators. It changes speed and memory, and of results only those
+    /// of schemes whose partners are in different cells: their tiles collide one after the other.
     pub fn retile(&mut self, simulators_per_tile: usize) {
         let simulators: Vec<_> = self.ordered().copied().collect();
         let counts = self.grid.counts().map(|count| count as usize);
@@ -655,6 +656,28 @@ where
                 }
             }
         });
+    }
+}
+
+/// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.
+fn check_displacement<P: Physics>(scene: &P, domain: &Domain<P::Space>) -> Result<(), EngineError> {
+    let restitution = scene.restitution().normal(1.0);
+    if restitution <= 0.0 {
+        return Err(EngineError::NoDisplacement);
+    }
+    let side = (0..P::Space::DIMENSION)
+        .map(|axis| domain.lengths()[axis])
+        .fold(f64::MAX, f64::min);
+    let diameter = 2.0 * scene.sizes().largest_radius();
+    let displacement = diameter * 0.5 * (1.0 + restitution) / restitution;
+    if displacement <= side.max(diameter) {
+        Ok(())
+    } else {
+        Err(EngineError::FarDisplacement {
+            restitution,
+            displacement,
+            side,
+        })
     }
 }
 
