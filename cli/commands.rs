@@ -137,7 +137,13 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
         Command::Bench(Bench::Dsmc(arguments)) => bench_dsmc(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
-            stress::command(&arguments, say).map_err(CommandError::from)
+            let cases = stress::cases();
+            stress::command(&cases, &arguments.cases, arguments.collisions, say)
+                .map_err(CommandError::from)
+        }
+        Command::Stress(Stress::Dsmc(arguments)) => {
+            let cases = stress::dsmc::cases();
+            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
         }
         Command::Validate(Validate::Dsmc(arguments)) => {
             validate::command(&arguments, say).map_err(CommandError::from)

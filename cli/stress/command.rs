@@ -1,17 +1,19 @@
-//! `stosszahl stress ed`.
+//! `stosszahl stress`.
 
-use super::{Case, Effort, case, cases};
-use crate::arguments::StressEd;
+use super::{Case, Effort};
+use crate::arguments::StressCases;
 
 /// Why the command does not succeed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StressError {
     /// No case has this name.
-    #[error("--case {found}: allowed are {}", names().join(", "))]
+    #[error("--case {found}: allowed are {}", allowed.join(", "))]
     Unknown {
         /// What was asked for.
         found: String,
+        /// The names of all cases.
+        allowed: Vec<&'static str>,
     },
     /// Something does not hold.
     #[error("{} of {of} hard cases failed: {}", failed.len(), failed.join(", "))]
@@ -23,27 +25,28 @@ pub enum StressError {
     },
 }
 
-fn names() -> Vec<&'static str> {
-    cases().iter().map(|case| case.name).collect()
-}
-
-/// Runs the cases asked for, one after the other, and says what was found.
+/// Runs those of the cases that are asked for, one after the other, and says what was found. `collisions`: of the runs whose
+/// length can be set.
 ///
 /// # Errors
 /// [`StressError`] if a case fails or has an unknown name.
-pub fn command(arguments: &StressEd, say: impl Fn(&str)) -> Result<(), StressError> {
+pub fn command(
+    cases: &[Case],
+    arguments: &StressCases,
+    collisions: Option<u64>,
+    say: impl Fn(&str),
+) -> Result<(), StressError> {
+    let named = |name: &String| {
+        let known = cases.iter().find(|case| case.name == name).copied();
+        known.ok_or_else(|| StressError::Unknown {
+            found: name.clone(),
+            allowed: cases.iter().map(|case| case.name).collect(),
+        })
+    };
     let chosen: Vec<Case> = if arguments.case.is_empty() {
-        cases()
+        cases.to_vec()
     } else {
-        arguments
-            .case
-            .iter()
-            .map(|name| {
-                case(name).ok_or_else(|| StressError::Unknown {
-                    found: name.clone(),
-                })
-            })
-            .collect::<Result<_, _>>()?
+        arguments.case.iter().map(named).collect::<Result<_, _>>()?
     };
     if arguments.list {
         for case in chosen {
@@ -56,8 +59,8 @@ pub fn command(arguments: &StressEd, say: impl Fn(&str)) -> Result<(), StressErr
     }
     let effort = Effort {
         long: arguments.long,
-        collisions: arguments.collisions,
-        tell: arguments.long || arguments.collisions.is_some(),
+        collisions,
+        tell: arguments.long || collisions.is_some(),
     };
     let mut reports = Vec::with_capacity(chosen.len());
     for case in chosen {

@@ -1,4 +1,4 @@
-//! Hard cases for the event-driven engine: what `stosszahl stress ed` runs.
+//! Hard cases: what `stosszahl stress` runs, for the event-driven engine here, and for the Monte Carlo engine in [`dsmc`].
 //!
 //! A case says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
 //! several cases share are constants of the module `gas`, with their origin. A case runs in a thread of its own: a panic
@@ -16,6 +16,7 @@ mod collapse;
 mod command;
 mod contacts;
 mod crystals;
+pub mod dsmc;
 mod endurance;
 mod extremes;
 mod findings;
@@ -184,6 +185,9 @@ pub enum Trouble {
     /// The engine refused what it must take.
     #[error("the engine refused: {0}")]
     Engine(#[from] stosszahl_ed::EngineError),
+    /// The Monte Carlo engine refused what it must take.
+    #[error("the engine refused: {0}")]
+    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
     /// A start could not be made.
     #[error("no start: {0}")]
     Start(#[from] crate::bench::BenchError),
@@ -195,7 +199,7 @@ pub enum Trouble {
     Checkpoint(#[from] postcard::Error),
 }
 
-/// All cases, in the order in which they are run.
+/// All cases of the event-driven engine, in the order in which they are run.
 pub fn cases() -> Vec<Case> {
     [
         collapse::CASES,
@@ -213,7 +217,7 @@ pub fn cases() -> Vec<Case> {
     .concat()
 }
 
-/// The case of a name.
+/// The case of the event-driven engine with a name.
 pub fn case(name: &str) -> Option<Case> {
     cases().into_iter().find(|case| case.name == name)
 }
