@@ -96,17 +96,35 @@ pub enum Stress {
                       stosszahl stress ed --case kills,grazing   only these\n  \
                       stosszahl stress ed --long                 hours: 1e9 collisions, 1e5 disks around a huge one"
     )]
-    Ed(StressArguments),
+    Ed(StressEd),
+    /// Monte Carlo, every scheme: crowded and empty cells, steps too long, cooling through 24 decades, threads, kills.
+    ///
+    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    #[command(
+        after_help = "Begin with:\n  stosszahl stress dsmc --list                 the cases in words\n  \
+                      stosszahl stress dsmc                        all of them, in seconds\n  \
+                      stosszahl stress dsmc --case threads,kills   only these\n  \
+                      stosszahl stress dsmc --long                 minutes: a hundred times the steps"
+    )]
+    Dsmc(StressDsmc),
     /// Gases without positions: extreme sizes and temperatures, rare species, no rebound, cooling until nothing moves,
     /// sticking until one cluster is left.
     ///
     /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
-    Mixture(StressArguments),
+    Mixture(StressMixture),
 }
 
-/// `stosszahl stress`.
+/// `stosszahl stress mixture`.
 #[derive(Clone, Debug, Args)]
-pub struct StressArguments {
+pub struct StressMixture {
+    /// Which cases, and how.
+    #[command(flatten)]
+    pub cases: StressCases,
+}
+
+/// Which hard cases are run, and how they are told.
+#[derive(Clone, Debug, Args)]
+pub struct StressCases {
     /// Only this case; may be repeated, or name several with commas between them.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
@@ -116,13 +134,29 @@ pub struct StressArguments {
     /// Longer runs of the cases that have them; progress goes to standard error.
     #[arg(long)]
     pub long: bool,
+    /// Print one JSON array, one object for each case.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `stosszahl stress dsmc`.
+#[derive(Clone, Debug, Args)]
+pub struct StressDsmc {
+    /// Which cases, and how.
+    #[command(flatten)]
+    pub cases: StressCases,
+}
+
+/// `stosszahl stress ed`.
+#[derive(Clone, Debug, Args)]
+pub struct StressEd {
+    /// Which cases, and how.
+    #[command(flatten)]
+    pub cases: StressCases,
     /// Collisions of the runs whose length can be set: crystals, elastic-run, one-huge [default: 5e3 to 2e6; 1e6 to 1e9
     /// with --long].
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(100..))]
     pub collisions: Option<u64>,
-    /// Print one JSON array, one object for each case.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `stosszahl bench`.

@@ -143,10 +143,17 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Bench(Bench::Dsmc(arguments)) => bench_dsmc(&arguments),
         Command::Bench(Bench::Mixture(arguments)) => bench_mixture(&arguments),
         Command::Stress(Stress::Ed(arguments)) => {
-            stress::command(stress::cases(), &arguments, say).map_err(CommandError::from)
+            let cases = stress::cases();
+            stress::command(&cases, &arguments.cases, arguments.collisions, say)
+                .map_err(CommandError::from)
+        }
+        Command::Stress(Stress::Dsmc(arguments)) => {
+            let cases = stress::dsmc::cases();
+            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
         }
         Command::Stress(Stress::Mixture(arguments)) => {
-            stress::command(stress::mixture_cases(), &arguments, say).map_err(CommandError::from)
+            let cases = stress::mixture_cases();
+            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
         }
         Command::Validate(Validate::Dsmc(arguments)) => {
             validate::command(&arguments, say).map_err(CommandError::from)

@@ -134,7 +134,7 @@ fn homogeneous_cooling_follows_haff() {
 
 #[test]
 fn elastic_gas_conserves_energy_and_momentum() {
-    for displacement in [false, true] {
+    for displacement in [Displacement::None, Displacement::Diameter] {
         let parameters = Parameters {
             scheme: Scheme::Enskog(Neighbourhood::Cells(2)),
             displacement,

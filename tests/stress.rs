@@ -1,14 +1,14 @@
-//! The hard cases of `stosszahl stress ed`, the short ones.
+//! The hard cases of `stosszahl stress`, the short ones.
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
-use stosszahl::stress::{Effort, case, cases};
+use stosszahl::stress::{self, Case, Effort, case, cases};
 
 /// What the program prints and its exit code.
-fn program(arguments: &[&str]) -> (String, String, Option<i32>) {
+fn program(engine: &str, arguments: &[&str]) -> (String, String, Option<i32>) {
     let done = Command::new(env!("CARGO_BIN_EXE_stosszahl"))
-        .args(["stress", "ed"])
+        .args(["stress", engine])
         .args(arguments)
         .output()
         .expect("the program runs");
@@ -18,7 +18,7 @@ fn program(arguments: &[&str]) -> (String, String, Option<i32>) {
 
 #[test]
 fn command_runs_lists_and_refuses() {
-    let (json, _, code) = program(&["--case", "rest,line-above", "--json"]);
+    let (json, _, code) = program("ed", &["--case", "rest,line-above", "--json"]);
     assert_eq!(code, Some(0));
     let reports: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let names: Vec<_> = reports
@@ -28,44 +28,57 @@ fn command_runs_lists_and_refuses() {
         .map(|report| &report["name"])
         .collect();
     assert_eq!(names, ["rest", "line-above"]);
-    let (text, _, code) = program(&["--case", "rest"]);
+    let (text, _, code) = program("ed", &["--case", "rest"]);
     assert_eq!(code, Some(0));
     assert!(
         text.starts_with("pass  rest") && text.contains("1 of 1 hard cases passed"),
         "{text}"
     );
-    let (list, _, _) = program(&["--list"]);
+    let (list, _, _) = program("ed", &["--list"]);
     assert!(cases().iter().all(|case| list.contains(case.required)));
-    let (_, error, code) = program(&["--case", "grasing"]);
+    let (_, error, code) = program("ed", &["--case", "grasing"]);
     assert_eq!(code, Some(2));
     assert!(
         error.contains("--case grasing: allowed are") && error.contains("grazing"),
         "{error}"
     );
+    let (list, _, _) = program("dsmc", &["--list"]);
+    let known = stress::dsmc::cases();
+    assert!(known.iter().all(|case| list.contains(case.required)));
+    let (_, error, code) = program("dsmc", &["--case", "grazing"]);
+    assert_eq!(code, Some(2));
+    assert!(error.contains("deep-cooling"), "{error}");
+    let (json, _, code) = program("dsmc", &["--case", "angular-momentum", "--json"]);
+    assert_eq!(code, Some(0));
+    assert!(json.contains("\"name\": \"angular-momentum\""), "{json}");
 }
 
-/// One test for each case, and one that none is left out.
+/// One test for each case of an engine, and one that none is left out.
 macro_rules! short_cases {
-    ($($test:ident: $name:literal,)+) => {
-        $(#[test]
-        fn $test() {
-            let report = case($name).expect("a case of this name").run(Effort::default());
-            println!("{report}");
-            assert!(report.passed(), "{report}");
-        })+
+    ($engine:ident, $case:path, $cases:path, $($test:ident: $name:literal,)+) => {
+        mod $engine {
+            $(#[test]
+            fn $test() {
+                let case = $case($name).expect("a case of this name");
+                let report = case.run(super::Effort::default());
+                println!("{report}");
+                assert!(report.passed(), "{report}");
+            })+
 
-        #[test]
-        fn every_case_has_a_test() {
-            let mut tested = vec![$($name),+];
-            let mut known: Vec<_> = cases().iter().map(|case| case.name).collect();
-            tested.sort_unstable();
-            known.sort_unstable();
-            assert_eq!(tested, known);
+            #[test]
+            fn every_case_has_a_test() {
+                let mut tested = vec![$($name),+];
+                let mut known: Vec<_> = $cases().iter().map(|case| case.name).collect();
+                tested.sort_unstable();
+                known.sort_unstable();
+                assert_eq!(tested, known);
+            }
         }
     };
 }
 
 short_cases! {
+    event_driven, super::case, super::cases,
     line_below: "line-below",
     line_above: "line-above",
     dense_collapse: "dense-collapse",
@@ -99,18 +112,43 @@ short_cases! {
     lonely_mover: "lonely-mover",
 }
 
+short_cases! {
+    monte_carlo, super::stress::dsmc::case, super::stress::dsmc::cases,
+    crowded: "crowded",
+    packed: "packed",
+    one_point: "one-point",
+    contrast: "contrast",
+    few: "few",
+    violations: "violations",
+    long_step: "long-step",
+    hot_one: "hot-one",
+    plastic: "plastic",
+    deep_cooling: "deep-cooling",
+    free_flight: "free-flight",
+    threads: "threads",
+    kills: "kills",
+    conservation: "conservation",
+    angular_momentum: "angular-momentum",
+}
+
+fn engines() -> [Vec<Case>; 2] {
+    [cases(), stress::dsmc::cases()]
+}
+
 /// Names are what the command line asks for.
 #[test]
 fn names_differ() {
-    let names: BTreeSet<_> = cases().iter().map(|case| case.name).collect();
-    assert_eq!(names.len(), cases().len());
+    for cases in engines() {
+        let names: BTreeSet<_> = cases.iter().map(|case| case.name).collect();
+        assert_eq!(names.len(), cases.len());
+    }
 }
 
 /// `docs/stress.md` has the table of the cases.
 #[test]
 fn every_case_is_documented() {
     let page = include_str!("../docs/stress.md");
-    for case in cases() {
+    for case in engines().concat() {
         let row = format!("| `{}` | {} | {} |", case.name, case.tried, case.required);
         assert!(page.contains(&row), "docs/stress.md lacks the row\n{row}");
     }

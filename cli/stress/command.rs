@@ -1,7 +1,7 @@
 //! `stosszahl stress`.
 
 use super::{Case, Effort};
-use crate::arguments::StressArguments;
+use crate::arguments::StressCases;
 
 /// Why the command does not succeed.
 #[derive(Debug, thiserror::Error)]
@@ -12,7 +12,7 @@ pub enum StressError {
     Unknown {
         /// What was asked for.
         found: String,
-        /// Names of the cases.
+        /// The names of all cases.
         allowed: Vec<&'static str>,
     },
     /// Something does not hold.
@@ -25,29 +25,28 @@ pub enum StressError {
     },
 }
 
-/// Runs those of the cases that are asked for, one after the other, and says what was found.
+/// Runs those of the cases that are asked for, one after the other, and says what was found. `collisions`: of the runs whose
+/// length can be set.
 ///
 /// # Errors
 /// [`StressError`] if a case fails or has an unknown name.
 pub fn command(
-    all: Vec<Case>,
-    arguments: &StressArguments,
+    cases: &[Case],
+    arguments: &StressCases,
+    collisions: Option<u64>,
     say: impl Fn(&str),
 ) -> Result<(), StressError> {
+    let named = |name: &String| {
+        let known = cases.iter().find(|case| case.name == name).copied();
+        known.ok_or_else(|| StressError::Unknown {
+            found: name.clone(),
+            allowed: cases.iter().map(|case| case.name).collect(),
+        })
+    };
     let chosen: Vec<Case> = if arguments.case.is_empty() {
-        all
+        cases.to_vec()
     } else {
-        arguments
-            .case
-            .iter()
-            .map(|name| {
-                let known = all.iter().find(|case| case.name == name);
-                known.copied().ok_or_else(|| StressError::Unknown {
-                    found: name.clone(),
-                    allowed: all.iter().map(|case| case.name).collect(),
-                })
-            })
-            .collect::<Result<_, _>>()?
+        arguments.case.iter().map(named).collect::<Result<_, _>>()?
     };
     if arguments.list {
         for case in chosen {
@@ -60,8 +59,8 @@ pub fn command(
     }
     let effort = Effort {
         long: arguments.long,
-        collisions: arguments.collisions,
-        tell: arguments.long || arguments.collisions.is_some(),
+        collisions,
+        tell: arguments.long || collisions.is_some(),
     };
     let mut reports = Vec::with_capacity(chosen.len());
     for case in chosen {

@@ -1,4 +1,5 @@
-//! Hard cases for the engines: what `stosszahl stress ed` and `stosszahl stress mixture` run.
+//! Hard cases: what `stosszahl stress` runs, for the event-driven engine and gases without positions here, and for the Monte
+//! Carlo engine in [`dsmc`].
 //!
 //! A case says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
 //! several cases share are constants of the module `gas`, with their origin. A case runs in a thread of its own: a panic
@@ -16,6 +17,7 @@ mod collapse;
 mod command;
 mod contacts;
 mod crystals;
+pub mod dsmc;
 mod endurance;
 mod extremes;
 mod findings;
@@ -188,6 +190,9 @@ pub enum Trouble {
     /// The engine without positions refused what it must take.
     #[error("the engine refused: {0}")]
     Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
+    /// The Monte Carlo engine refused what it must take.
+    #[error("the engine refused: {0}")]
+    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
     /// A start could not be made.
     #[error("no start: {0}")]
     Start(#[from] crate::bench::BenchError),
@@ -199,7 +204,7 @@ pub enum Trouble {
     Checkpoint(#[from] postcard::Error),
 }
 
-/// All cases, in the order in which they are run.
+/// All cases of the event-driven engine, in the order in which they are run.
 pub fn cases() -> Vec<Case> {
     [
         collapse::CASES,

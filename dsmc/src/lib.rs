@@ -21,7 +21,8 @@
 //!   transferred momentum, which gives the collisional pressure of elastic hard disks, and 2r/(1 + r) of it
 //!   where restitution r shortens the momentum that is carried.
 //! * **Randomness** is addressed by (seed, replica, step, cell), and the order of simulators within a cell is that of
-//!   the cells they came from: results are the same bytes for any number of threads, and however cells are grouped.
+//!   the cells they came from: results are the same bytes for any number of threads and,
+//!   for pairs within cells, however cells are grouped.
 //!
 //! # Speed
 //!

@@ -235,6 +235,19 @@ pub enum EngineError {
         "restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none"
     )]
     NoDisplacement,
+    /// Restitution so small that the displacement that makes up for it leads around the box.
+    #[error(
+        "restitution {restitution} with the inelastic displacement d (1 + r)/(2r) = {displacement}; allowed: up to the \
+         shortest side {side}, and a diameter"
+    )]
+    FarDisplacement {
+        /// At the thermal speed.
+        restitution: f64,
+        /// Of the largest particles \[length\].
+        displacement: f64,
+        /// Shortest side of the box \[length\].
+        side: f64,
+    },
     /// Displacements are for pairs within cells.
     #[error(
         "the scheme {scheme} with a displacement; allowed: none, as its partners are a contact distance apart anyway"

@@ -100,8 +100,8 @@ where
     ) -> Result<Self, EngineError> {
         parameters.check()?;
         let inelastic = parameters.displacement == Displacement::Inelastic;
-        if inelastic && scene.restitution().normal(1.0) <= 0.0 {
-            return Err(EngineError::NoDisplacement);
+        if inelastic {
+            check_displacement(scene, &domain)?;
         }
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
@@ -246,6 +246,28 @@ where
             tally: self.tally,
             arm: self.arm.clone(),
         }
+    }
+}
+
+/// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.
+fn check_displacement<P: Physics>(scene: &P, domain: &Domain<P::Space>) -> Result<(), EngineError> {
+    let restitution = scene.restitution().normal(1.0);
+    if restitution <= 0.0 {
+        return Err(EngineError::NoDisplacement);
+    }
+    let side = (0..P::Space::DIMENSION)
+        .map(|axis| domain.lengths()[axis])
+        .fold(f64::MAX, f64::min);
+    let diameter = 2.0 * scene.sizes().largest_radius();
+    let displacement = diameter * 0.5 * (1.0 + restitution) / restitution;
+    if displacement <= side.max(diameter) {
+        Ok(())
+    } else {
+        Err(EngineError::FarDisplacement {
+            restitution,
+            displacement,
+            side,
+        })
     }
 }
 

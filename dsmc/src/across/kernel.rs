@@ -36,6 +36,7 @@ pub(super) struct Cell {
     /// Units around, itself included, and their packing fraction.
     units: f64,
     packing: f64,
+    limited: bool,
 }
 
 /// The bounds of a tile and all next to it.
@@ -86,7 +87,11 @@ where
                 _ => {}
             }
             let tally = &mut self.report.tally;
-            let each = 2.0 * (tally.collisions - before) as f64;
+            let collisions = tally.collisions - before;
+            if cell.limited {
+                tally.limited_collisions += collisions;
+            }
+            let each = 2.0 * collisions as f64;
             tally.busiest_cell = tally
                 .busiest_cell
                 .max(each / f64::from(cell.end - cell.begin));
@@ -116,6 +121,7 @@ where
             end,
             units,
             packing,
+            limited,
         })
     }
 
