@@ -38,7 +38,7 @@ fn elastic(parameters: Parameters, seeds: u64) -> [(f64, f64); 2] {
         let (after, duration) = (elastic.tally(), elastic.time() - origin);
         let collisions = (after.collisions - before.collisions) as f64;
         rates.push(2.0 * collisions / elastic.simulators() as f64 / duration / enskog);
-        let virial = elastic.weight() * (after.virial - before.virial);
+        let virial = after.virial - before.virial;
         pressures.push(1.0 + virial / (2.0 * 1e4 * duration));
     }
     [mean_and_error(&rates), mean_and_error(&pressures)]

@@ -152,7 +152,6 @@ pub const METHODS: &[Method] = &[
         name: "enskog-displaced",
         default: false,
         parameters: Parameters {
-            scheme: Scheme::Enskog(Neighbourhood::Cells(2)),
             displacement: Displacement::Diameter,
             ..PLAIN
         },

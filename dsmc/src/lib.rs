@@ -41,7 +41,8 @@
 //! chi of so few disks is noisy and must be limited; the displacement thins out the pairs within a cell;
 //! the same few pairs meet again and again and become correlated; momentum is carried over three mean
 //! free paths. `docs/validation.md` has the measured sizes. More simulators per disk reduce all but the
-//! last, and weaken thermal noise.
+//! last, and weaken thermal noise. [`Scheme::ContactPoint`] has the rate and the pressure of Enskog's theory even so, and
+//! needs many simulators only for chaos.
 
 mod across;
 mod collide;

@@ -159,7 +159,7 @@ impl Parameters {
     /// Simulators for each particle with which the partners of a collision are strangers: as many as put some 128 in the
     /// shell around a particle from which partners come, so that the chance to meet one again hardly counts (two partners of
     /// the same collision are correlated, and lose less energy when they meet again: K at `t_0` is too high by about 0.4
-    /// over the number of partners at restitution 0.8). At most 1000, and at most 2^21 in all.
+    /// over the number of partners at restitution 0.8). At most 1000, and at most 2^20 in all.
     pub fn strangers<S: Space>(
         scheme: Scheme,
         packing_fraction: f64,
@@ -167,7 +167,7 @@ impl Parameters {
         particles: usize,
     ) -> u32 {
         const PARTNERS: f64 = 128.0;
-        const MOST: usize = 1 << 21;
+        const MOST: usize = 1 << 20;
         let parameters = Self {
             scheme,
             displacement: Displacement::None,
