@@ -93,7 +93,7 @@ fn luding_1998_is_as_published() {
     assert_eq!(case.start.most_collisions_per_particle, 200.0);
     assert_eq!(
         case.engines.iter().map(Engine::name).collect::<Vec<_>>(),
-        ["ed", "dsmc-free-volume", "dsmc-contact-point"]
+        ["ed", "dsmc-free-volume", "dsmc-enskog"]
     );
     assert_eq!(
         case.measure.structure.assignment,
