@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use stosszahl::bench::{EventDriven, gas, unit_disks};
-use stosszahl::dsmc::{self, Neighbourhood, Parameters, Scheme};
+use stosszahl::dsmc::{self, Copies, Displacement, Neighbourhood, Parameters, Scheme};
 use stosszahl::model::Constant;
 use stosszahl::model::initial::Arrangement;
 use stosszahl::model::random::Streams;

@@ -98,7 +98,7 @@ pub fn line(points: &[Point]) -> Result<Line, Error> {
 /// extrapolation, by a line in h^order. The slope is a.
 ///
 /// # Errors
-/// As [`line`].
+/// As [`line()`].
 pub fn richardson(points: &[Point], order: f64) -> Result<Line, Error> {
     let raised: Vec<_> = points
         .iter()

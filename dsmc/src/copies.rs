@@ -15,7 +15,7 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
     scene: &P,
     parameters: &Parameters,
     state: &State<P>,
-    streams: &Streams,
+    streams: Streams,
 ) -> Vec<SimulatorOf<P, F>> {
     let copies = parameters.simulators_per_disk as usize;
     let sizes = scene.sizes().repeated(copies);

@@ -21,8 +21,6 @@ pub(crate) struct Constants {
     pub(crate) moment_ratio: f64,
     /// Radius around a point within which all simulators are equally likely partners \[length\].
     pub(crate) partner_radius: f64,
-    /// How far beyond its own cells work on a tile reaches \[length\].
-    pub(crate) reach: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
 }
@@ -189,7 +187,7 @@ where
             counts,
             self.simulators,
             simulators_per_tile.max(1),
-            self.constants.reach,
+            self.grid.reach(),
         );
         self.fill(&simulators);
     }

@@ -16,6 +16,8 @@ pub(crate) const OFFSETS: usize = 27;
 #[derive(Clone, Debug)]
 pub struct Grid<S: Space> {
     domain: Domain<S>,
+    /// How far beyond its own cells work on a tile reaches \[length\].
+    reach: f64,
     /// Cells along each axis.
     counts: [u32; 3],
     /// Cells for each unit of length.
@@ -86,6 +88,7 @@ impl<S: Space> Grid<S> {
         });
         let mut grid = Self {
             domain,
+            reach,
             counts,
             scale,
             tiles,
@@ -196,6 +199,11 @@ impl<S: Space> Grid<S> {
     #[inline]
     pub(crate) fn tile_number(&self, tile: [u32; 3]) -> usize {
         (tile[0] + self.tiles[0] * (tile[1] + self.tiles[1] * tile[2])) as usize
+    }
+
+    /// How far beyond its own cells work on a tile reaches \[length\].
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
     }
 
     /// The coordinates of a tile, by its number.

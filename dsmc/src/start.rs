@@ -73,7 +73,7 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
-        let simulators = copies::simulators::<P, F>(scene, &parameters, state, &streams);
+        let simulators = copies::simulators::<P, F>(scene, &parameters, state, streams);
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
@@ -134,24 +134,12 @@ where
         };
         let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
-        let reach = across::reach(
-            parameters.scheme,
-            2.0 * sizes.largest_radius(),
-            radius,
-            (0..P::Space::DIMENSION)
-                .map(|axis| domain.lengths()[axis] / counts[axis] as f64)
-                .fold(0.0, f64::max),
-        );
-        let grid = Grid::new(
+        let grid = grid(
+            &parameters,
             domain,
             counts,
             simulators.len(),
-            if reach > 0.0 {
-                PER_TILE_ACROSS
-            } else {
-                PER_TILE
-            },
-            reach,
+            [2.0 * sizes.largest_radius(), radius],
         );
         let gas = Gas {
             limit: parameters.largest_contact_value,
@@ -180,7 +168,6 @@ where
                     .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
                 moment_ratio,
                 partner_radius: radius,
-                reach,
                 mean_radius: 0.5 * mean_diameter,
             },
             scene,
@@ -247,6 +234,26 @@ where
             arm: self.arm.clone(),
         }
     }
+}
+
+/// The cells and tiles of a run, for partners at most so far apart: contact distance, and radius around it.
+fn grid<S: Space>(
+    parameters: &Parameters,
+    domain: Domain<S>,
+    counts: [usize; 3],
+    simulators: usize,
+    [diameter, radius]: [f64; 2],
+) -> Grid<S> {
+    let widest = (0..S::DIMENSION)
+        .map(|axis| domain.lengths()[axis] / counts[axis] as f64)
+        .fold(0.0, f64::max);
+    let reach = across::reach(parameters.scheme, diameter, radius, widest);
+    let per_tile = if reach > 0.0 {
+        PER_TILE_ACROSS
+    } else {
+        PER_TILE
+    };
+    Grid::new(domain, counts, simulators, per_tile, reach)
 }
 
 /// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.
