@@ -264,7 +264,6 @@ fn a_simulator_takes_at_most_48_bytes() {
         for _ in 0..3 {
             engine.advance(f64::INFINITY, 20, &mut ());
             let each = engine.bytes() as f64 / count as f64;
-            println!("{per_cell} in a cell, {scheme:?}: {each:.1} bytes");
             assert!(each <= 48.0, "{each} bytes with {scheme:?}");
         }
     }
