@@ -39,6 +39,21 @@ pub(super) struct Cell {
     limited: bool,
 }
 
+/// A simulator that looks for a partner.
+struct Trial<V> {
+    first: At,
+    position: V,
+    /// Towards the partner.
+    normal: V,
+    /// From centre to centre at contact, for a partner of the mean radius \[length\].
+    distance: f64,
+    /// How fast they must approach, of how fast they can.
+    threshold: f64,
+    majorant: f64,
+    /// Whether no partner around approaches fast enough.
+    is_hopeless: bool,
+}
+
 /// The bounds of a tile and all next to it.
 pub(super) fn around<S: Space>(
     grid: &Grid<S>,
@@ -125,13 +140,54 @@ where
         })
     }
 
-    /// One of the simulators of a cell.
-    fn draw(&self, cell: Cell, stream: &mut impl Rng) -> (At, SimulatorOf<P, F>) {
-        let at = At {
+    /// Draws one of the simulators of a cell, a line of centres, and the speed along it that a partner must exceed.
+    fn propose(&self, cell: Cell, majorant: f64, stream: &mut impl Rng) -> Trial<VectorOf<P>> {
+        let first = At {
             tile: cell.tile,
             index: stream.random_range(cell.begin..cell.end),
         };
-        (at, self.around.read(at))
+        let simulator = self.around.read(first);
+        let normal = P::Space::random_direction(stream);
+        let threshold = majorant * stream.random::<f64>();
+        let fastest = (simulator.velocity - self.bounds.middle).inner(&normal) + self.bounds.spread;
+        Trial {
+            first,
+            position: simulator.position,
+            normal,
+            distance: self.kernel.scene.sizes().radius(simulator.tag) + self.kernel.mean_radius,
+            threshold,
+            majorant,
+            is_hopeless: fastest <= threshold,
+        }
+    }
+
+    /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles are unlike, their
+    /// cross section lets them. Returns how far apart they were along the line of centres, in contact distances.
+    fn try_pair(
+        &mut self,
+        cell: Cell,
+        trial: &Trial<VectorOf<P>>,
+        second: At,
+        [largest, ceiling]: [f64; 2],
+        stream: &mut impl Rng,
+    ) -> Option<f64> {
+        let places = [trial.first, second];
+        let pair = places.map(|at| self.around.read(at));
+        let speed = (pair[0].velocity - pair[1].velocity).inner(&trial.normal);
+        self.report.tally.majorant_violations += u64::from(speed > trial.majorant);
+        if speed <= trial.threshold {
+            return None;
+        }
+        let sizes = self.kernel.scene.sizes();
+        let contact = sizes.radius(pair[0].tag) + sizes.radius(pair[1].tag);
+        if !P::Sizes::UNIFORM {
+            let share = self.pair_share(cell, contact, largest) / ceiling;
+            if stream.random::<f64>() >= share {
+                return None;
+            }
+        }
+        let apart = self.strike(places, &pair, trial.normal, contact);
+        Some(-apart.inner(&trial.normal) / contact)
     }
 
     /// No simulator of a cell approaches any partner faster.
@@ -160,34 +216,25 @@ where
         let class = arm::class(cell.packing);
         let reach = self.arm.reach(class);
         for _ in 0..trials {
-            let (first, simulator) = self.draw(cell, stream);
-            let normal = P::Space::random_direction(stream);
-            let threshold = majorant * stream.random::<f64>();
-            let fastest =
-                (simulator.velocity - self.bounds.middle).inner(&normal) + self.bounds.spread;
-            if fastest <= threshold {
+            let trial = self.propose(cell, majorant, stream);
+            if trial.is_hopeless {
                 continue;
             }
-            let distance = sizes.radius(simulator.tag) + kernel.mean_radius;
-            let point = simulator.position + normal * (reach * distance);
+            let Trial {
+                first,
+                position,
+                normal,
+                distance,
+                ..
+            } = trial;
+            let point = position + normal * (reach * distance);
             let Some(second) = search.partner(&self.around, point, first, stream) else {
                 self.report.tally.missed += 1;
                 continue;
             };
-            let pair = [first, second].map(|at| self.around.read(at));
-            let Some(contact) = self.approach(&pair, normal, threshold, majorant) else {
-                continue;
-            };
-            if !P::Sizes::UNIFORM {
-                let share = self.pair_share(cell, contact, largest) / ceiling;
-                if stream.random::<f64>() >= share {
-                    continue;
-                }
+            if let Some(arm) = self.try_pair(cell, &trial, second, [largest, ceiling], stream) {
+                self.report.distances.note(class, arm);
             }
-            let apart = self.strike([first, second], &pair, normal, contact);
-            self.report
-                .distances
-                .note(class, -apart.inner(&normal) / contact);
         }
     }
 
@@ -206,18 +253,20 @@ where
         let trials = draw_whole(count * rate * majorant * kernel.step, stream);
         self.report.tally.trials += trials;
         for _ in 0..trials {
-            let (first, simulator) = self.draw(cell, stream);
-            let normal = P::Space::random_direction(stream);
-            let threshold = majorant * stream.random::<f64>();
-            let fastest =
-                (simulator.velocity - self.bounds.middle).inner(&normal) + self.bounds.spread;
+            let trial = self.propose(cell, majorant, stream);
             let slot = stream.random_range(0..crowd);
-            if fastest <= threshold {
+            if trial.is_hopeless {
                 continue;
             }
-            let distance = sizes.radius(simulator.tag) + kernel.mean_radius;
+            let Trial {
+                first,
+                position,
+                normal,
+                distance,
+                ..
+            } = trial;
             let domain = kernel.grid.domain();
-            let point = domain.wrap(simulator.position + normal * distance);
+            let point = domain.wrap(position + normal * distance);
             let Some((tile, local)) = self.around.find(kernel.grid.cell_at(point)) else {
                 continue;
             };
@@ -232,7 +281,7 @@ where
             if second == first {
                 continue;
             }
-            let middle = domain.wrap(simulator.position + normal * (0.5 * distance));
+            let middle = domain.wrap(position + normal * (0.5 * distance));
             let middle = kernel.grid.cell_at(middle);
             let Some((tile, local)) = self.around.find(middle) else {
                 continue;
@@ -242,33 +291,8 @@ where
             if chi * stream.random::<f64>() >= there {
                 continue;
             }
-            let pair = [first, second].map(|at| self.around.read(at));
-            let Some(contact) = self.approach(&pair, normal, threshold, majorant) else {
-                continue;
-            };
-            if !P::Sizes::UNIFORM {
-                let share = self.pair_share(cell, contact, largest) / ceiling;
-                if stream.random::<f64>() >= share {
-                    continue;
-                }
-            }
-            self.strike([first, second], &pair, normal, contact);
+            self.try_pair(cell, &trial, second, [largest, ceiling], stream);
         }
-    }
-
-    /// The contact distance of two simulators, if the first approaches the second along `normal` faster than the
-    /// threshold.
-    fn approach(
-        &mut self,
-        pair: &[SimulatorOf<P, F>; 2],
-        normal: VectorOf<P>,
-        threshold: f64,
-        majorant: f64,
-    ) -> Option<f64> {
-        let speed = (pair[0].velocity - pair[1].velocity).inner(&normal);
-        self.report.tally.majorant_violations += u64::from(speed > majorant);
-        let sizes = self.kernel.scene.sizes();
-        (speed > threshold).then(|| sizes.radius(pair[0].tag) + sizes.radius(pair[1].tag))
     }
 
     /// Cross section times chi of the pairs of largest particles, over `largest^(D-1)` and the chi of equal ones.

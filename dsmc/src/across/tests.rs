@@ -4,11 +4,11 @@ use nalgebra::Vector2;
 use rand::SeedableRng;
 use rand_xoshiro::Xoroshiro128PlusPlus;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Domain, Observe, Plane, Space, State};
+use stosszahl_model::{Plane, Space, State};
 
 use super::partners::Search;
 use super::shared::{At, sweep_around};
-use crate::tests::{Equal, equal, in_pool, start};
+use crate::tests::{Equal, Seen, equal, in_pool, start};
 use crate::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
 
 const PARAMETERS: Parameters = Parameters {
@@ -26,11 +26,6 @@ const SCHEMES: [Scheme; 3] = [
     Scheme::Esmc(Neighbourhood::Cells(1)),
     Scheme::StochasticDisks { stiffness: 2.0 },
 ];
-
-/// Distance of two positions, by the domain.
-fn apart(domain: &Domain<Plane>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
-    domain.distance(a, b)
-}
 
 /// In each of several boxes, wide and narrow: partners are among those within the radius, each as often as any other, or
 /// the nearest of all where there is none, as a search through all says.
@@ -68,7 +63,7 @@ fn partners_are_those_of_a_plain_search() {
                     let near: Vec<_> = all
                         .iter()
                         .map(|body| body.position)
-                        .filter(|&at| at != own && apart(&domain, at, point) < radius)
+                        .filter(|&at| at != own && domain.distance(at, point) < radius)
                         .collect();
                     let mut draw = || search.partner(&around, point, who, &mut stream).map(place);
                     if near.is_empty() {
@@ -76,11 +71,11 @@ fn partners_are_those_of_a_plain_search() {
                             .iter()
                             .map(|body| body.position)
                             .filter(|&at| at != own)
-                            .map(|at| apart(&domain, at, point))
+                            .map(|at| domain.distance(at, point))
                             .fold(f64::MAX, f64::min);
                         match draw() {
                             Some(at) => {
-                                assert!((apart(&domain, at, point) - nearest).abs() < 1e-12);
+                                assert!((domain.distance(at, point) - nearest).abs() < 1e-12);
                             }
                             // Beyond three cells nobody is sought.
                             None => assert!(nearest > 3.0 * grid.width().min() - 1e-9),
@@ -161,16 +156,6 @@ fn elastic_rate_and_pressure_are_enskogs() {
                 assert!((mean - 1.0).abs() < bar + 3.0 * error, "{what}");
             }
         }
-    }
-}
-
-/// What somebody who looks at collisions sees.
-#[derive(Default, PartialEq, Debug)]
-struct Seen(Vec<(Vector2<f64>, Vector2<f64>)>);
-
-impl Observe<Equal<Plane>> for Seen {
-    fn collision(&mut self, collision: &stosszahl_model::Collision<Vector2<f64>>) {
-        self.0.push((collision.relative, collision.line));
     }
 }
 

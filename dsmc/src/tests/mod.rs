@@ -166,7 +166,7 @@ fn mixtures_are_those_of_the_plain_engine() {
 
 /// What somebody who looks at collisions sees.
 #[derive(Default, PartialEq, Debug)]
-struct Seen(Vec<(Vector2<f64>, Vector2<f64>)>);
+pub(crate) struct Seen(pub(crate) Vec<(Vector2<f64>, Vector2<f64>)>);
 
 impl Observe<Equal<Plane>> for Seen {
     fn collision(&mut self, collision: &stosszahl_model::Collision<Vector2<f64>>) {
