@@ -237,10 +237,12 @@ where
         let restitution = self.scene.restitution().normal(-along * speed);
         let pair = Encounter {
             velocities,
+            spins: [(); 2],
             masses,
+            radii,
             line,
         };
-        let after = collide(self.scene, &pair, restitution);
+        let after = collide(self.scene, &pair, restitution).velocities;
         let apart = nearest_image::<P>(self.grid, members[i].position - members[j].position);
         report.tally.separation += apart.square().sqrt();
         let gained = (after[0] - velocities[0]) * masses[0];

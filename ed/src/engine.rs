@@ -445,10 +445,12 @@ where
         let restitution = self.restitution([first, second], approach * self.speed);
         let mut pair = Encounter {
             velocities,
+            spins: [(); 2],
             masses,
+            radii: [0.5 * distance; 2],
             line,
         };
-        pair.velocities = collide(&self.scene, &pair, restitution);
+        pair.velocities = collide(&self.scene, &pair, restitution).velocities;
         if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
             part(&self.scene, &mut pair);
         }
@@ -560,8 +562,11 @@ fn check<P: Physics<Space = Plane>>(
 /// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
 /// square of that.
 #[cold]
-fn part<P: Physics<Space = Plane>>(scene: &P, pair: &mut Encounter<Vector2<f64>>) {
-    pair.velocities = collide(scene, pair, 1.0);
+fn part<P: Physics<Space = Plane, Surface = Smooth>>(
+    scene: &P,
+    pair: &mut Encounter<Vector2<f64>>,
+) {
+    pair.velocities = collide(scene, pair, 1.0).velocities;
     let total = pair.masses[0] + pair.masses[1];
     let normal = pair.line.normalize();
     let speed = pair.velocities[0].amax().max(pair.velocities[1].amax());

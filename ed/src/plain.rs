@@ -1,7 +1,7 @@
 //! The oracle of the engine: slow and obvious.
 
 use nalgebra::Vector2;
-use stosszahl_model::{Encounter, Physics, Plane, Restitution, Sizes, State, collide};
+use stosszahl_model::{Encounter, Physics, Plane, Restitution, Sizes, Smooth, State, collide};
 
 use crate::contact::time_to_contact;
 
@@ -19,7 +19,7 @@ pub struct Event {
 /// For each, the contact times of all pairs over many periodic images are computed anew, the earliest
 /// is taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
 /// seen: the fewer the disks, the further one flies before it meets another.
-pub fn run<P: Physics<Space = Plane>>(
+pub fn run<P: Physics<Space = Plane, Surface = Smooth>>(
     scene: &P,
     state: &mut State<P>,
     collisions: usize,
@@ -67,11 +67,14 @@ pub fn run<P: Physics<Space = Plane>>(
             scene,
             &Encounter {
                 velocities,
+                spins: [(); 2],
                 masses,
+                radii: [sizes.radius(sizes.tag(i)), sizes.radius(sizes.tag(j))],
                 line,
             },
             restitution,
-        );
+        )
+        .velocities;
         state.bodies[i].velocity = after[0];
         state.bodies[j].velocity = after[1];
         events.push(Event {

@@ -1,17 +1,31 @@
 //! The one collision law, used by every engine.
 
-use crate::physics::{Physics, VectorOf};
+use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::space::Vector;
+use crate::surface::Surface;
 
 /// Two particles about to collide.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Encounter<V> {
+pub struct Encounter<V, W = ()> {
     /// Velocities of the first and the second partner \[length/time\].
     pub velocities: [V; 2],
+    /// Their angular velocities, or nothing.
+    pub spins: [W; 2],
     /// Their masses.
     pub masses: [f64; 2],
+    /// Their radii; smooth partners do not ask.
+    pub radii: [f64; 2],
     /// The line of centres, from the second to the first partner; any positive length.
     pub line: V,
+}
+
+/// Two particles after a collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct After<V, W = ()> {
+    /// Velocities of the first and the second partner \[length/time\].
+    pub velocities: [V; 2],
+    /// Their angular velocities, or nothing.
+    pub spins: [W; 2],
 }
 
 /// What a measurement may know of one collision. All but the fields is computed on demand, so an
@@ -53,7 +67,7 @@ impl<V: Vector> Collision<V> {
         (tangential.square() / self.relative.square()).min(1.0)
     }
 
-    /// Kinetic energy that was lost, (mu/2)(1 - e^2)(g . k)^2.
+    /// Kinetic energy that was lost to the normal part of the contact, (mu/2)(1 - e^2)(g . k)^2.
     #[inline]
     pub fn energy_lost(&self) -> f64 {
         0.5 * self.reduced_mass * (1.0 - self.restitution * self.restitution) * self.normal_square()
@@ -67,28 +81,33 @@ impl<V: Vector> Collision<V> {
     }
 }
 
-/// Velocities after a collision with the given coefficient of restitution.
+/// Velocities and spins after a collision with the given coefficient of normal restitution.
 ///
 /// With g = v1 - v2 and k the unit vector along the line of centres,
 /// v1 += -(m2/(m1 + m2))(1 + e)(g . k) k and v2 -= the same with m1: momentum is conserved, the normal
 /// part of g is reversed and shortened by e, the tangential part is untouched. The line is divided by
 /// its own square, so that a contact distance that is off by rounding costs no energy.
 ///
-/// The physics parameter is here for surfaces that also exchange tangential momentum.
+/// What is tangential is the [`Surface`]'s.
 #[inline]
 pub fn collide<P: Physics>(
-    _scene: &P,
-    pair: &Encounter<VectorOf<P>>,
+    scene: &P,
+    pair: &Encounter<VectorOf<P>, SpinOf<P>>,
     restitution: f64,
-) -> [VectorOf<P>; 2] {
+) -> After<VectorOf<P>, SpinOf<P>> {
     let [first, second] = pair.velocities;
     let relative = first - second;
     let kick = pair.line * ((1.0 + restitution) * relative.inner(&pair.line) / pair.line.square());
     let total = pair.masses[0] + pair.masses[1];
-    [
-        first - kick * (pair.masses[1] / total),
-        second + kick * (pair.masses[0] / total),
-    ]
+    let mut after = After {
+        velocities: [
+            first - kick * (pair.masses[1] / total),
+            second + kick * (pair.masses[0] / total),
+        ],
+        spins: pair.spins,
+    };
+    scene.surface().rub(pair, &mut after);
+    after
 }
 
 #[cfg(test)]
@@ -124,11 +143,13 @@ mod tests {
                     vector![number(), number(), number()],
                     vector![number(), number(), number()],
                 ],
+                spins: [(); 2],
                 masses: [1.5 + number(), 1.5 + number()],
+                radii: [0.5; 2],
                 line: vector![number(), number(), number()],
             };
             let restitution = number().abs();
-            let after = collide(&scene(Volume), &pair, restitution);
+            let after = collide(&scene(Volume), &pair, restitution).velocities;
             let momentum = |v: [Vector3<f64>; 2]| v[0] * pair.masses[0] + v[1] * pair.masses[1];
             assert!((momentum(after) - momentum(pair.velocities)).norm() < 1e-14);
             let normal = pair.line.normalize();
@@ -173,11 +194,13 @@ mod tests {
             &scene(Plane),
             &Encounter {
                 velocities: [vector![0.0, -1.0], vector![0.0, 1.0]],
+                spins: [(); 2],
                 masses: [1.0, 1.0],
+                radii: [0.5; 2],
                 line: vector![0.0, 0.3],
             },
             0.5,
         );
-        assert_eq!(after, [vector![0.0, 0.5], vector![0.0, -0.5]]);
+        assert_eq!(after.velocities, [vector![0.0, 0.5], vector![0.0, -0.5]]);
     }
 }

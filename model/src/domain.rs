@@ -4,22 +4,36 @@ use serde::{Deserialize, Serialize};
 
 use crate::space::{Space, Vector};
 
-/// A rectangular box from the origin to `lengths`, periodic in every direction.
+/// A rectangular box from the origin to `lengths`, periodic along some of its axes, or all.
 ///
-/// All wrapping and all minimum images of the project go through this type, so a face that is a wall
-/// instead has one place to be described.
+/// All wrapping and all minimum images of the project go through this type. What stands at the faces of the
+/// other axes is told by [`crate::walls::Walls`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Domain<S: Space> {
     lengths: S::Vector,
+    /// By axis; beyond the dimension, true.
+    periodic: [bool; 3],
 }
 
 impl<S: Space> Domain<S> {
-    /// A periodic box with the given side lengths, or `None` unless all are positive and finite.
+    /// A box with the given side lengths that is periodic in every direction, or `None` unless all are positive and
+    /// finite.
     pub fn periodic(lengths: S::Vector) -> Option<Self> {
+        Self::new(lengths, [true; 3])
+    }
+
+    /// A box that is periodic along some of its axes.
+    pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Option<Self> {
         (0..S::DIMENSION)
             .all(|axis| lengths[axis] > 0.0 && lengths[axis].is_finite())
-            .then_some(Self { lengths })
+            .then_some(Self { lengths, periodic })
+    }
+
+    /// Whether the box is periodic along an axis.
+    #[inline]
+    pub fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic[axis]
     }
 
     /// Side lengths \[length\].
@@ -32,13 +46,13 @@ impl<S: Space> Domain<S> {
         (0..S::DIMENSION).map(|axis| self.lengths[axis]).product()
     }
 
-    /// The image of a position with every component in `[0, length)`.
+    /// The image of a position with every component in `[0, length)`, along the axes that are periodic.
     #[inline]
     pub fn wrap(&self, mut position: S::Vector) -> S::Vector {
         for axis in 0..S::DIMENSION {
             let length = self.lengths[axis];
             let x = position[axis];
-            if !(0.0..length).contains(&x) {
+            if !(0.0..length).contains(&x) && self.periodic[axis] {
                 let inside = x.rem_euclid(length);
                 // A tiny negative x rounds to the length itself, which is the origin's image.
                 position[axis] = if inside < length { inside } else { 0.0 };
@@ -53,7 +67,9 @@ impl<S: Space> Domain<S> {
         let mut difference = first - second;
         for axis in 0..S::DIMENSION {
             let length = self.lengths[axis];
-            difference[axis] -= length * (difference[axis] / length).round();
+            if self.periodic[axis] {
+                difference[axis] -= length * (difference[axis] / length).round();
+            }
         }
         difference
     }

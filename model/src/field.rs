@@ -9,6 +9,12 @@ use crate::space::Space;
 /// A uniform field cancels in the relative motion of a pair, so the prediction of a collision does
 /// not depend on it; only [`Field::drift`] does.
 pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
+    /// True where flight is along straight lines.
+    const FREE: bool;
+
+    /// The same acceleration everywhere \[length/time^2\]; zero in free flight.
+    fn acceleration(&self) -> S::Vector;
+
     /// Moves one particle by the time `duration`.
     fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64);
 }
@@ -18,8 +24,71 @@ pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
 pub struct Free;
 
 impl<S: Space> Field<S> for Free {
+    const FREE: bool = true;
+
+    #[inline(always)]
+    fn acceleration(&self) -> S::Vector {
+        S::Vector::default()
+    }
+
     #[inline]
     fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         *position += *velocity * duration;
+    }
+}
+
+/// Parabolas: the same acceleration for all particles, at all places and times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity<S: Space> {
+    acceleration: S::Vector,
+}
+
+impl<S: Space> Gravity<S> {
+    /// An acceleration \[length/time^2\], or `None` unless its components are finite.
+    pub fn new(acceleration: S::Vector) -> Option<Self> {
+        (0..S::DIMENSION)
+            .all(|axis| acceleration[axis].is_finite())
+            .then_some(Self { acceleration })
+    }
+}
+
+impl<S: Space> Field<S> for Gravity<S> {
+    const FREE: bool = false;
+
+    #[inline(always)]
+    fn acceleration(&self) -> S::Vector {
+        self.acceleration
+    }
+
+    #[inline]
+    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+        let gained = self.acceleration * duration;
+        *position += (*velocity + gained * 0.5) * duration;
+        *velocity += gained;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::{Plane, Vector};
+    use nalgebra::vector;
+
+    /// m v^2/2 - m a . r does not change in flight: a few roundings.
+    #[test]
+    fn flight_keeps_the_energy() {
+        let field = Gravity::<Plane>::new(vector![0.3, -2.0]).expect("finite");
+        let (mut position, mut velocity) = (vector![1.0, 2.0], vector![-0.5, 1.5]);
+        let energy = |position: nalgebra::Vector2<f64>, velocity: nalgebra::Vector2<f64>| {
+            let down = Field::<Plane>::acceleration(&field);
+            0.5 * velocity.square() - down.inner(&position)
+        };
+        let start = energy(position, velocity);
+        for step in 0..100 {
+            field.drift(&mut position, &mut velocity, 0.01 * f64::from(step));
+        }
+        let scale = position.norm() * 2.0 + velocity.norm_squared();
+        assert!((energy(position, velocity) - start).abs() < 1e-14 * scale);
+        assert!(Gravity::<Plane>::new(vector![f64::NAN, 0.0]).is_none());
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The event-driven and the Monte Carlo engine must agree on everything but the one question under
 //! study: *who collides with whom, and with which impact parameter*. So the collision law
-//! ([`collision`]), the sizes ([`sizes`]), the periodic box ([`domain`]), the initial states
+//! ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]) and its walls ([`walls`]), the initial states
 //! ([`initial`]), the drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
 //! theory that both are measured against ([`kinetic`], [`transport`]) live here, once.
 //!
@@ -38,12 +38,13 @@ pub mod species;
 pub mod state;
 pub mod surface;
 pub mod transport;
+pub mod walls;
 
 pub use clusters::Clusters;
-pub use collision::{Collision, Encounter, collide};
+pub use collision::{After, Collision, Encounter, collide};
 pub use domain::Domain;
 pub use drive::Drive;
-pub use field::{Field, Free};
+pub use field::{Field, Free, Gravity};
 pub use observe::Observe;
 pub use pairwise::PerPair;
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
@@ -52,4 +53,5 @@ pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
 pub use species::{Kind, Species};
 pub use state::{Body, State};
-pub use surface::{Smooth, Surface};
+pub use surface::{Rough, Smooth, Surface};
+pub use walls::{Face, Rebound, Wall, Walls};

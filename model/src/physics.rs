@@ -13,7 +13,7 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
     /// Dimension.
     type Space: Space;
     /// Tangential contact law.
-    type Surface: Surface;
+    type Surface: Surface<Self::Space>;
     /// Normal contact law.
     type Restitution: Restitution;
     /// Radii and masses.
@@ -21,6 +21,8 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
     /// Flight between collisions.
     type Field: Field<Self::Space>;
 
+    /// The tangential contact law.
+    fn surface(&self) -> &Self::Surface;
     /// The normal contact law.
     fn restitution(&self) -> &Self::Restitution;
     /// Radii and masses.
@@ -35,7 +37,7 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
 /// Positions and velocities of a physics.
 pub type VectorOf<P> = <<P as Physics>::Space as Space>::Vector;
 /// Spin of a physics; `()` for smooth particles.
-pub type SpinOf<P> = <<P as Physics>::Surface as Surface>::Spin;
+pub type SpinOf<P> = <<P as Physics>::Surface as Surface<<P as Physics>::Space>>::Spin;
 
 /// The choices of one scene, bundled.
 ///
@@ -67,7 +69,7 @@ pub struct Scene<S, C, R, Z, F> {
 impl<S, C, R, Z, F> Physics for Scene<S, C, R, Z, F>
 where
     S: Space,
-    C: Surface,
+    C: Surface<S>,
     R: Restitution,
     Z: Sizes,
     F: Field<S>,
@@ -78,6 +80,10 @@ where
     type Sizes = Z;
     type Field = F;
 
+    #[inline]
+    fn surface(&self) -> &C {
+        &self.surface
+    }
     #[inline]
     fn restitution(&self) -> &R {
         &self.restitution

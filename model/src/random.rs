@@ -26,6 +26,14 @@ pub enum Purpose {
     Kicks = 6,
     /// Pair selection and contacts of a gas without positions.
     Pairs = 7,
+    /// Rebounds from thermal walls.
+    Walls = 8,
+    /// Particles that flow in.
+    Inflow = 9,
+    /// Simulators split and merged where their weight changes.
+    Balance = 10,
+    /// Spins of the initial state.
+    Spins = 11,
 }
 
 /// The streams of one replica.

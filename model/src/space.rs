@@ -51,13 +51,24 @@ where
 }
 
 /// The space in which the particles move.
-pub trait Space: Copy + Debug + Default + Send + Sync + 'static {
+pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Number of components of a position.
     const DIMENSION: usize;
     /// Positions and velocities.
     type Vector: Vector;
     /// A rotation.
     type Turn: Copy;
+    /// Angular velocities: one component in the plane, three in space.
+    type Spin: Vector;
+    /// Number of components of an angular velocity.
+    const ROTATIONS: usize;
+    /// Moment of inertia of a solid particle over m R^2.
+    const INERTIA: f64;
+
+    /// Velocity w x r at the end of an arm that turns.
+    fn cross(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;
+    /// Moment r x F of what acts at the end of an arm.
+    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
 
     /// The vector of which each component is what the function says of its number. Written out, it stays in registers
     /// where a loop over components would go through memory.
@@ -105,6 +116,18 @@ impl Space for Plane {
     type Vector = SVector<f64, 2>;
     /// Sine and cosine.
     type Turn = (f64, f64);
+    type Spin = SVector<f64, 1>;
+    const ROTATIONS: usize = 1;
+    const INERTIA: f64 = 0.5;
+
+    #[inline(always)]
+    fn cross(spin: Self::Spin, arm: Self::Vector) -> Self::Vector {
+        vector![-spin[0] * arm[1], spin[0] * arm[0]]
+    }
+    #[inline(always)]
+    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin {
+        vector![arm[0] * force[1] - arm[1] * force[0]]
+    }
 
     #[inline(always)]
     fn vector(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
@@ -164,6 +187,18 @@ impl Space for Volume {
     const DIMENSION: usize = 3;
     type Vector = SVector<f64, 3>;
     type Turn = UnitQuaternion<f64>;
+    type Spin = SVector<f64, 3>;
+    const ROTATIONS: usize = 3;
+    const INERTIA: f64 = 0.4;
+
+    #[inline(always)]
+    fn cross(spin: Self::Spin, arm: Self::Vector) -> Self::Vector {
+        spin.cross(&arm)
+    }
+    #[inline(always)]
+    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin {
+        arm.cross(&force)
+    }
 
     #[inline(always)]
     fn vector(mut component: impl FnMut(usize) -> f64) -> Self::Vector {

@@ -6,6 +6,7 @@ use crate::domain::Domain;
 use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::sizes::Sizes;
 use crate::space::{Space, Vector};
+use crate::surface::Surface;
 
 /// One particle. Engines keep working storage of their own; this is what they exchange.
 #[derive(Serialize, Deserialize)]
@@ -91,6 +92,25 @@ impl<P: Physics> State<P> {
             .map(|(index, body)| sizes.mass(sizes.tag(index)) * body.velocity.square())
             .sum();
         0.5 * twice
+    }
+
+    /// Energy of rotation, sum of I w^2/2; zero where nothing spins.
+    pub fn spin_energy(&self, scene: &P) -> f64 {
+        let sizes = scene.sizes();
+        let bodies = self.bodies.iter().enumerate();
+        bodies
+            .map(|(index, body)| {
+                let tag = sizes.tag(index);
+                let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
+                scene.surface().spin_energy(mass, radius, body.spin)
+            })
+            .sum()
+    }
+
+    /// Temperature of rotation, <I w^2> for each rotation \[energy\].
+    pub fn spin_temperature(&self, scene: &P) -> f64 {
+        let degrees = (P::Space::ROTATIONS * self.bodies.len().max(1)) as f64;
+        2.0 * self.spin_energy(scene) / degrees
     }
 
     /// Total momentum, sum of m v.

@@ -331,10 +331,12 @@ where
         let restitution = kernel.scene.restitution().normal(relative.inner(&normal));
         let encounter = Encounter {
             velocities,
+            spins: [(); 2],
             masses,
+            radii: pair.map(|simulator| sizes.radius(simulator.tag)),
             line,
         };
-        let after = collide(kernel.scene, &encounter, restitution);
+        let after = collide(kernel.scene, &encounter, restitution).velocities;
         let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
         for (place, velocity) in places.into_iter().zip(after) {
             self.around.set_velocity(place, velocity);

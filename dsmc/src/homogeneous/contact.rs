@@ -106,10 +106,13 @@ pub(crate) fn bounce<P: Grains>(
     let restitution = gas.scene.restitution().between(kinds, approach);
     let encounter = Encounter {
         velocities: partners.map(|particle| particle.velocity),
+        spins: [(); 2],
         masses: partners.map(|particle| sizes.mass(particle.tag)),
+        radii: partners.map(|particle| sizes.radius(particle.tag)),
         line: meeting.line,
     };
-    (collide(&gas.scene, &encounter, restitution), restitution)
+    let after = collide(&gas.scene, &encounter, restitution);
+    (after.velocities, restitution)
 }
 
 /// Every pair bounces by the scene's law.

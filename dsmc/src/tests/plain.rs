@@ -199,11 +199,13 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
             let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
             let pair = Encounter {
                 velocities: [members[i].1, members[j].1],
+                spins: [(); 2],
                 masses: [i, j].map(|who| sizes.mass(sizes.tag(members[who].2))),
+                radii: diameters.map(|diameter| 0.5 * diameter),
                 line: normal * (0.5 * (diameters[0] + diameters[1])),
             };
             let restitution = self.scene.restitution().normal(-along * speed);
-            let [u, v] = collide(&self.scene, &pair, restitution);
+            let [u, v] = collide(&self.scene, &pair, restitution).velocities;
             (members[i].1, members[j].1) = (u, v);
             let share = match self.parameters.displacement {
                 Displacement::None => continue,

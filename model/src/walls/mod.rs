@@ -1,0 +1,238 @@
+//! What stands at the edges of the box and inside it: one law of rebound for both engines.
+//!
+//! A face of the box is periodic, a wall, or open. Walls are data: an engine that finds none schedules no event and
+//! draws no number for them. Times of contact with plane walls are closed forms ([`flight`]).
+
+pub mod flight;
+mod rebound;
+mod vibration;
+
+use serde::{Deserialize, Serialize};
+
+pub use rebound::{Book, Rebound, Touch};
+pub use vibration::Vibration;
+
+use crate::domain::Domain;
+use crate::space::Space;
+
+/// A plane wall at a face of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Wall<S: Space> {
+    /// What becomes of a particle that touches it.
+    pub rebound: Rebound,
+    /// How fast it slides along itself \[length/time\].
+    pub sliding: S::Vector,
+    /// How it moves to and fro, if it does.
+    pub vibration: Option<Vibration>,
+}
+
+impl<S: Space> Wall<S> {
+    /// A wall that stands still.
+    pub fn still(rebound: Rebound) -> Self {
+        Self {
+            rebound,
+            sliding: S::Vector::default(),
+            vibration: None,
+        }
+    }
+
+    /// A wall that changes nothing but the direction.
+    pub fn specular() -> Self {
+        Self::still(Rebound::Restitutive {
+            restitution: 1.0,
+            slip: 1.0,
+        })
+    }
+
+    /// How far it is from its face into the gas at a time \[length\].
+    pub fn displacement(&self, time: f64) -> f64 {
+        self.vibration.map_or(0.0, |v| v.displacement(time))
+    }
+
+    /// Its velocity at a time, for the inward normal of its face \[length/time\].
+    pub fn velocity(&self, normal: S::Vector, time: f64) -> S::Vector {
+        match self.vibration {
+            Some(vibration) => self.sliding + normal * vibration.velocity(time),
+            None => self.sliding,
+        }
+    }
+}
+
+/// One face of the box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Face<S: Space> {
+    /// What leaves here enters on the opposite side.
+    #[default]
+    Periodic,
+    /// A wall.
+    Wall(Wall<S>),
+    /// What leaves is gone. Monte Carlo only: exact dynamics keeps its disks.
+    Open,
+}
+
+/// Why faces do not fit together.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WallError {
+    /// Periodic on one side only.
+    #[error(
+        "axis {axis}: one face is periodic and the opposite one is not; allowed are both or none"
+    )]
+    HalfPeriodic {
+        /// Which, from 0.
+        axis: usize,
+    },
+    /// A number out of range.
+    #[error("axis {axis}, side {side}: {name} is {value}; allowed is {allowed}")]
+    BadNumber {
+        /// Which, from 0.
+        axis: usize,
+        /// 0 for the lower face, 1 for the upper.
+        side: usize,
+        /// What.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+}
+
+/// All faces of a box: lower and upper, by axis; those beyond the dimension are periodic.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Walls<S: Space> {
+    faces: [[Face<S>; 2]; 3],
+}
+
+impl<S: Space> Walls<S> {
+    /// No walls: a periodic box.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Walls at the faces, lower and upper, of the axes.
+    ///
+    /// # Errors
+    /// [`WallError`] if an axis is periodic on one side only, or a number of a wall has no meaning.
+    pub fn new(faces: &[[Face<S>; 2]]) -> Result<Self, WallError> {
+        let mut walls = Self::default();
+        for (axis, pair) in faces.iter().take(S::DIMENSION).enumerate() {
+            let periodic = pair.map(|face| face == Face::Periodic);
+            if periodic[0] != periodic[1] {
+                return Err(WallError::HalfPeriodic { axis });
+            }
+            for (side, face) in pair.iter().enumerate() {
+                if let Face::Wall(wall) = face {
+                    check(wall, axis, side)?;
+                }
+            }
+            walls.faces[axis] = *pair;
+        }
+        Ok(walls)
+    }
+
+    /// The face at an axis and a side, 0 or 1.
+    pub fn face(&self, axis: usize, side: usize) -> &Face<S> {
+        &self.faces[axis][side]
+    }
+
+    /// The wall at an axis and a side, 0 or 1, if there is one.
+    #[inline]
+    pub fn wall(&self, axis: usize, side: usize) -> Option<&Wall<S>> {
+        match &self.faces[axis][side] {
+            Face::Wall(wall) => Some(wall),
+            _ => None,
+        }
+    }
+
+    /// Whether all faces are periodic.
+    pub fn is_periodic(&self) -> bool {
+        (self.faces.iter().flatten()).all(|face| *face == Face::Periodic)
+    }
+
+    /// Whether anything can leave for good.
+    pub fn is_open(&self) -> bool {
+        (self.faces.iter().flatten()).any(|face| *face == Face::Open)
+    }
+
+    /// A box of the given sides with these faces, or `None` unless they are positive and finite.
+    pub fn domain(&self, lengths: S::Vector) -> Option<Domain<S>> {
+        let periodic = [0, 1, 2].map(|axis| self.faces[axis][0] == Face::Periodic);
+        Domain::new(lengths, periodic)
+    }
+
+    /// The unit vector into the gas at a face.
+    pub fn normal(axis: usize, side: usize) -> S::Vector {
+        let mut normal = S::Vector::default();
+        normal[axis] = if side == 0 { 1.0 } else { -1.0 };
+        normal
+    }
+}
+
+/// Whether the numbers of a wall have a meaning.
+fn check<S: Space>(wall: &Wall<S>, axis: usize, side: usize) -> Result<(), WallError> {
+    let refuse = |name, value, allowed| {
+        Err(WallError::BadNumber {
+            axis,
+            side,
+            name,
+            value,
+            allowed,
+        })
+    };
+    match wall.rebound {
+        Rebound::Restitutive { restitution, .. } if !(0.0..=1.0).contains(&restitution) => {
+            return refuse("restitution", restitution, "a number from 0 to 1");
+        }
+        Rebound::Restitutive { slip, .. } if !(-1.0..=1.0).contains(&slip) => {
+            return refuse("slip", slip, "a number from -1 to 1");
+        }
+        Rebound::Diffuse { temperature } if !(temperature >= 0.0 && temperature.is_finite()) => {
+            return refuse("temperature", temperature, "an energy of at least 0");
+        }
+        _ => {}
+    }
+    for component in 0..S::DIMENSION {
+        let speed = wall.sliding[component];
+        if component == axis && speed != 0.0 {
+            return refuse("sliding", speed, "a velocity along the wall");
+        }
+        if !speed.is_finite() {
+            return refuse("sliding", speed, "a finite velocity");
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Plane;
+    use nalgebra::vector;
+
+    #[test]
+    fn faces_must_fit_together() {
+        let wall = Face::Wall(Wall::<Plane>::specular());
+        let half = Walls::new(&[[Face::Periodic, wall]]);
+        assert_eq!(half, Err(WallError::HalfPeriodic { axis: 0 }));
+        let walls = Walls::new(&[[Face::Periodic; 2], [wall, Face::Open]]).expect("fit");
+        assert!(walls.is_open() && !walls.is_periodic());
+        let domain = walls.domain(vector![2.0, 3.0]).expect("positive");
+        assert_eq!(domain.wrap(vector![-0.5, -0.5]), vector![1.5, -0.5]);
+        assert_eq!(
+            domain.displacement(vector![0.1, 0.1], vector![1.9, 2.9]),
+            vector![0.1 - 1.9 + 2.0, 0.1 - 2.9]
+        );
+        let mut sliding = Wall::<Plane>::specular();
+        sliding.sliding = vector![1.0, 0.5];
+        let refused = Walls::new(&[[Face::Wall(sliding); 2]]).expect_err("moves away");
+        assert!(refused.to_string().contains("sliding is 1"), "{refused}");
+        let hot = Wall::still(Rebound::Diffuse {
+            temperature: f64::NAN,
+        });
+        assert!(Walls::<Plane>::new(&[[Face::Wall(hot); 2]]).is_err());
+    }
+}

@@ -1,0 +1,94 @@
+//! A wall that moves to and fro.
+
+use serde::{Deserialize, Serialize};
+
+/// A triangle wave: the wall goes `amplitude` into the gas and back in each period, at constant speed, so that the time of
+/// a contact has a closed form. It begins at its face, inwards, at time zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Vibration {
+    amplitude: f64,
+    period: f64,
+}
+
+impl Vibration {
+    /// A vibration, or `None` unless amplitude and period are positive and finite.
+    pub fn new(amplitude: f64, period: f64) -> Option<Self> {
+        let good = |x: f64| x > 0.0 && x.is_finite();
+        (good(amplitude) && good(period)).then_some(Self { amplitude, period })
+    }
+
+    /// How far the wall goes \[length\].
+    pub fn amplitude(&self) -> f64 {
+        self.amplitude
+    }
+
+    /// Time of one way there and back.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// Its speed \[length/time\].
+    pub fn speed(&self) -> f64 {
+        2.0 * self.amplitude / self.period
+    }
+
+    /// Number of turns before a time: even on the way in, odd on the way back. A turn belongs to the way that it begins.
+    fn turns(&self, time: f64) -> f64 {
+        let half = 0.5 * self.period;
+        let turns = (time / half).floor();
+        // The quotient may round to the next turn, or below this one.
+        if (turns + 1.0) * half <= time {
+            turns + 1.0
+        } else if turns * half > time {
+            turns - 1.0
+        } else {
+            turns
+        }
+    }
+
+    /// Distance from its face at a time.
+    pub fn displacement(&self, time: f64) -> f64 {
+        let turns = self.turns(time);
+        let since = (time - turns * 0.5 * self.period) * self.speed();
+        if turns.rem_euclid(2.0) == 0.0 {
+            since
+        } else {
+            self.amplitude - since
+        }
+    }
+
+    /// Velocity into the gas from a time on.
+    pub fn velocity(&self, time: f64) -> f64 {
+        if self.turns(time).rem_euclid(2.0) == 0.0 {
+            self.speed()
+        } else {
+            -self.speed()
+        }
+    }
+
+    /// The first time after this one at which it turns.
+    pub fn next_turn(&self, time: f64) -> f64 {
+        ((self.turns(time) + 1.0) * 0.5 * self.period).max(time.next_up())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goes_to_and_fro() {
+        let vibration = Vibration::new(0.5, 0.3).expect("a vibration");
+        let mut time = 0.0;
+        for turn in 0..1000 {
+            let way = if turn % 2 == 0 { 0.0 } else { 0.5 };
+            assert!((vibration.displacement(time) - way).abs() < 1e-12);
+            let inwards = vibration.velocity(time) > 0.0;
+            assert_eq!(inwards, turn % 2 == 0, "{turn}");
+            let next = vibration.next_turn(time);
+            assert!((next - time - 0.15).abs() < 1e-12);
+            time = next;
+        }
+        assert!(Vibration::new(0.0, 1.0).is_none());
+    }
+}
