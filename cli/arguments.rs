@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bench_mixture::BenchMixture;
+use crate::case::Kind;
 use crate::validate::Part;
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
@@ -40,7 +41,11 @@ pub enum Command {
         folder: PathBuf,
     },
     /// Print the JSON Schema of case files.
-    Schema,
+    Schema {
+        /// Kind of case.
+        #[arg(long, value_enum, default_value_t = Kind::Paired)]
+        kind: Kind,
+    },
     /// Measure the speed of an engine on a defined piece of work.
     #[command(subcommand)]
     Bench(Bench),

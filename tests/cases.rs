@@ -312,8 +312,8 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         (
             "",
             &[
-                "format", "title", "units", "seed", "replicas", "gas", "box", "start", "run",
-                "drive", "engine", "measure", "verdict", "sweep",
+                "format", "kind", "title", "units", "seed", "replicas", "gas", "box", "start",
+                "run", "drive", "engine", "measure", "verdict", "sweep",
             ],
         ),
         ("drive.", &["heating", "interval"]),
@@ -689,7 +689,7 @@ fn damaged_cases_never_panic() {
             }
         }
         let text = String::from_utf8_lossy(&bytes);
-        match CaseFile::from_text(Path::new("damaged.toml"), &text, &[]) {
+        match CaseFile::<Case>::from_text(Path::new("damaged.toml"), &text, &[]) {
             Ok(file) => {
                 read += 1;
                 assert!(
