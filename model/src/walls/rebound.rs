@@ -159,7 +159,7 @@ mod tests {
         assert_eq!(velocity, vector![0.25 - 0.5, 0.5 + 1.0]);
     }
 
-    /// Moments of the flux of a Maxwellian: <v_n> = sqrt(pi T/2m), <v_n^2> = 2 T/m, others T/m and T/I. 20000 draws; each
+    /// Moments of the flux of a Maxwellian: `<v_n> = sqrt(pi T/2m)`, `<v_n^2> = 2 T/m`, others T/m and T/I. 20000 draws; each
     /// within z = 4.4 of its exact standard error.
     #[test]
     fn a_diffuse_wall_sends_out_the_flux_of_a_maxwellian() {
