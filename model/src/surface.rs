@@ -51,6 +51,9 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
 
     /// Energy of rotation, I w^2/2.
     fn spin_energy(&self, mass: f64, radius: f64, spin: Self::Spin) -> f64;
+
+    /// A spin, rotated.
+    fn turned(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
 }
 
 /// No tangential impulse: spins never change, so none is stored.
@@ -88,6 +91,9 @@ impl<S: Space> Surface<S> for Smooth {
     fn spin_energy(&self, _mass: f64, _radius: f64, (): ()) -> f64 {
         0.0
     }
+
+    #[inline]
+    fn turned(&self, _turn: S::Turn, (): ()) {}
 }
 
 /// Grains that turn each other: a contact multiplies the tangential velocity of the two surfaces with minus the
@@ -195,6 +201,10 @@ impl<S: Space> Surface<S> for Rough {
     #[inline]
     fn spin_energy(&self, mass: f64, radius: f64, spin: S::Spin) -> f64 {
         0.5 * self.inertia * mass * radius * radius * spin.square()
+    }
+
+    fn turned(&self, turn: S::Turn, spin: S::Spin) -> S::Spin {
+        S::turned_spin(turn, spin)
     }
 }
 
