@@ -3,8 +3,7 @@
 use rand::{Rng, RngExt};
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
-    Collision, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, Vector, VectorOf,
-    collide, kinetic,
+    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide, kinetic,
 };
 
 use crate::density::Density;
@@ -64,7 +63,7 @@ struct Cell {
 
 impl<P> Kernel<'_, P>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
 {
     /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
     pub(crate) fn collide<F: Follow<P::Space>>(
@@ -237,18 +236,20 @@ where
         let restitution = self.scene.restitution().normal(-along * speed);
         let pair = Encounter {
             velocities,
-            spins: [(); 2],
+            spins: [i, j].map(|who| members[who].spin),
             masses,
             radii,
             line,
         };
-        let after = collide(self.scene, &pair, restitution).velocities;
+        let outcome = collide(self.scene, &pair, restitution);
+        let after = outcome.velocities;
         let apart = nearest_image::<P>(self.grid, members[i].position - members[j].position);
         report.tally.separation += apart.square().sqrt();
         let gained = (after[0] - velocities[0]) * masses[0];
         let mut virial = apart.inner(&gained);
         members[i].velocity = after[0];
         members[j].velocity = after[1];
+        [members[i].spin, members[j].spin] = outcome.spins;
         let share = match self.displacement {
             Displacement::None => 0.0,
             Displacement::Diameter => 1.0,

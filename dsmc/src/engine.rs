@@ -1,9 +1,10 @@
 //! The engine: what it holds, and what can be asked of it.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Free, Physics, Sizes, Smooth, State, VectorOf};
+use stosszahl_model::{Body, Physics, Sizes, State, VectorOf};
 
 use crate::across::{Arm, Rates};
+use crate::boundary::Books;
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
@@ -25,7 +26,7 @@ pub(crate) struct Constants {
     pub(crate) mean_radius: f64,
 }
 
-/// Direct Simulation Monte Carlo of smooth particles in a periodic box.
+/// Direct Simulation Monte Carlo of smooth or rough particles.
 ///
 /// `F` says whether it follows how far simulators come ([`crate::Followed`]) or not.
 pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
@@ -51,11 +52,12 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) stock: Stock<P::Space>,
     pub(crate) unit: Unit,
     pub(crate) tally: Tally,
+    pub(crate) books: Books<P::Space>,
 }
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// The gas at the present time: one body for each simulator, in the order of the sizes of
@@ -64,8 +66,11 @@ where
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![Body::new(origin, origin); self.simulators];
         for (order, simulator) in self.ordered().enumerate() {
-            bodies[P::Sizes::index(simulator.tag, order)] =
-                Body::new(simulator.position, simulator.velocity);
+            bodies[P::Sizes::index(simulator.tag, order)] = Body {
+                position: simulator.position,
+                velocity: simulator.velocity,
+                spin: simulator.spin,
+            };
         }
         State {
             time: self.time,
@@ -134,6 +139,11 @@ where
     /// What was done so far.
     pub fn tally(&self) -> Tally {
         self.tally
+    }
+
+    /// What boundaries gave to the gas so far.
+    pub fn books(&self) -> &Books<P::Space> {
+        &self.books
     }
 
     /// The present time.

@@ -1,6 +1,6 @@
 //! Flight: moves the simulators of a tile, and sends those that leave.
 
-use stosszahl_model::{Field, Free, Physics, Smooth, Space};
+use stosszahl_model::{Field, Physics, Space};
 
 use crate::grid::{Grid, offset_number};
 use crate::simulator::{Follow, Simulator, SimulatorOf};
@@ -8,7 +8,7 @@ use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
 
 impl<P, F> Tile<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Moves what was arranged in the scratch buffer by a free flight, and keeps those that stay in the tile.
@@ -35,6 +35,7 @@ where
         codes.resize(total, 0);
         let lengths = grid.domain().lengths();
         let field = scene.field();
+        let acceleration = field.acceleration();
         let place = self.place;
         let width = place.sides[0] as usize;
         let mut stayed = 0;
@@ -49,9 +50,15 @@ where
                     mut velocity,
                     tag,
                     mut mark,
+                    spin,
                 } = *simulator;
-                Field::<P::Space>::drift(field, &mut position, &mut velocity, duration);
-                F::moved(&mut mark, velocity * duration);
+                let way = if P::Field::FREE {
+                    velocity * duration
+                } else {
+                    (velocity + acceleration * (0.5 * duration)) * duration
+                };
+                field.drift(&mut position, &mut velocity, duration);
+                F::moved(&mut mark, way);
                 let mut inside = true;
                 let position = P::Space::vector(|axis| {
                     let x = position[axis];
@@ -72,6 +79,7 @@ where
                         velocity,
                         tag,
                         mark,
+                        spin,
                     };
                     stayed += 1;
                     continue;
@@ -83,6 +91,7 @@ where
                     velocity,
                     tag,
                     mark,
+                    spin,
                 };
                 let cells = &self.starts[line * width..=(line + 1) * width];
                 let column = cells.partition_point(|&start| start as usize <= begin + index);

@@ -45,6 +45,7 @@
 //! needs many simulators only for chaos.
 
 mod across;
+mod boundary;
 mod collide;
 mod copies;
 mod density;
@@ -62,6 +63,7 @@ mod tally;
 mod tests;
 mod tile;
 
+pub use boundary::{Books, Boundaries, Clearance, Inflow, Transfer, Weights};
 pub use density::{Neighbourhood, Scheme};
 pub use engine::Engine;
 pub use grid::Grid;

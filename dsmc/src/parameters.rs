@@ -256,7 +256,37 @@ pub enum EngineError {
         /// Its name.
         scheme: &'static str,
     },
-    /// A position or velocity is no finite number, or too large to be squared.
+    /// Weights that have no meaning.
+    #[error("weights: {found}; allowed: {allowed}")]
+    BadWeights {
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The box is periodic along other axes than its faces are.
+    #[error(
+        "axis {axis}: the box is {}, its faces are {}; allowed: both alike",
+        if *.periodic { "periodic" } else { "not periodic" },
+        if *.periodic { "not" } else { "periodic" }
+    )]
+    UnlikeFaces {
+        /// Which, from 0.
+        axis: usize,
+        /// Whether the box is.
+        periodic: bool,
+    },
+    /// A scheme that cannot do with what stands at the boundaries.
+    #[error("the scheme {scheme} with {what}; allowed: {allowed}")]
+    Boundary {
+        /// Its name.
+        scheme: &'static str,
+        /// What it cannot do with.
+        what: &'static str,
+        /// What can.
+        allowed: &'static str,
+    },
+    /// A position, velocity or spin is no finite number, or too large to be squared.
     #[error(
         "simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150"
     )]

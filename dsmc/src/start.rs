@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Domain, Free, Physics, Restitution, Sizes, Smooth, Space, State, VectorOf};
+use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates};
+use crate::boundary::{Books, Boundaries};
 use crate::copies;
 use crate::density::{Density, Gas};
 use crate::engine::{Constants, Engine};
@@ -34,11 +35,12 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     unit: Unit,
     tally: Tally,
     arm: Arm,
+    books: Books<P::Space>,
 }
 
 impl<P> Engine<P>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
 {
     /// [`Engine::start`] where displacements are not followed.
     ///
@@ -56,7 +58,7 @@ where
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Starts from a state of particles.
@@ -72,6 +74,20 @@ where
         state: &State<P>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
+        Self::start_between(scene, parameters, state, &Boundaries::default(), streams)
+    }
+
+    /// [`Engine::start`] in a box whose faces are as told.
+    ///
+    /// # Errors
+    /// As [`Engine::start`], and if boundaries do not fit the box, the scheme or each other.
+    pub fn start_between(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
         parameters.check()?;
         let simulators = copies::simulators::<P, F>(scene, &parameters, state, streams);
         let checkpoint = Checkpoint {
@@ -81,8 +97,11 @@ where
             unit: Unit::of(0.0),
             tally: Tally::default(),
             arm: Arm::default(),
+            books: Books::default(),
         };
-        let mut engine = Self::resume(scene, parameters, state.domain, checkpoint, streams)?;
+        let domain = state.domain;
+        let mut engine =
+            Self::resume_between(scene, parameters, domain, checkpoint, boundaries, streams)?;
         engine.take_stock();
         Ok(engine)
     }
@@ -98,7 +117,24 @@ where
         checkpoint: Checkpoint<P, F>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
+        let boundaries = Boundaries::default();
+        Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
+    }
+
+    /// [`Engine::resume`] in a box whose faces are as told.
+    ///
+    /// # Errors
+    /// As [`Engine::start_between`].
+    pub fn resume_between(
+        scene: &P,
+        parameters: Parameters,
+        domain: Domain<P::Space>,
+        checkpoint: Checkpoint<P, F>,
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
         parameters.check()?;
+        boundaries.check(&domain, parameters.scheme)?;
         let inelastic = parameters.displacement == Displacement::Inelastic;
         if inelastic {
             check_displacement(scene, &domain)?;
@@ -112,8 +148,9 @@ where
             unit,
             tally,
             arm,
+            books,
         } = checkpoint;
-        check_numbers::<P, F>(&simulators)?;
+        check_numbers::<P, F>(&scene, &simulators)?;
         let weight = 1.0 / copies as f64;
         let sizes = scene.sizes();
         let dimension = P::Space::DIMENSION as i32;
@@ -185,6 +222,7 @@ where
             stock,
             unit,
             tally,
+            books,
         };
         engine.fill(&simulators);
         Ok(engine)
@@ -232,6 +270,7 @@ where
             unit: self.unit,
             tally: self.tally,
             arm: self.arm.clone(),
+            books: self.books.clone(),
         }
     }
 }
@@ -279,11 +318,16 @@ fn check_displacement<P: Physics>(scene: &P, domain: &Domain<P::Space>) -> Resul
 }
 
 fn check_numbers<P: Physics, F: Follow<P::Space>>(
+    scene: &P,
     simulators: &[SimulatorOf<P, F>],
 ) -> Result<(), EngineError> {
     let dimension = P::Space::DIMENSION;
     let bad = simulators.iter().position(|simulator| {
-        !is_good(dimension, simulator.position) || !is_good(dimension, simulator.velocity)
+        // Of a particle with the radius one: the square of its spin, or nothing.
+        let turning = scene.surface().spin_energy(1.0, 1.0, simulator.spin);
+        !is_good(dimension, simulator.position)
+            || !is_good(dimension, simulator.velocity)
+            || !turning.is_finite()
     });
     bad.map_or(Ok(()), |index| {
         let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();

@@ -1,7 +1,7 @@
 //! How steps follow each other.
 
 use stosszahl_model::random::Purpose;
-use stosszahl_model::{Free, Observe, Physics, Sizes, Smooth, Space, Vector};
+use stosszahl_model::{Observe, Physics, Sizes, Space, Vector};
 
 use crate::collide::{Kernel, covered};
 use crate::engine::Engine;
@@ -12,7 +12,7 @@ use crate::tile::{Arrivals, Traveller};
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or

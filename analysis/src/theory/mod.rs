@@ -6,6 +6,7 @@
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
 //! | [`contact`] | how does density raise collision rates? |
 //! | [`barometric`] | what becomes of a gas that falls to the floor of its box? |
+//! | [`rough`] | how do grains that turn each other share and lose their energy? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
 //! All of it is exact for Maxwellian velocities (first Sonine order); how far a gas is from that is measured by its fourth
@@ -16,11 +17,13 @@ pub mod contact;
 pub mod cooling_state;
 pub mod integrate;
 pub mod mixture;
+pub mod rough;
 
 pub use barometric::{Column, Layer};
 pub use contact::Contact;
 pub use cooling_state::CoolingState;
 pub use mixture::{Component, Mixture, Moment, Rates};
+pub use rough::{RoughGas, Temperatures};
 
 /// Why a curve cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

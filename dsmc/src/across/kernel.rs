@@ -2,8 +2,7 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{
-    Collision, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, Vector, VectorOf,
-    collide,
+    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
 };
 
 use super::arm::{self, Arm};
@@ -77,7 +76,7 @@ pub(super) fn around<S: Space>(
 
 impl<P, F> Worker<'_, '_, '_, P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Collides the simulators of the tile with each other and with those around it.
@@ -331,15 +330,16 @@ where
         let restitution = kernel.scene.restitution().normal(relative.inner(&normal));
         let encounter = Encounter {
             velocities,
-            spins: [(); 2],
+            spins: pair.map(|simulator| simulator.spin),
             masses,
             radii: pair.map(|simulator| sizes.radius(simulator.tag)),
             line,
         };
-        let after = collide(kernel.scene, &encounter, restitution).velocities;
+        let outcome = collide(kernel.scene, &encounter, restitution);
+        let after = outcome.velocities;
         let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
-        for (place, velocity) in places.into_iter().zip(after) {
-            self.around.set_velocity(place, velocity);
+        for ((place, velocity), spin) in places.into_iter().zip(after).zip(outcome.spins) {
+            self.around.set(place, velocity, spin);
         }
         let tally = &mut self.report.tally;
         tally.collisions += 1;
