@@ -43,11 +43,7 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
 }
 
 /// The whole state, moved and turned at random.
-fn independent<P: Physics>(
-    scene: &P,
-    state: &State<P>,
-    stream: &mut impl Rng,
-) -> Vec<Body<P>> {
+fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>> {
     let shift = random_vector::<P>(state.domain.lengths(), stream);
     let turn = P::Space::random_turn(stream);
     let turned = |body: &Body<P>| Body {

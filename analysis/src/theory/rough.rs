@@ -17,8 +17,6 @@
 //! Zippelius, Phys. Rev. E 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416. Temperatures are m <v^2>/D and
 //! I <w^2> for each rotation.
 
-use std::f64::consts::PI;
-
 use stosszahl_model::{Rough, Space};
 
 use super::TheoryError;
@@ -96,7 +94,8 @@ impl RoughGas {
         let degrees = S::DIMENSION as f64 / S::ROTATIONS as f64;
         // G is 4/D times the collisions of one particle in the time 1/sqrt(T).
         let packing_fraction = density * S::ball(0.5 * diameter);
-        let collisions = S::collision_rate(packing_fraction, contact_value) / (diameter * mass.sqrt());
+        let collisions =
+            S::collision_rate(packing_fraction, contact_value) / (diameter * mass.sqrt());
         Ok(Self {
             rate: 4.0 / S::DIMENSION as f64 * collisions,
             loss: 0.25 * (1.0 - restitution * restitution) + share * eta * (1.0 - eta),
@@ -225,12 +224,24 @@ mod tests {
     /// The closed form against the formula sheet, half of the last digit, and against the cooling that leads to it.
     #[test]
     fn the_late_ratio_is_where_cooling_leads() {
-        let spheres = [(-0.9, 53.2), (-0.5, 0.343), (0.0, 0.574), (0.5, 0.867), (0.9, 1.076)];
+        let spheres = [
+            (-0.9, 53.2),
+            (-0.5, 0.343),
+            (0.0, 0.574),
+            (0.5, 0.867),
+            (0.9, 1.076),
+        ];
         for (beta, expected) in spheres {
             let ratio = gas::<Volume>(0.9, beta).late_ratio().expect("rough");
             assert!((ratio / expected - 1.0).abs() < 2e-3, "{beta}: {ratio}");
         }
-        let disks = [(-0.9, 84.5), (-0.5, 0.253), (0.0, 0.470), (0.5, 0.790), (0.9, 1.083)];
+        let disks = [
+            (-0.9, 84.5),
+            (-0.5, 0.253),
+            (0.0, 0.470),
+            (0.5, 0.790),
+            (0.9, 1.083),
+        ];
         for (beta, expected) in disks {
             let gas = gas::<Plane>(0.9, beta);
             let ratio = gas.late_ratio().expect("rough");
