@@ -17,8 +17,6 @@
 //! Zippelius, Phys. Rev. E 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416. Temperatures are m <v^2>/D and
 //! I <w^2> for each rotation.
 
-use std::f64::consts::PI;
-
 use stosszahl_model::{Rough, Space};
 
 use super::TheoryError;
