@@ -3,6 +3,7 @@
 //! A case is of one [`Kind`]; what `check` and `run` do with a kind is its [`job::Job`], and this is the only place
 //! that chooses among them.
 
+mod flow;
 mod job;
 mod paired;
 
@@ -22,6 +23,8 @@ use crate::arguments::{
 use crate::bench::{self, BenchError};
 use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{Case, CaseError, Kind};
+use crate::flow::FlowError;
+use crate::flow::case::Flow;
 use crate::report;
 use crate::results::ResultsError;
 use crate::run::RunError;
@@ -43,6 +46,14 @@ pub enum CommandError {
         path: PathBuf,
         /// Why.
         source: SetupError,
+    },
+    /// The case of a flow is valid but cannot be run.
+    #[error("{}: {source}", path.display())]
+    Flow {
+        /// The case file.
+        path: PathBuf,
+        /// Why.
+        source: FlowError,
     },
     /// The results folder cannot be used.
     #[error(transparent)]
@@ -187,12 +198,14 @@ pub fn execute(arguments: Arguments) -> ExitCode {
 fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
     match Kind::of_file(&arguments.case.case)? {
         Kind::Paired => job::check::<Case>(arguments),
+        Kind::Flow => job::check::<Flow>(arguments),
     }
 }
 
 fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
     match Kind::of_file(&arguments.case.case)? {
         Kind::Paired => job::run::<Case>(arguments),
+        Kind::Flow => job::run::<Flow>(arguments),
     }
 }
 

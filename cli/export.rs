@@ -198,7 +198,8 @@ impl Tables {
     }
 }
 
-fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), SnapshotError> {
+/// Writes a table so that its file appears only when it is complete.
+pub(crate) fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), SnapshotError> {
     let path = folder.join(R::FILE);
     let failed = |error: std::io::Error| SnapshotError::File {
         path: path.clone(),

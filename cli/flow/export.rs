@@ -353,7 +353,7 @@ pub(super) fn spin_temperature(share: &Share, rotations: usize) -> f64 {
 pub(super) fn over(values: impl Iterator<Item = f64>) -> (f64, Option<f64>) {
     let values: Vec<f64> = values.collect();
     match Estimate::over_replicas(&values) {
-        Some(estimate) => (estimate.mean, finite(Some(estimate.standard_error))),
+        Some(estimate) => (estimate.value, finite(estimate.standard_error)),
         None => (values.iter().sum::<f64>() / values.len().max(1) as f64, None),
     }
 }

@@ -33,6 +33,9 @@ pub(super) trait Gas: Sized {
     fn work(&self) -> BTreeMap<String, f64>;
 }
 
+/// Name of the entry of splitting and merging.
+pub(super) const BALANCE: &str = "splitting and merging";
+
 /// Mass, momentum and energy that came from outside, by what gave them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
@@ -168,7 +171,7 @@ impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
             entries.push(Entry::of_transfer(format!("inflow {}", index + 1), inflow));
         }
         if books.balance.particles != 0.0 {
-            entries.push(Entry::of_transfer("splitting and merging", &books.balance));
+            entries.push(Entry::of_transfer(BALANCE, &books.balance));
         }
         Ledger { entries }
     }

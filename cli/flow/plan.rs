@@ -4,8 +4,9 @@ use stosszahl_analysis::Error as AnalysisError;
 use stosszahl_analysis::fields::{Freedom, Grid};
 use stosszahl_dsmc::{Copies, Displacement, Neighbourhood, Parameters, Scheme};
 use stosszahl_model::walls::{Vibration, WallError};
-use stosszahl_model::{Face, Rebound, Rough, Space, Wall, Walls, species};
+use stosszahl_model::{Face, Rebound, Rough, Space, Species, Wall, Walls, species};
 
+use super::FlowError;
 use super::case::{self, ContactValue, FaceWord, Flow, MonteCarlo, WallsActOn};
 
 /// A case of a flow and all that is derived from it.
@@ -15,13 +16,18 @@ pub struct Plan {
     pub flow: Flow,
     /// Radius, mass and number of each species.
     pub kinds: Vec<species::Kind>,
+    /// The same, as engines have it.
+    pub sizes: Species,
     /// Volume of the box (area in the plane).
     pub volume: f64,
 }
 
 impl Plan {
     /// Derives it.
-    pub fn new(flow: &Flow) -> Self {
+    ///
+    /// # Errors
+    /// [`FlowError::Sizes`] if there are too many grains.
+    pub fn new(flow: &Flow) -> Result<Self, FlowError> {
         let volume = flow.domain.size.iter().product();
         let mut kinds: Vec<species::Kind> = flow
             .species
@@ -40,11 +46,15 @@ impl Plan {
                 kind.radius *= scale;
             }
         }
-        Self {
+        let sizes = Species::new(kinds.clone()).ok_or(FlowError::Sizes {
+            grains: flow.grains(),
+        })?;
+        Ok(Self {
             flow: flow.clone(),
             kinds,
+            sizes,
             volume,
-        }
+        })
     }
 
     /// Number of axes.

@@ -15,6 +15,7 @@ use stosszahl_model::{Physics, Plane, Space, Volume};
 
 use super::case::{Along, MonteCarlo};
 use super::gas::{Exact, Gas, Ledger};
+use super::FlowError;
 use super::obstacles;
 use super::plan::Plan;
 use super::scene::{Visit, with_scene};
@@ -170,14 +171,14 @@ impl Job<'_> {
     }
 
     fn in_plane<P: Physics<Space = Plane>>(&self, scene: &P) -> Result<Record, RunError> {
-        let obstacles = obstacles::of(&self.plan.flow)?;
+        let obstacles = obstacles::of(&self.plan.flow).map_err(FlowError::from)?;
         let flow = &self.plan.flow;
         let exact = flow.engine.ed.filter(|_| self.engine == "ed");
         let Some(exact) = exact else {
             return self.monte_carlo(scene, obstacles);
         };
         let boundaries = stosszahl_ed::Boundaries {
-            walls: self.plan.walls()?,
+            walls: self.plan.walls().map_err(FlowError::from)?,
             obstacles,
             streams: self.streams().branch(ED),
         };
@@ -220,7 +221,8 @@ impl Job<'_> {
             obstacles,
             self.room(),
             &streams,
-        )?)
+        )
+        .map_err(FlowError::from)?)
     }
 
     fn monte_carlo<P: Physics>(
@@ -233,7 +235,7 @@ impl Job<'_> {
         let written = flow.engine.dsmc.clone().unwrap_or_default();
         let parameters = plan.parameters(&written);
         let boundaries = Boundaries {
-            walls: plan.walls()?,
+            walls: plan.walls().map_err(FlowError::from)?,
             clearance: if plan.walls_act_on_centres(&written) {
                 Clearance::Centre
             } else {
@@ -249,7 +251,7 @@ impl Job<'_> {
                 Some(gas) => {
                     let size = Plan::vector::<P::Space>(&flow.domain.size);
                     let domain = boundaries.walls.domain(size);
-                    let domain = domain.ok_or(start::StartError::Box)?;
+                    let domain = domain.ok_or(start::StartError::Box).map_err(FlowError::from)?;
                     stosszahl_dsmc::Engine::resume_between(
                         scene,
                         parameters,
@@ -402,11 +404,9 @@ fn sample<G: Gas>(plan: &Plan, gas: &G, block: Option<usize>, fields: &mut Field
 /// The streams that flow in.
 fn inflows<S: Space>(plan: &Plan) -> Vec<Inflow<S>> {
     let flow = &plan.flow;
-    let mut first = 0;
-    let firsts: Vec<usize> = plan
-        .kinds
-        .iter()
-        .map(|kind| std::mem::replace(&mut first, first + kind.count))
+    // The first grain of each species in the order of the state.
+    let firsts: Vec<usize> = (0..plan.kinds.len())
+        .map(|species| plan.kinds[..species].iter().map(|kind| kind.count).sum())
         .collect();
     let one = |inflow: &super::case::Inflow, species: usize| {
         let (axis, side) = inflow.face.place();

@@ -1,8 +1,10 @@
-//! Where the choices of a flow become types.
+//! Where the choices of a flow become types: the dimension, and whether grains spin.
+//!
+//! All flows have species, if only one, and gravity, if only none: a type for each would make four times as many engines
+//! to be compiled, and costs a flow a few operations for each flight.
 
 use stosszahl_model::{
-    Constant, Field, Free, Gravity, Monodisperse, Physics, Plane, Rough, Scene, Sizes, Smooth,
-    Space, Species, Surface, Volume,
+    Constant, Gravity, Physics, Plane, Scene, Smooth, Space, Surface, Volume,
 };
 
 use super::plan::Plan;
@@ -52,55 +54,22 @@ impl<V: Visit> Within<Volume> for InSpace<V> {
 
 fn with_surface<S: Space, W: Within<S>>(plan: &Plan, job: W) -> W::Output {
     match plan.rough::<S>() {
-        Some(rough) => with_sizes::<S, _, Rough>(plan, rough, job),
-        None => with_sizes::<S, _, Smooth>(plan, Smooth, job),
+        Some(rough) => build(plan, rough, job),
+        None => build(plan, Smooth, job),
     }
 }
 
-fn with_sizes<S: Space, W: Within<S>, C: Surface<S>>(
-    plan: &Plan,
-    surface: C,
-    job: W,
-) -> W::Output {
-    match (&plan.kinds[..], Species::new(plan.kinds.clone())) {
-        ([_, _, ..], Some(species)) => with_field(plan, surface, species, job),
-        (kinds, _) => {
-            let alike = Monodisperse {
-                radius: kinds[0].radius,
-                mass: kinds[0].mass,
-            };
-            with_field(plan, surface, alike, job)
-        }
-    }
-}
-
-fn with_field<S: Space, W: Within<S>, C: Surface<S>, Z: Sizes>(
-    plan: &Plan,
-    surface: C,
-    sizes: Z,
-    job: W,
-) -> W::Output {
-    let gravity = plan.flow.gravity.as_ref();
-    match gravity.and_then(|g| Gravity::new(Plan::vector::<S>(&g.acceleration))) {
-        Some(gravity) => build(plan, surface, sizes, gravity, job),
-        None => build(plan, surface, sizes, Free, job),
-    }
-}
-
-fn build<S: Space, W: Within<S>, C: Surface<S>, Z: Sizes, F: Field<S>>(
-    plan: &Plan,
-    surface: C,
-    sizes: Z,
-    field: F,
-    job: W,
-) -> W::Output {
-    // The case allows nothing else.
-    let restitution = Constant::new(plan.flow.contact.restitution).unwrap_or_default();
+fn build<S: Space, W: Within<S>, C: Surface<S>>(plan: &Plan, surface: C, job: W) -> W::Output {
+    let gravity = plan.flow.gravity.as_ref().map(|g| &g.acceleration[..]);
+    let acceleration = Plan::vector::<S>(gravity.unwrap_or_default());
+    // The case allows nothing that has no meaning here.
+    let restitution = Constant::new(plan.flow.contact.restitution).unwrap_or(Constant::ELASTIC);
+    let field = Gravity::new(acceleration).unwrap_or_default();
     job.visit(Scene {
         space: S::default(),
         surface,
         restitution,
-        sizes,
+        sizes: plan.sizes.clone(),
         field,
     })
 }

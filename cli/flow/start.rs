@@ -197,7 +197,7 @@ impl<'a, P: Physics> Places<'a, P> {
         let blocked = self
             .obstacles
             .iter()
-            .any(|obstacle| obstacle.overlaps([trial[0], trial[1]].into(), reach));
+            .any(|obstacle| obstacle.overlaps([trial[0], trial[1]].into(), reach, 0.0));
         if blocked || self.room == Room::Points {
             return !blocked;
         }

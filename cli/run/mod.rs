@@ -66,6 +66,9 @@ pub enum RunError {
     /// A gas without positions cannot start or go on.
     #[error("gas without positions: {0}")]
     Gas(#[from] stosszahl_dsmc::homogeneous::GasError),
+    /// A flow cannot start.
+    #[error(transparent)]
+    Flow(#[from] crate::flow::FlowError),
     /// A measurement cannot be made.
     #[error("measurement: {0}")]
     Measurement(#[from] stosszahl_analysis::Error),
