@@ -4,11 +4,12 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Body, Physics, Sizes, State, VectorOf};
 
 use crate::across::{Arm, Rates};
-use crate::boundary::Books;
+use crate::boundary::{Books, Surroundings};
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
+use crate::start::Means;
 use crate::sweep::Pool;
 use crate::tally::{Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile, Traveller};
@@ -24,6 +25,8 @@ pub(crate) struct Constants {
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
+    /// Mean mass of the particles.
+    pub(crate) mean_mass: f64,
 }
 
 /// Direct Simulation Monte Carlo of smooth or rough particles.
@@ -53,6 +56,9 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) unit: Unit,
     pub(crate) tally: Tally,
     pub(crate) books: Books<P::Space>,
+    /// What is at the faces of the box and inside it; none if it is periodic.
+    pub(crate) surroundings: Option<Surroundings<P>>,
+    pub(crate) means: Means,
 }
 
 impl<P, F> Engine<P, F>
