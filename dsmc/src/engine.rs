@@ -1,7 +1,7 @@
 //! The engine: what it holds, and what can be asked of it.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Physics, Sizes, State, VectorOf};
+use stosszahl_model::{Body, Physics, Sizes, SpinOf, State, VectorOf};
 
 use crate::across::{Arm, Rates};
 use crate::boundary::{Books, Surroundings};
@@ -87,13 +87,42 @@ where
 
     /// All simulators, in the order of the numbers of their cells.
     pub(crate) fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
-        let [columns, rows, layers] = self.grid.counts();
-        let cells = (0..layers)
-            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])));
-        cells.flat_map(|cell| {
+        self.cells_in_order().flat_map(|cell| {
             let (tile, local) = self.grid.locate(cell);
             self.tiles[tile].members(local)
         })
+    }
+
+    /// The coordinates of all cells, in the order of their numbers.
+    fn cells_in_order(&self) -> impl Iterator<Item = [u32; 3]> + use<P, F> {
+        let [columns, rows, layers] = self.grid.counts();
+        (0..layers)
+            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
+    }
+
+    /// Shows each simulator, in the order of the numbers of their cells: position, velocity, spin, the tag of its size in
+    /// [`Engine::scene`], and how many particles it stands for.
+    pub fn visit(
+        &self,
+        mut each: impl FnMut(VectorOf<P>, VectorOf<P>, SpinOf<P>, <P::Sizes as Sizes>::Tag, f64),
+    ) {
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            let weight = self.weight_in(self.grid.number(cell));
+            for simulator in self.tiles[tile].members(local) {
+                let (position, velocity) = (simulator.position, simulator.velocity);
+                each(position, velocity, simulator.spin, simulator.tag, weight);
+            }
+        }
+    }
+
+    /// Particles for each simulator in a cell, by its number in [`Engine::grid`].
+    pub fn weight_in(&self, cell: u32) -> f64 {
+        let factor = self
+            .surroundings
+            .as_ref()
+            .map_or(1.0, |all| all.factor(cell));
+        self.constants.weight * factor
     }
 
     /// The scene with the sizes of all simulators.
@@ -162,7 +191,7 @@ where
         self.simulators
     }
 
-    /// Particles for each simulator.
+    /// Particles for each simulator, where the factor of its region is one.
     pub fn weight(&self) -> f64 {
         self.constants.weight
     }

@@ -97,13 +97,11 @@ where
         codes.resize(total, 0);
         let lengths = grid.images();
         let field = scene.field();
-        let acceleration = field.acceleration();
         let place = self.place;
         let width = place.sides[0] as usize;
         let mut stayed = 0;
         let mut begin = self.starts[0] as usize;
         for line in 0..self.lines.len() {
-            let first = self.line_number(grid, line as u32);
             let end = self.starts[(line + 1) * width] as usize;
             // The counts of this line's cells are known no longer; those of its stayers are added from here on.
             for (index, simulator) in sorted[begin..end].iter().enumerate() {
@@ -114,11 +112,7 @@ where
                     mut mark,
                     spin,
                 } = *simulator;
-                let way = if P::Field::FREE {
-                    velocity * duration
-                } else {
-                    (velocity + acceleration * (0.5 * duration)) * duration
-                };
+                let way = way::<P>(field, velocity, duration);
                 field.drift(&mut position, &mut velocity, duration);
                 F::moved(&mut mark, way);
                 let mut inside = true;
@@ -148,19 +142,12 @@ where
                 }
                 // Apart from the above: what two branches share, or what has an address, lives in memory, and would do
                 // so for all that stay.
-                let cells = &self.starts[line * width..=(line + 1) * width];
-                let column = cells.partition_point(|&start| start as usize <= begin + index);
-                let source = first + column as u32 - 1;
+                let origin = self.origin(grid, line, begin + index);
                 let mut exits = Exits {
                     near: &mut *leavers,
                     far: &mut outbox.far,
                 };
                 let moved = if let (Some(passage), Some(books)) = (&flight.passage, &mut books) {
-                    let order = (begin + index) as u32 - cells[column - 1];
-                    let origin = Origin {
-                        cell: source,
-                        order,
-                    };
                     self.depart_between(grid, passage, simulator, origin, &mut exits, books)
                 } else {
                     let moved = Simulator {
@@ -170,7 +157,7 @@ where
                         mark,
                         spin,
                     };
-                    self.depart(grid, moved, source, &mut exits)
+                    self.depart(grid, moved, origin.cell, &mut exits)
                 };
                 if let Some(moved) = moved {
                     codes[stayed] = code::<P>(grid, &place, moved.position);
@@ -186,6 +173,17 @@ where
         (self.simulators, self.codes, self.books) = (simulators, codes, books);
         self.count_cells();
         outbox.fill(leavers);
+    }
+
+    /// Where the arranged simulator with this index comes from, in a line of cells.
+    fn origin(&self, grid: &Grid<P::Space>, line: usize, index: usize) -> Origin {
+        let width = self.place.sides[0] as usize;
+        let cells = &self.starts[line * width..=(line + 1) * width];
+        let column = cells.partition_point(|&start| start as usize <= index) - 1;
+        Origin {
+            cell: self.line_number(grid, line as u32) + column as u32,
+            order: index as u32 - cells[column],
+        }
     }
 
     /// Counts those that stayed by cell.
@@ -328,5 +326,15 @@ where
         (self.simulators, self.codes, self.books) = (simulators, codes, Some(books));
         self.count_cells();
         outbox.fill(leavers);
+    }
+}
+
+/// How far a flight leads.
+#[inline(always)]
+fn way<P: Physics>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
+    if P::Field::FREE {
+        velocity * duration
+    } else {
+        (velocity + field.acceleration() * (0.5 * duration)) * duration
     }
 }

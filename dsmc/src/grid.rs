@@ -178,6 +178,14 @@ impl<S: Space> Grid<S> {
         width
     }
 
+    /// Narrowest side of a cell \[length\].
+    pub(crate) fn narrowest(&self) -> f64 {
+        let width = self.width();
+        (0..S::DIMENSION)
+            .map(|axis| width[axis])
+            .fold(f64::MAX, f64::min)
+    }
+
     /// Area or volume of a cell.
     pub fn cell_volume(&self) -> f64 {
         (0..S::DIMENSION).map(|axis| self.width()[axis]).product()

@@ -54,6 +54,19 @@ pub(crate) struct Means {
 }
 
 impl Means {
+    /// Mean diameter, `M_(D-1)/M_D` of the diameters, and mean mass; of an empty box, those of the first size.
+    fn averages<P: Physics>(&self, sizes: &P::Sizes) -> [f64; 3] {
+        if self.count == 0 {
+            return [2.0 * sizes.largest_radius(), 1.0, sizes.mass(sizes.tag(0))];
+        }
+        let count = self.count as f64;
+        [
+            self.diameters / count,
+            self.lower / self.upper,
+            self.mass / count,
+        ]
+    }
+
     /// Of the first `count` sizes.
     fn of<P: Physics>(sizes: &P::Sizes, count: usize) -> Self {
         let dimension = P::Space::DIMENSION as i32;
@@ -193,8 +206,7 @@ where
     ) -> Result<Self, EngineError> {
         parameters.check()?;
         boundaries.check(&domain, parameters)?;
-        let inelastic = parameters.displacement == Displacement::Inelastic;
-        if inelastic {
+        if parameters.displacement == Displacement::Inelastic {
             check_displacement(scene, &domain)?;
         }
         let copies = parameters.simulators_per_disk as usize;
@@ -213,16 +225,7 @@ where
         let weight = 1.0 / copies as f64;
         let sizes = scene.sizes();
         let packing_fraction = weight * means.covered / domain.volume();
-        let (mean_diameter, moment_ratio, mean_mass) = if means.count > 0 {
-            let count = means.count as f64;
-            (
-                means.diameters / count,
-                means.lower / means.upper,
-                means.mass / count,
-            )
-        } else {
-            (2.0 * sizes.largest_radius(), 1.0, sizes.mass(sizes.tag(0)))
-        };
+        let [mean_diameter, moment_ratio, mean_mass] = means.averages::<P>(sizes);
         // What flows in may be denser than what is there.
         let packing_fraction = packing_fraction.max(boundaries.densest(scene.sizes()));
         let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
@@ -238,9 +241,7 @@ where
             limit: parameters.largest_contact_value,
             counts: grid.counts(),
             cell: grid.cell_volume(),
-            width: (0..P::Space::DIMENSION)
-                .map(|axis| grid.width()[axis])
-                .fold(f64::MAX, f64::min),
+            width: grid.narrowest(),
             diameter: mean_diameter,
             simulators_per_particle: copies as f64,
             unit: weight * P::Space::ball(sizes.largest_radius()),
@@ -251,11 +252,6 @@ where
         let surroundings = Surroundings::new(&scene, boundaries, &grid, 0.5 * mean_diameter)?;
         if let Some(surroundings) = &surroundings {
             density.set_room(|cell| surroundings.room(cell));
-            if P::Sizes::INDIVIDUAL && surroundings.is_open() {
-                return Err(EngineError::Individuals);
-            }
-            let inflows = surroundings.sources().len();
-            books.inflows.resize(inflows, Transfer::default());
             let entry = Entry {
                 scene: &scene,
                 surroundings,
@@ -266,10 +262,9 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut books)?;
         }
-        let rates = parameters.scheme.is_across().then(|| {
-            let ball = means.covered / means.count.max(1) as f64;
-            Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM)
-        });
+        let ball = means.covered / means.count.max(1) as f64;
+        let rates = (parameters.scheme.is_across())
+            .then(|| Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM));
         let mut engine = Self {
             density,
             rates,
@@ -378,6 +373,8 @@ impl<P: Physics> Entry<'_, P> {
         books: &mut Books<P::Space>,
     ) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
         let surroundings = self.surroundings;
+        let inflows = surroundings.sources().len();
+        books.inflows.resize(inflows, Transfer::default());
         let mut placed = Vec::with_capacity(simulators.len());
         for (index, mut simulator) in simulators.into_iter().enumerate() {
             if fresh.is_some_and(|first| index < first) {

@@ -61,7 +61,7 @@ impl<P: Physics> Source<P> {
         if side > 1 || *walls.face(axis, side) != Face::Open {
             return refuse("side", side as f64, "0 or 1, where the face is open");
         }
-        let is_amount = |value: f64| value >= 0.0 && value <= 1e150;
+        let is_amount = |value: f64| (0.0..=1e150).contains(&value);
         for (name, value) in [
             ("density", inflow.density),
             ("temperature", inflow.temperature),

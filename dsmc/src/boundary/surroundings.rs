@@ -99,6 +99,9 @@ impl<P: Physics> Surroundings<P> {
             speeds: VectorOf::<P>::default(),
             walls,
         };
+        if P::Sizes::INDIVIDUAL && surroundings.is_open() {
+            return Err(EngineError::Individuals);
+        }
         surroundings.speeds = surroundings.fastest(scene, &boundaries.inflows);
         Ok(Some(surroundings))
     }

@@ -104,12 +104,9 @@ impl<P: Physics> Trip<'_, P> {
             match next {
                 Next::Release(axis) => motion.release(axis),
                 Next::Contact(axis, side) => {
-                    let wall = match self.surroundings.walls().face(axis, side) {
-                        Face::Wall(wall) => wall,
-                        _ => {
-                            motion.leave::<F>(simulator, axis, side, books);
-                            return false;
-                        }
+                    let Some(wall) = self.surroundings.walls().wall(axis, side) else {
+                        motion.leave::<F>(simulator, axis, side, books);
+                        return false;
                     };
                     motion.rebound::<F>(simulator, [axis, side], wall, draws, books);
                 }
