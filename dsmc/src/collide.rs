@@ -6,6 +6,7 @@ use stosszahl_model::{
     Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide, kinetic,
 };
 
+use crate::boundary::Surroundings;
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Displacement;
@@ -26,8 +27,10 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
-    /// Particles for each simulator.
+    /// Particles for each simulator, where boundaries say nothing else.
     pub(crate) weight: f64,
+    /// What is at the faces of the box and inside it.
+    pub(crate) surroundings: Option<&'a Surroundings<P>>,
     /// `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
     /// Length of the step \[time\], and its middle.
@@ -52,6 +55,8 @@ struct Report<'a, P: Physics> {
 struct Cell {
     /// Number among all.
     number: u32,
+    /// Particles for each simulator.
+    weight: f64,
     /// Trials expected for each pair and unit of relative speed, for the pairs of the largest cross section.
     rate: f64,
     chi: f64,
@@ -59,6 +64,17 @@ struct Cell {
     packing: f64,
     /// Largest product of cross section and chi of a pair.
     ceiling: f64,
+}
+
+/// A pair that collides.
+struct Pair<V> {
+    /// Which members of the cell.
+    who: [usize; 2],
+    /// Velocity of the first against the second, and its square.
+    relative: V,
+    square: f64,
+    /// Particles for each.
+    weight: f64,
 }
 
 impl<P> Kernel<'_, P>
@@ -169,7 +185,13 @@ where
             }
             if square > threshold * threshold {
                 collisions += 1;
-                self.collide_pair::<F>(members, [i, j], relative, square, report, &mut stream);
+                let pair = Pair {
+                    who: [i, j],
+                    relative,
+                    square,
+                    weight: cell.weight,
+                };
+                self.collide_pair::<F>(members, &pair, report, &mut stream);
             }
         }
         let tally = &mut report.tally;
@@ -188,7 +210,15 @@ where
     #[inline(always)]
     fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
         let sizes = self.scene.sizes();
-        let own = covered::<P, F>(sizes, members);
+        let number = self.grid.number(at);
+        let mut own = covered::<P, F>(sizes, members);
+        let (mut weight, mut volume) = (self.weight, self.grid.cell_volume());
+        if let Some(surroundings) = self.surroundings {
+            let factor = surroundings.factor(number);
+            own *= factor;
+            weight *= factor;
+            volume *= surroundings.room(at);
+        }
         let (chi, limited, packing) = self.density.contact_value(at, own);
         let packing = packing.min(0.9);
         let largest = 2.0 * sizes.largest_radius();
@@ -199,8 +229,9 @@ where
             ceiling.max(self.pair_factor(chi, packing, [largest; 2]))
         };
         Cell {
-            number: self.grid.number(at),
-            rate: ceiling * self.weight * self.step / self.grid.cell_volume(),
+            number,
+            weight,
+            rate: ceiling * weight * self.step / volume,
             chi,
             limited,
             packing,
@@ -215,14 +246,17 @@ where
             * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
     }
 
-    /// Collides a pair of members whose relative velocity has the given square.
+    /// Collides a pair of members.
     #[inline(always)]
     fn collide_pair<F: Follow<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
-        [i, j]: [usize; 2],
-        relative: VectorOf<P>,
-        square: f64,
+        &Pair {
+            who: [i, j],
+            relative,
+            square,
+            weight,
+        }: &Pair<VectorOf<P>>,
         report: &mut Report<'_, P>,
         stream: &mut impl Rng,
     ) {
@@ -263,7 +297,7 @@ where
                 F::moved(&mut members[who].mark, by);
             }
         }
-        report.tally.virial += self.weight * virial;
+        report.tally.virial += weight * virial;
         if self.looks {
             report.log.push(Collision {
                 time: self.time,
@@ -271,7 +305,7 @@ where
                 line,
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution,
-                weight: self.weight,
+                weight,
             });
         }
     }
@@ -299,7 +333,7 @@ pub(crate) fn nearest_image<P: Physics>(
     grid: &Grid<P::Space>,
     difference: VectorOf<P>,
 ) -> VectorOf<P> {
-    let lengths = grid.domain().lengths();
+    let lengths = grid.images();
     P::Space::vector(|axis| {
         let (x, length) = (difference[axis], lengths[axis]);
         if x.abs() > 0.5 * length {

@@ -1,14 +1,15 @@
 //! The engine: what it holds, and what can be asked of it.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Physics, Sizes, State, VectorOf};
+use stosszahl_model::{Body, Physics, Sizes, SpinOf, State, VectorOf};
 
 use crate::across::{Arm, Rates};
-use crate::boundary::Books;
+use crate::boundary::{Books, Surroundings};
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
+use crate::start::Means;
 use crate::sweep::Pool;
 use crate::tally::{Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile, Traveller};
@@ -24,6 +25,8 @@ pub(crate) struct Constants {
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
+    /// Mean mass of the particles.
+    pub(crate) mean_mass: f64,
 }
 
 /// Direct Simulation Monte Carlo of smooth or rough particles.
@@ -53,6 +56,9 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) unit: Unit,
     pub(crate) tally: Tally,
     pub(crate) books: Books<P::Space>,
+    /// What is at the faces of the box and inside it; none if it is periodic.
+    pub(crate) surroundings: Option<Surroundings<P>>,
+    pub(crate) means: Means,
 }
 
 impl<P, F> Engine<P, F>
@@ -81,13 +87,42 @@ where
 
     /// All simulators, in the order of the numbers of their cells.
     pub(crate) fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
-        let [columns, rows, layers] = self.grid.counts();
-        let cells = (0..layers)
-            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])));
-        cells.flat_map(|cell| {
+        self.cells_in_order().flat_map(|cell| {
             let (tile, local) = self.grid.locate(cell);
             self.tiles[tile].members(local)
         })
+    }
+
+    /// The coordinates of all cells, in the order of their numbers.
+    fn cells_in_order(&self) -> impl Iterator<Item = [u32; 3]> + use<P, F> {
+        let [columns, rows, layers] = self.grid.counts();
+        (0..layers)
+            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
+    }
+
+    /// Shows each simulator, in the order of the numbers of their cells: position, velocity, spin, the tag of its size in
+    /// [`Engine::scene`], and how many particles it stands for.
+    pub fn visit(
+        &self,
+        mut each: impl FnMut(VectorOf<P>, VectorOf<P>, SpinOf<P>, <P::Sizes as Sizes>::Tag, f64),
+    ) {
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            let weight = self.weight_in(self.grid.number(cell));
+            for simulator in self.tiles[tile].members(local) {
+                let (position, velocity) = (simulator.position, simulator.velocity);
+                each(position, velocity, simulator.spin, simulator.tag, weight);
+            }
+        }
+    }
+
+    /// Particles for each simulator in a cell, by its number in [`Engine::grid`].
+    pub fn weight_in(&self, cell: u32) -> f64 {
+        let factor = self
+            .surroundings
+            .as_ref()
+            .map_or(1.0, |all| all.factor(cell));
+        self.constants.weight * factor
     }
 
     /// The scene with the sizes of all simulators.
@@ -156,7 +191,7 @@ where
         self.simulators
     }
 
-    /// Particles for each simulator.
+    /// Particles for each simulator, where the factor of its region is one.
     pub fn weight(&self) -> f64 {
         self.constants.weight
     }

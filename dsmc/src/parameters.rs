@@ -276,6 +276,51 @@ pub enum EngineError {
         /// Whether the box is.
         periodic: bool,
     },
+    /// Walls that leave no room between them.
+    #[error(
+        "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that"
+    )]
+    NoRoom {
+        /// Which, from 0.
+        axis: usize,
+        /// Side of the box \[length\].
+        length: f64,
+        /// What is taken of it \[length\].
+        needed: f64,
+    },
+    /// A simulator starts beyond a wall.
+    #[error(
+        "simulator {simulator} is at {coordinate} along axis {axis}, beyond a wall; allowed: {} to {}",
+        allowed[0],
+        allowed[1]
+    )]
+    BeyondWall {
+        /// Index.
+        simulator: usize,
+        /// Which axis, from 0.
+        axis: usize,
+        /// Its coordinate \[length\].
+        coordinate: f64,
+        /// The lowest and the highest that is allowed \[length\].
+        allowed: [f64; 2],
+    },
+    /// An inflow that has no meaning.
+    #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}")]
+    BadInflow {
+        /// Its number, from 0.
+        inflow: usize,
+        /// What.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Simulators come and go, and each particle has a size of its own.
+    #[error(
+        "open faces or weights, and a size of its own for each particle; allowed: equal particles, or species"
+    )]
+    Individuals,
     /// A scheme that cannot do with what stands at the boundaries.
     #[error("the scheme {scheme} with {what}; allowed: {allowed}")]
     Boundary {

@@ -100,6 +100,16 @@ impl<S: Space> Stock<S> {
         self.energy = self.energy.saturating_add(other.energy);
     }
 
+    /// Whether more energy was added than it can hold.
+    pub(crate) fn is_full(&self) -> bool {
+        self.energy == u64::MAX
+    }
+
+    /// Sets the sum of m v^2 \[energy\].
+    pub(crate) fn set_twice_energy(&mut self, twice_energy: f64, unit: Unit) {
+        self.energy = (twice_energy * unit.inverse()) as u64;
+    }
+
     /// Sum of m v^2 \[energy\].
     pub(crate) fn twice_energy(&self, unit: Unit) -> f64 {
         self.energy as f64 * unit.0

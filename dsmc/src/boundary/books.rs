@@ -55,6 +55,14 @@ pub struct Books<S: Space> {
 }
 
 impl<S: Space> Books<S> {
+    /// Empty books for a number of inflows.
+    pub(crate) fn of(inflows: usize) -> Self {
+        Self {
+            inflows: vec![Transfer::default(); inflows],
+            ..Self::default()
+        }
+    }
+
     /// Adds the entries of others, and clears those.
     pub(crate) fn take(&mut self, other: &mut Self) {
         let pairs = self.walls.iter_mut().zip(&other.walls);
@@ -70,11 +78,7 @@ impl<S: Space> Books<S> {
         }
         self.balance.add(&other.balance);
         self.rests += other.rests;
-        let inflows = vec![Transfer::default(); self.inflows.len()];
-        *other = Self {
-            inflows,
-            ..Self::default()
-        };
+        *other = Self::of(self.inflows.len());
     }
 
     /// What all walls, openings and obstacles together gave: mass, momentum, energy.

@@ -6,16 +6,21 @@
 
 mod books;
 mod inflow;
+mod passage;
+mod surroundings;
+mod travel;
 mod weights;
 
-use stosszahl_model::{Domain, Face, Space, Walls};
+use stosszahl_model::{Domain, Face, Sizes, Space, Walls};
 
-use crate::density::Scheme;
-use crate::parameters::EngineError;
+use crate::parameters::{Displacement, EngineError, Parameters};
 
 pub use books::{Books, Transfer};
 pub use inflow::Inflow;
 pub use weights::Weights;
+
+pub(crate) use passage::{Origin, Passage, enter};
+pub(crate) use surroundings::Surroundings;
 
 /// Where a wall stops a particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,19 +51,43 @@ impl<S: Space> Boundaries<S> {
         self.walls.is_periodic() && self.inflows.is_empty() && self.weights.is_uniform()
     }
 
+    /// Packing fraction of the densest inflow.
+    pub(crate) fn densest<Z: Sizes>(&self, sizes: &Z) -> f64 {
+        let inflows = self.inflows.iter();
+        let packing =
+            |inflow: &Inflow<S>| inflow.density * S::ball(sizes.radius(sizes.tag(inflow.like)));
+        // What is no number is found later.
+        inflows.map(packing).fold(0.0, f64::max)
+    }
+
     /// Whether all fits the box and the scheme.
-    pub(crate) fn check(&self, domain: &Domain<S>, scheme: Scheme) -> Result<(), EngineError> {
+    pub(crate) fn check(
+        &self,
+        domain: &Domain<S>,
+        Parameters {
+            scheme,
+            displacement,
+            ..
+        }: Parameters,
+    ) -> Result<(), EngineError> {
         for axis in 0..S::DIMENSION {
             let periodic = domain.is_periodic(axis);
             if periodic != (*self.walls.face(axis, 0) == Face::Periodic) {
                 return Err(EngineError::UnlikeFaces { axis, periodic });
             }
         }
-        if !self.is_periodic() {
+        if !self.is_periodic() && scheme.is_across() {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
                 what: "walls, open faces or weights",
-                allowed: "a periodic box",
+                allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
+            });
+        }
+        if !self.is_periodic() && displacement != Displacement::None {
+            return Err(EngineError::Boundary {
+                scheme: scheme.name(),
+                what: "a displacement and walls, open faces or weights",
+                allowed: "no displacement, which would lead partners through walls",
             });
         }
         Ok(())
