@@ -51,6 +51,9 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
 
     /// Energy of rotation, I w^2/2.
     fn spin_energy(&self, mass: f64, radius: f64, spin: Self::Spin) -> f64;
+
+    /// A spin times a number: engines have units of their own.
+    fn scaled(spin: Self::Spin, factor: f64) -> Self::Spin;
 }
 
 /// No tangential impulse: spins never change, so none is stored.
@@ -88,6 +91,9 @@ impl<S: Space> Surface<S> for Smooth {
     fn spin_energy(&self, _mass: f64, _radius: f64, (): ()) -> f64 {
         0.0
     }
+
+    #[inline(always)]
+    fn scaled((): (), _factor: f64) {}
 }
 
 /// Grains that turn each other: a contact multiplies the tangential velocity of the two surfaces with minus the
@@ -195,6 +201,11 @@ impl<S: Space> Surface<S> for Rough {
     #[inline]
     fn spin_energy(&self, mass: f64, radius: f64, spin: S::Spin) -> f64 {
         0.5 * self.inertia * mass * radius * radius * spin.square()
+    }
+
+    #[inline(always)]
+    fn scaled(spin: S::Spin, factor: f64) -> S::Spin {
+        spin * factor
     }
 }
 
