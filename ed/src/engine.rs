@@ -156,14 +156,12 @@ where
         } else {
             books
         };
+        let ages = |&name: &u32| match last_contact.get(name as usize) {
+            Some(last) => (last - state.time) * speed,
+            None => f64::NEG_INFINITY,
+        };
         let last_contact = match dissipation {
-            Dissipation::ContactTime(_) if last_contact.is_empty() => {
-                vec![f64::NEG_INFINITY; count]
-            }
-            Dissipation::ContactTime(_) => names
-                .iter()
-                .map(|&name| (last_contact[name as usize] - state.time) * speed)
-                .collect(),
+            Dissipation::ContactTime(_) => names.iter().map(ages).collect(),
             _ => Vec::new(),
         };
         let windings = windings::follow(&state, &windings, &names)?;
