@@ -624,8 +624,7 @@ impl Relations<'_> {
 
     fn sizes(&self) -> Result<(), Problem> {
         let Engines { ed, dsmc } = &self.flow.engine;
-        let dilute =
-            (dsmc.as_ref()).is_some_and(|dsmc| dsmc.contact_value == ContactValue::Dilute);
+        let dilute = (dsmc.as_ref()).is_some_and(|dsmc| dsmc.contact_value == ContactValue::Dilute);
         if self.flow.start.mean_free_path.is_some() && (ed.is_some() || !dilute) {
             let key = "start.mean_free_path";
             return self.refuse_with_sentence(KeyPath::of(key), key);
@@ -648,10 +647,8 @@ impl Relations<'_> {
         for (index, inflow) in flow.inflow.iter().enumerate() {
             if inflow.spin_temperature.is_some() {
                 let key = KeyPath::of("inflow").element(index);
-                return self.refuse_with_sentence(
-                    key.key("spin_temperature"),
-                    "inflow.spin_temperature",
-                );
+                return self
+                    .refuse_with_sentence(key.key("spin_temperature"), "inflow.spin_temperature");
             }
         }
         Ok(())
@@ -717,10 +714,7 @@ impl Relations<'_> {
             }
             if periodic[0] != periodic[1] {
                 let side = usize::from(periodic[0]);
-                return self.refuse(
-                    key(side),
-                    "opposite faces are both periodic, or neither is",
-                );
+                return self.refuse(key(side), "opposite faces are both periodic, or neither is");
             }
             for (side, face) in faces.iter().enumerate() {
                 if let Face::Wall(wall) = face {
@@ -756,8 +750,7 @@ impl Relations<'_> {
             if obstacle.temperature.is_some()
                 && (obstacle.restitution.is_some() || obstacle.slip.is_some())
             {
-                return self
-                    .refuse_with_sentence(key.key("temperature"), "obstacle.temperature");
+                return self.refuse_with_sentence(key.key("temperature"), "obstacle.temperature");
             }
         }
         Ok(())
@@ -766,12 +759,10 @@ impl Relations<'_> {
     fn wall(&self, wall: &Wall, key: &KeyPath, side: f64) -> Result<(), Problem> {
         match (wall.restitution, wall.temperature) {
             (None, None) => {
-                return self
-                    .refuse_with_sentence(key.key("restitution"), "walls.left.restitution");
+                return self.refuse_with_sentence(key.key("restitution"), "walls.left.restitution");
             }
             (Some(_), Some(_)) => {
-                return self
-                    .refuse_with_sentence(key.key("temperature"), "walls.left.temperature");
+                return self.refuse_with_sentence(key.key("temperature"), "walls.left.temperature");
             }
             (None, Some(_)) if wall.slip.is_some() => {
                 return self.refuse_with_sentence(key.key("slip"), "walls.left.slip");

@@ -354,7 +354,10 @@ pub(super) fn over(values: impl Iterator<Item = f64>) -> (f64, Option<f64>) {
     let values: Vec<f64> = values.collect();
     match Estimate::over_replicas(&values) {
         Some(estimate) => (estimate.value, finite(estimate.standard_error)),
-        None => (values.iter().sum::<f64>() / values.len().max(1) as f64, None),
+        None => (
+            values.iter().sum::<f64>() / values.len().max(1) as f64,
+            None,
+        ),
     }
 }
 
@@ -377,9 +380,15 @@ fn steady_from(plan: &Plan, runs: &[&Record]) -> Option<f64> {
     ];
     let mut begin = 0;
     for signal in signals {
-        let largest = signal.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        let low = signal.iter().fold(f64::INFINITY, |least, &value| least.min(value));
-        let high = signal.iter().fold(f64::NEG_INFINITY, |most, &value| most.max(value));
+        let largest = signal
+            .iter()
+            .fold(0.0_f64, |most, value| most.max(value.abs()));
+        let low = signal
+            .iter()
+            .fold(f64::INFINITY, |least, &value| least.min(value));
+        let high = signal
+            .iter()
+            .fold(f64::NEG_INFINITY, |most, &value| most.max(value));
         // What does not change but by rounding is steady.
         if high - low > 1e-9 * largest {
             begin = begin.max(steady::beginning(&signal)?);

@@ -133,7 +133,11 @@ impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
                 twice_spin_energy: 2.0 * energy,
                 weight,
             };
-            look(sizes.kind(tag), &sighting, height_energy::<P>(down, mass, position));
+            look(
+                sizes.kind(tag),
+                &sighting,
+                height_energy::<P>(down, mass, position),
+            );
         });
     }
 

@@ -165,7 +165,11 @@ impl Plan {
                 _ => stosszahl_model::Volume::contact_value(self.packing_fraction().min(0.5)),
             };
             let wanted = (0.5 * self.mean_free_path() / chi).max(ten);
-            let largest = self.kinds.iter().map(|kind| kind.radius).fold(0.0, f64::max);
+            let largest = self
+                .kinds
+                .iter()
+                .map(|kind| kind.radius)
+                .fold(0.0, f64::max);
             if dsmc.contact_value == ContactValue::Dilute {
                 wanted
             } else {
@@ -278,7 +282,9 @@ fn mean_free_path(kinds: &[species::Kind], volume: f64, dimension: usize) -> f64
             .iter()
             .map(|other| {
                 let density = other.count as f64 / volume;
-                density * cross_section(one, other, dimension) * (1.0 + one.mass / other.mass).sqrt()
+                density
+                    * cross_section(one, other, dimension)
+                    * (1.0 + one.mass / other.mass).sqrt()
             })
             .sum();
         one.count as f64 / total / rate

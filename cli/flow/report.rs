@@ -155,7 +155,8 @@ fn energies(rows: &[SeriesRow]) -> Option<Figure> {
     Figure {
         title: "Partition of the energy".to_owned(),
         panels: panels.collect(),
-        caption: "Kinetic energy of translation and of rotation, energy of height, and their sum.".to_owned(),
+        caption: "Kinetic energy of translation and of rotation, energy of height, and their sum."
+            .to_owned(),
     }
     .drawable()
 }
@@ -193,7 +194,10 @@ fn temperatures(rows: &[SeriesRow]) -> Option<Figure> {
         "granular temperature",
     );
     let rotation = panel(
-        |row| row.spin_temperature.map(|value| (value, row.spin_temperature_se)),
+        |row| {
+            row.spin_temperature
+                .map(|value| (value, row.spin_temperature_se))
+        },
         |row| row.theory_spin_temperature,
         "temperature of rotation",
     );
@@ -254,10 +258,7 @@ fn species(rows: &[SpeciesRow]) -> Option<Figure> {
 fn windows<'a>(times: impl Iterator<Item = (f64, f64)> + 'a) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for (start, end) in times {
-        if !found
-            .iter()
-            .any(|&(a, b)| same(a, start) && same(b, end))
-        {
+        if !found.iter().any(|&(a, b)| same(a, start) && same(b, end)) {
             found.push((start, end));
         }
     }
@@ -371,16 +372,17 @@ fn profile(rows: &[ProfileRow], along: &str) -> Option<Figure> {
         return None;
     }
     let names = engines(rows.iter().map(|row| &row.engine));
-    type Column = (
-        &'static str,
-        fn(&ProfileRow) -> (f64, Option<f64>),
-    );
+    type Column = (&'static str, fn(&ProfileRow) -> (f64, Option<f64>));
     const COLUMNS: [Column; 6] = [
         ("number density", |row| {
             (row.number_density, row.number_density_se)
         }),
-        ("velocity along x", |row| (row.velocity_x, row.velocity_x_se)),
-        ("velocity along y", |row| (row.velocity_y, row.velocity_y_se)),
+        ("velocity along x", |row| {
+            (row.velocity_x, row.velocity_x_se)
+        }),
+        ("velocity along y", |row| {
+            (row.velocity_y, row.velocity_y_se)
+        }),
         ("granular temperature", |row| {
             (row.temperature, row.temperature_se)
         }),
@@ -500,7 +502,8 @@ fn development(rows: &[ProfileRow]) -> Option<Figure> {
     Figure {
         title: "Development of the density".to_owned(),
         panels: panels.collect(),
-        caption: "The windows of time that the case asks for, and last the steady state.".to_owned(),
+        caption: "The windows of time that the case asks for, and last the steady state."
+            .to_owned(),
     }
     .drawable()
 }
@@ -532,7 +535,10 @@ fn boundaries(results: &Results) -> Markup {
         .flat_map(|engine| {
             let name = engine_name(&engine.engine);
             let seconds = ("seconds, all replicas".to_owned(), engine.wall_seconds);
-            let collisions = ("collisions, all replicas".to_owned(), engine.collisions as f64);
+            let collisions = (
+                "collisions, all replicas".to_owned(),
+                engine.collisions as f64,
+            );
             let named = engine
                 .work
                 .iter()

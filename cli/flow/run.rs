@@ -13,9 +13,9 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::walls::Obstacle;
 use stosszahl_model::{Physics, Plane, Space, Volume};
 
+use super::FlowError;
 use super::case::{Along, MonteCarlo};
 use super::gas::{Exact, Gas, Ledger};
-use super::FlowError;
 use super::obstacles;
 use super::plan::Plan;
 use super::scene::{Visit, with_scene};
@@ -214,15 +214,10 @@ impl Job<'_> {
         obstacles: &[Obstacle],
     ) -> Result<stosszahl_model::State<P>, RunError> {
         let streams = self.streams();
-        Ok(start::make(
-            self.plan,
-            scene,
-            walls,
-            obstacles,
-            self.room(),
-            &streams,
+        Ok(
+            start::make(self.plan, scene, walls, obstacles, self.room(), &streams)
+                .map_err(FlowError::from)?,
         )
-        .map_err(FlowError::from)?)
     }
 
     fn monte_carlo<P: Physics>(
@@ -251,7 +246,9 @@ impl Job<'_> {
                 Some(gas) => {
                     let size = Plan::vector::<P::Space>(&flow.domain.size);
                     let domain = boundaries.walls.domain(size);
-                    let domain = domain.ok_or(start::StartError::Box).map_err(FlowError::from)?;
+                    let domain = domain
+                        .ok_or(start::StartError::Box)
+                        .map_err(FlowError::from)?;
                     stosszahl_dsmc::Engine::resume_between(
                         scene,
                         parameters,

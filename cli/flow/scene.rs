@@ -3,9 +3,7 @@
 //! All flows have species, if only one, and gravity, if only none: a type for each would make four times as many engines
 //! to be compiled, and costs a flow a few operations for each flight.
 
-use stosszahl_model::{
-    Constant, Gravity, Physics, Plane, Scene, Smooth, Space, Surface, Volume,
-};
+use stosszahl_model::{Constant, Gravity, Physics, Plane, Scene, Smooth, Space, Surface, Volume};
 
 use super::plan::Plan;
 

@@ -216,10 +216,12 @@ impl<'a, P: Physics> Places<'a, P> {
         around(2).all(|z| {
             around(1).all(|y| {
                 around(0).all(|x| {
-                    self.cells[self.number([x, y, z])].iter().all(|&(other, far)| {
-                        let apart = domain.displacement(trial, other);
-                        apart.square() > (radius + far).powi(2)
-                    })
+                    self.cells[self.number([x, y, z])]
+                        .iter()
+                        .all(|&(other, far)| {
+                            let apart = domain.displacement(trial, other);
+                            apart.square() > (radius + far).powi(2)
+                        })
                 })
             })
         })

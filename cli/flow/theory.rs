@@ -120,13 +120,23 @@ fn cooling(plan: &Plan) -> Result<Vec<(f64, [f64; 2])>, TheoryError> {
         let packing = plan.packing_fraction();
         // The dilute theory for points; with exact disks beside them, they are not.
         if space == 2 {
-            let chi = if dense { Plane::contact_value(packing) } else { 1.0 };
+            let chi = if dense {
+                Plane::contact_value(packing)
+            } else {
+                1.0
+            };
             let surface = plan.rough::<Plane>();
-            surface.map(|s| RoughGas::new::<Plane>(restitution, s, density, diameter, kind.mass, chi))
+            surface
+                .map(|s| RoughGas::new::<Plane>(restitution, s, density, diameter, kind.mass, chi))
         } else {
-            let chi = if dense { Volume::contact_value(packing) } else { 1.0 };
+            let chi = if dense {
+                Volume::contact_value(packing)
+            } else {
+                1.0
+            };
             let surface: Option<Rough> = plan.rough::<Volume>();
-            surface.map(|s| RoughGas::new::<Volume>(restitution, s, density, diameter, kind.mass, chi))
+            surface
+                .map(|s| RoughGas::new::<Volume>(restitution, s, density, diameter, kind.mass, chi))
         }
     };
     let Some(gas) = gas(plan.dimension()) else {
@@ -166,7 +176,10 @@ fn column(plan: &Plan) -> Result<Option<Column>, TheoryError> {
         dsmc.contact_value == ContactValue::Dilute && plan.walls_act_on_centres(dsmc)
     });
     let closed = [0, 1].iter().all(|&side| {
-        !matches!(flow.walls.at(1, side), Face::Word(FaceWord::Open | FaceWord::Periodic))
+        !matches!(
+            flow.walls.at(1, side),
+            Face::Word(FaceWord::Open | FaceWord::Periodic)
+        )
     });
     let spins = plan.spin_temperature() == flow.start.temperature;
     let applies = only
@@ -180,9 +193,7 @@ fn column(plan: &Plan) -> Result<Option<Column>, TheoryError> {
     // A perfectly rough gas shares its energy with its spins, a smooth one has none.
     let shares = match flow.contact.tangential_restitution {
         None => Some(plan.dimension()),
-        Some(beta) if beta > 0.0 && spins => {
-            Some(plan.dimension() + plan.freedom().rotations)
-        }
+        Some(beta) if beta > 0.0 && spins => Some(plan.dimension() + plan.freedom().rotations),
         Some(_) => None,
     };
     let Some(freedoms) = shares.filter(|_| applies) else {
@@ -197,8 +208,14 @@ fn column(plan: &Plan) -> Result<Option<Column>, TheoryError> {
         })
         .collect();
     let strength = gravity.acceleration[1].abs();
-    Column::settled(&layers, flow.domain.size[1], strength, flow.start.temperature, freedoms)
-        .map(Some)
+    Column::settled(
+        &layers,
+        flow.domain.size[1],
+        strength,
+        flow.start.temperature,
+        freedoms,
+    )
+    .map(Some)
 }
 
 /// The temperature of all walls, if all have the same and the gas is elastic.

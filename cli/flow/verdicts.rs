@@ -107,7 +107,8 @@ fn engines_agree(plan: &Plan, replicas: &[Replica]) -> Vec<Verdict> {
         let pairs: Vec<Vec<(f64, f64)>> = chosen
             .iter()
             .map(|&sample| {
-                let at = |replica: &Replica, engine: usize| of(&replica.engines[engine].series[sample]);
+                let at =
+                    |replica: &Replica, engine: usize| of(&replica.engines[engine].series[sample]);
                 (replicas.iter())
                     .map(|replica| (at(replica, 0), at(replica, 1)))
                     .collect()
@@ -258,7 +259,10 @@ impl Said<'_> {
         for run in runs {
             let energies = run.series.iter().map(|sample| {
                 let all = total(&sample.species);
-                (all.translation + all.rotation + sample.potential, all.translation + all.rotation)
+                (
+                    all.translation + all.rotation + sample.potential,
+                    all.translation + all.rotation,
+                )
             });
             let energies: Vec<_> = energies.collect();
             let (first, scale) = *energies.first()?;
@@ -328,9 +332,8 @@ impl Said<'_> {
             return Vec::new();
         };
         let freedom = self.plan.freedom();
-        let within = |sample: &&Sample| {
-            sample.time > window.times[0] && sample.time <= window.times[1]
-        };
+        let within =
+            |sample: &&Sample| sample.time > window.times[0] && sample.time <= window.times[1];
         let (temperature, error) = over(runs.iter().map(|run| {
             let inside: Vec<&Sample> = run.series.iter().filter(within).collect();
             let sum: f64 = inside
@@ -394,9 +397,7 @@ impl Said<'_> {
     /// Whether the centre of mass falls lower than where it comes to rest: the energy of height has a minimum.
     fn overshoot(&self, runs: &[&Record], window: &Window) -> Option<Verdict> {
         let samples = runs.iter().map(|run| run.series.len()).min()?;
-        let mean = |index: usize| {
-            over(runs.iter().map(|run| run.series[index].potential))
-        };
+        let mean = |index: usize| over(runs.iter().map(|run| run.series[index].potential));
         let lowest = (0..samples).min_by(|&a, &b| mean(a).0.total_cmp(&mean(b).0))?;
         let time = runs[0].series[lowest].time;
         let (steady, steady_error) = over(runs.iter().map(|run| {
@@ -420,7 +421,11 @@ impl Said<'_> {
                 "The centre of mass is lowest at t = {time:.3}, {:.1} mean collision times after the release: it falls {} further than where it comes to rest, in units of the whole fall{}.",
                 time * rate,
                 written(depth, error),
-                if seen { "" } else { "; that is no more than noise" }
+                if seen {
+                    ""
+                } else {
+                    "; that is no more than noise"
+                }
             ),
             kind: if seen {
                 VerdictKind::Agree
@@ -436,7 +441,10 @@ impl Said<'_> {
         let rows = self.profile("y");
         let number: f64 = rows.iter().map(|row| row.number_density).sum();
         let mean = |of: &dyn Fn(&ProfileRow) -> f64| {
-            rows.iter().map(|row| row.number_density * of(row)).sum::<f64>() / number
+            rows.iter()
+                .map(|row| row.number_density * of(row))
+                .sum::<f64>()
+                / number
         };
         let error = |of: &dyn Fn(&ProfileRow) -> Option<f64>| {
             let sum: Option<f64> = rows
@@ -455,7 +463,10 @@ impl Said<'_> {
             topic: self.topic("thermal walls"),
             sentence: format!(
                 "The gas has {} times the temperature of its walls, and moves along them at {} thermal speeds (both to be known to 1 %).",
-                written(temperature / expected, temperature_error.map(|e| e / expected)),
+                written(
+                    temperature / expected,
+                    temperature_error.map(|e| e / expected)
+                ),
                 written(drift / thermal, drift_error.map(|e| e / thermal))
             ),
             kind: if good {
@@ -469,7 +480,10 @@ impl Said<'_> {
     /// A flow from left to right between walls: what happens along its middle, at its walls, and in its two halves.
     fn channel(&self) -> Vec<Verdict> {
         let flow = &self.plan.flow;
-        let through = flow.inflow.iter().any(|inflow| inflow.face == FaceName::Left)
+        let through = flow
+            .inflow
+            .iter()
+            .any(|inflow| inflow.face == FaceName::Left)
             && *flow.walls.at(0, 1) == Face::Word(FaceWord::Open);
         let walled = [0, 1].iter().all(|&side| match flow.walls.at(1, side) {
             Face::Word(word) => *word == FaceWord::Specular,
@@ -499,14 +513,18 @@ impl Said<'_> {
                         .map(|(square, error)| square + (cell.number_density * error).powi(2));
                 }
             }
-            (sum / number, square.map(|square: f64| square.sqrt() / number))
+            (
+                sum / number,
+                square.map(|square: f64| square.sqrt() / number),
+            )
         };
         let change = |of: &dyn Fn(&FieldRow) -> (f64, Option<f64>)| {
             let [first, last] = ends.clone().map(|end| mean(end, middle.clone(), of));
             let quotient = last.0 / first.0;
-            let error = first.1.zip(last.1).map(|(a, b)| {
-                quotient.abs() * (a / first.0).hypot(b / last.0)
-            });
+            let error = first
+                .1
+                .zip(last.1)
+                .map(|(a, b)| quotient.abs() * (a / first.0).hypot(b / last.0));
             (quotient, error)
         };
         let speed = |row: &FieldRow| (row.velocity_x, row.velocity_x_se);
@@ -533,9 +551,13 @@ impl Said<'_> {
         let (centre, centre_error) = mean(last.clone(), middle.clone(), &speed);
         let edges = [0..1, rows - 1..rows].map(|rows| mean(last.clone(), rows, &speed));
         let slip = 0.5 * (edges[0].0 + edges[1].0) / centre;
-        let slip_error = edges[0].1.zip(edges[1].1).zip(centre_error).map(|((a, b), c)| {
-            ((0.5 * a.hypot(b) / centre).powi(2) + (slip * c / centre).powi(2)).sqrt()
-        });
+        let slip_error = edges[0]
+            .1
+            .zip(edges[1].1)
+            .zip(centre_error)
+            .map(|((a, b), c)| {
+                ((0.5 * a.hypot(b) / centre).powi(2) + (slip * c / centre).powi(2)).sqrt()
+            });
         // Where the velocity along y reaches 99 % of that in the middle.
         let profile: Vec<f64> = (0..rows)
             .map(|row| mean(last.clone(), row..row + 1, &speed).0 / centre)

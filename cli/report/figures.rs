@@ -68,7 +68,8 @@ fn rank(engine: &str) -> usize {
         "dsmc-contact-point",
     ];
     // Flows have one Monte Carlo engine, which has no scheme in its name.
-    let known = (ORDER.iter()).position(|known| *known == engine || (engine == "dsmc" && *known == "dsmc-boltzmann"));
+    let known = (ORDER.iter())
+        .position(|known| *known == engine || (engine == "dsmc" && *known == "dsmc-boltzmann"));
     known.unwrap_or(ORDER.len())
 }
 

@@ -52,8 +52,8 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Energy of rotation, I w^2/2.
     fn spin_energy(&self, mass: f64, radius: f64, spin: Self::Spin) -> f64;
 
-    /// A spin times a number.
-    fn scaled(&self, spin: Self::Spin, factor: f64) -> Self::Spin;
+    /// A spin times a number: engines have units of their own.
+    fn scaled(spin: Self::Spin, factor: f64) -> Self::Spin;
 
     /// A spin, rotated.
     fn turned(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
@@ -95,8 +95,8 @@ impl<S: Space> Surface<S> for Smooth {
         0.0
     }
 
-    #[inline]
-    fn scaled(&self, (): (), _factor: f64) {}
+    #[inline(always)]
+    fn scaled((): (), _factor: f64) {}
 
     #[inline]
     fn turned(&self, _turn: S::Turn, (): ()) {}
@@ -209,8 +209,8 @@ impl<S: Space> Surface<S> for Rough {
         0.5 * self.inertia * mass * radius * radius * spin.square()
     }
 
-    #[inline]
-    fn scaled(&self, spin: S::Spin, factor: f64) -> S::Spin {
+    #[inline(always)]
+    fn scaled(spin: S::Spin, factor: f64) -> S::Spin {
         spin * factor
     }
 

@@ -54,7 +54,11 @@ impl Map {
 
     /// Least and largest value.
     pub(crate) fn range(&self) -> [f64; 2] {
-        let finite = self.values.iter().copied().filter(|value| value.is_finite());
+        let finite = self
+            .values
+            .iter()
+            .copied()
+            .filter(|value| value.is_finite());
         finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
             [low.min(value), high.max(value)]
         })
@@ -154,10 +158,7 @@ fn scale() -> TickFormat {
         // Writing to a string cannot fail.
         let _ = write!(text, "{value:.digits$}");
         if text.contains('.') {
-            text = text
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned();
+            text = text.trim_end_matches('0').trim_end_matches('.').to_owned();
         }
         text.replace('-', "−")
     }))

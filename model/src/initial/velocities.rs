@@ -74,7 +74,7 @@ pub fn thermal_spins<P: Physics>(
     if found > 0.0 {
         let factor = (temperature / found).sqrt();
         for body in &mut state.bodies {
-            body.spin = scene.surface().scaled(body.spin, factor);
+            body.spin = <P::Surface as Surface<P::Space>>::scaled(body.spin, factor);
         }
     }
 }

@@ -115,6 +115,21 @@ impl Feature {
         }
     }
 
+    /// Unit vector towards a point that touches it.
+    pub fn normal(&self, point: Vector2<f64>) -> Vector2<f64> {
+        match self {
+            Self::Edge(edge) => {
+                let normal = vector![edge.along[1], -edge.along[0]];
+                let inside = edge.both_sides && (point - edge.from).dot(&normal) < 0.0;
+                if inside { -normal } else { normal }
+            }
+            Self::Round(round) => {
+                let arm = point - round.centre;
+                arm * (1.0 / arm.norm())
+            }
+        }
+    }
+
     /// Distance of a point from its line: of an edge, from either side.
     pub fn distance(&self, point: Vector2<f64>) -> f64 {
         match self {

@@ -109,6 +109,7 @@ pub struct Obstacle {
     outline: Outline,
     rebound: Rebound,
     features: Vec<Feature>,
+    bounds: [Vector2<f64>; 2],
     hair: f64,
 }
 
@@ -144,11 +145,15 @@ impl Obstacle {
                 }
             }
         };
+        let bounds = (features.iter().map(Feature::bounds))
+            .reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])
+            .unwrap_or_default();
         Ok(Self {
             hair: HAIR * extent(&points),
             outline,
             rebound,
             features,
+            bounds,
         })
     }
 
@@ -241,9 +246,7 @@ impl Obstacle {
 
     /// The lower left and the upper right corner of the rectangle around it \[length\].
     pub fn bounds(&self) -> [Vector2<f64>; 2] {
-        let all = self.features.iter().map(Feature::bounds);
-        all.reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])
-            .unwrap_or_default()
+        self.bounds
     }
 
     /// Area that it takes from the gas \[length^2\].
@@ -260,7 +263,7 @@ impl Obstacle {
     /// # Errors
     /// [`ObstacleError::Outside`] if it is not.
     pub fn check_inside(&self, lengths: Vector2<f64>) -> Result<(), ObstacleError> {
-        let [least, most] = self.bounds();
+        let [least, most] = self.bounds;
         if least.min() >= 0.0 && most[0] <= lengths[0] && most[1] <= lengths[1] {
             return Ok(());
         }
