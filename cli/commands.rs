@@ -3,6 +3,7 @@
 //! A case is of one [`Kind`]; what `check` and `run` do with a kind is its [`job::Job`], and this is the only place
 //! that chooses among them.
 
+mod homogeneous;
 mod job;
 mod paired;
 
@@ -22,6 +23,8 @@ use crate::arguments::{
 use crate::bench::{self, BenchError};
 use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{Case, CaseError, Kind};
+use crate::homogeneous::case::Case as HomogeneousCase;
+use crate::homogeneous::plan::PlanError;
 use crate::report;
 use crate::results::ResultsError;
 use crate::run::RunError;
@@ -43,6 +46,14 @@ pub enum CommandError {
         path: PathBuf,
         /// Why.
         source: SetupError,
+    },
+    /// The case of a gas without positions is valid but cannot be started.
+    #[error("{}: {source}", path.display())]
+    Plan {
+        /// The case file.
+        path: PathBuf,
+        /// Why.
+        source: PlanError,
     },
     /// The results folder cannot be used.
     #[error(transparent)]
@@ -187,12 +198,14 @@ pub fn execute(arguments: Arguments) -> ExitCode {
 fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
     match Kind::of_file(&arguments.case.case)? {
         Kind::Paired => job::check::<Case>(arguments),
+        Kind::Homogeneous => job::check::<HomogeneousCase>(arguments),
     }
 }
 
 fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
     match Kind::of_file(&arguments.case.case)? {
         Kind::Paired => job::run::<Case>(arguments),
+        Kind::Homogeneous => job::run::<HomogeneousCase>(arguments),
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::path::Path;
 
 use clap::ValueEnum;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::error::{CaseError, Problem};
@@ -14,21 +14,30 @@ use super::schema::{self, Schema};
 use super::{check_format, read_text};
 
 /// The kind of a case, which its key `kind` names. Each has keys, engines, tables and a report of its own.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Event-driven and Monte Carlo disks from one initial state; a case without the key.
     #[default]
     Paired,
+    /// Monte Carlo of a gas without positions: mixtures, diffusion, sticking and breaking.
+    Homogeneous,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 1] = [Self::Paired];
+    pub const ALL: [Self; 2] = [Self::Paired, Self::Homogeneous];
+
+    /// Whether this is the kind of a case that does not name one.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 
     /// Name in case files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paired => "paired",
+            Self::Homogeneous => "homogeneous",
         }
     }
 
@@ -36,6 +45,7 @@ impl Kind {
     pub fn schema(self) -> &'static Schema {
         match self {
             Self::Paired => super::Case::schema(),
+            Self::Homogeneous => crate::homogeneous::case::Case::schema(),
         }
     }
 

@@ -235,6 +235,7 @@ fn sweep_index<C: Job>(file: &CaseFile<C>) -> Sweep {
     Sweep {
         title: file.points[0].case.title().to_owned(),
         case_text: file.source_text.clone(),
+        kind: C::KIND,
         points,
     }
 }

@@ -13,7 +13,7 @@ use super::optional;
 use super::plot::{Curve, Mark, Stroke};
 use super::viewer::{self, Frames};
 use super::{REPORT_FILE, ReportError, Results, SIZE_LIMIT, origin};
-use crate::manifest::{Manifest, TimeDefinition, Units, VerdictKind};
+use crate::manifest::{Manifest, TimeDefinition, Units, Verdict, VerdictKind};
 use crate::tables::{
     ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
     PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
@@ -211,7 +211,7 @@ fn summary(results: &Results) -> Markup {
         section id="verdict" {
             p.lead { (statement(results)) }
             @if manifest.verdicts.len() > urgent.len() {
-                (verdict_list(manifest))
+                (verdict_list(&manifest.verdicts))
             } @else {
                 p.absent { "The manifest of this run holds no verdict." }
             }
@@ -239,10 +239,10 @@ fn summary(results: &Results) -> Markup {
 }
 
 /// The verdicts that are not warnings.
-pub(crate) fn verdict_list(manifest: &Manifest) -> Markup {
+pub(crate) fn verdict_list(verdicts: &[Verdict]) -> Markup {
     html! {
         ul.verdicts {
-            @for verdict in manifest.verdicts.iter().filter(|v| v.kind != VerdictKind::Warning) {
+            @for verdict in verdicts.iter().filter(|v| v.kind != VerdictKind::Warning) {
                 @let (class, word) = match verdict.kind {
                     VerdictKind::Agree => ("agree", "✓ agree"),
                     VerdictKind::Differ => ("differ", "≠ differ"),
