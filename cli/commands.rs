@@ -4,6 +4,7 @@
 //! that chooses among them.
 
 mod flow;
+mod homogeneous;
 mod job;
 mod paired;
 
@@ -25,6 +26,8 @@ use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{Case, CaseError, Kind};
 use crate::flow::FlowError;
 use crate::flow::case::Flow;
+use crate::homogeneous::case::Case as HomogeneousCase;
+use crate::homogeneous::plan::PlanError;
 use crate::report;
 use crate::results::ResultsError;
 use crate::run::RunError;
@@ -54,6 +57,14 @@ pub enum CommandError {
         path: PathBuf,
         /// Why.
         source: FlowError,
+    },
+    /// The case of a gas without positions is valid but cannot be started.
+    #[error("{}: {source}", path.display())]
+    Plan {
+        /// The case file.
+        path: PathBuf,
+        /// Why.
+        source: PlanError,
     },
     /// The results folder cannot be used.
     #[error(transparent)]
@@ -199,6 +210,7 @@ fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
     match Kind::of_file(&arguments.case.case)? {
         Kind::Paired => job::check::<Case>(arguments),
         Kind::Flow => job::check::<Flow>(arguments),
+        Kind::Homogeneous => job::check::<HomogeneousCase>(arguments),
     }
 }
 
@@ -206,6 +218,7 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
     match Kind::of_file(&arguments.case.case)? {
         Kind::Paired => job::run::<Case>(arguments),
         Kind::Flow => job::run::<Flow>(arguments),
+        Kind::Homogeneous => job::run::<HomogeneousCase>(arguments),
     }
 }
 

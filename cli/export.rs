@@ -223,7 +223,10 @@ pub(crate) fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), Snaps
 }
 
 /// Mean and standard error over replicas of a quantity; empty replicas are left out.
-fn over<T>(runs: &[T], quantity: impl Fn(&T) -> Option<f64>) -> (Option<f64>, Option<f64>) {
+pub(crate) fn over<T>(
+    runs: &[T],
+    quantity: impl Fn(&T) -> Option<f64>,
+) -> (Option<f64>, Option<f64>) {
     let values: Vec<f64> = runs
         .iter()
         .filter_map(quantity)

@@ -21,6 +21,7 @@ mod displacement;
 mod driven;
 pub mod export;
 pub mod flow;
+pub mod homogeneous;
 pub mod manifest;
 pub mod progress;
 pub mod report;

@@ -11,6 +11,9 @@ use std::{fs, io};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::{Fingerprint, SnapshotError, write_whole};
 
+use crate::homogeneous::tables::{
+    CheckRow, ClusterRow, GasRow, SizeRow, SpeciesRow, TimeAveragedRow,
+};
 use crate::manifest::{MANIFEST_FILE, SWEEP_FILE};
 use crate::report::REPORT_FILE;
 use crate::run::{CHECKPOINTS, SNAPSHOTS};
@@ -23,7 +26,7 @@ use crate::tables::{
 const RUN_FILE: &str = "run.json";
 
 /// Every file that a run of any kind writes at the top of its folder.
-const FILES: [&str; 12] = [
+const FILES: [&str; 18] = [
     EnergyRow::FILE,
     ComparisonRow::FILE,
     ImpactParameterRow::FILE,
@@ -34,6 +37,12 @@ const FILES: [&str; 12] = [
     SteadyRow::FILE,
     DisplacementRow::FILE,
     ReplicaRow::FILE,
+    GasRow::FILE,
+    SpeciesRow::FILE,
+    TimeAveragedRow::FILE,
+    ClusterRow::FILE,
+    SizeRow::FILE,
+    CheckRow::FILE,
     MANIFEST_FILE,
     REPORT_FILE,
 ];

@@ -9,17 +9,19 @@ use std::path::{Path, PathBuf};
 
 use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 use stosszahl::case::{
-    Assignment, Bodies, Case, CaseError, CaseFile, Displacement, Engine, Neighbourhood,
+    Assignment, Bodies, Case, CaseError, CaseFile, Displacement, Engine, Kind, Neighbourhood,
     Restitution, Scheme, Units, Velocities, Warning, schema,
 };
 use stosszahl::setup::Setup;
 use support::bad_cases::GOOD;
 
+/// The cases of the kind that is tested here.
 fn case_files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .expect("the folder of cases")
         .map(|entry| entry.expect("a case").path())
+        .filter(|path| Kind::of_file(path).expect("a case has a kind") == Kind::Paired)
         .collect();
     files.sort();
     assert!(files.len() >= 5);

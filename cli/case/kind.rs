@@ -22,11 +22,13 @@ pub enum Kind {
     Paired,
     /// Grains between walls, with spin, gravity, inflow and obstacles.
     Flow,
+    /// Monte Carlo of a gas without positions: mixtures, diffusion, sticking and breaking.
+    Homogeneous,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 2] = [Self::Paired, Self::Flow];
+    pub const ALL: [Self; 3] = [Self::Paired, Self::Homogeneous, Self::Flow];
 
     /// Whether this is the kind of a case that does not name one.
     pub fn is_default(&self) -> bool {
@@ -38,6 +40,7 @@ impl Kind {
         match self {
             Self::Paired => "paired",
             Self::Flow => "flow",
+            Self::Homogeneous => "homogeneous",
         }
     }
 
@@ -46,6 +49,7 @@ impl Kind {
         match self {
             Self::Paired => super::Case::schema(),
             Self::Flow => crate::flow::case::Flow::schema(),
+            Self::Homogeneous => crate::homogeneous::case::Case::schema(),
         }
     }
 

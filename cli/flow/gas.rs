@@ -9,7 +9,7 @@ use stosszahl_dsmc::{Transfer, Unfollowed};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::walls::Book;
 use stosszahl_model::{
-    Collision, Observe, Physics, Plane, Sizes, Space, Surface, Vector, VectorOf,
+    Collision, Domain, Observe, Physics, Plane, Sizes, Space, Surface, Vector, VectorOf,
 };
 
 use crate::run::RunError;
@@ -90,19 +90,23 @@ pub(super) fn components<S: Space>(vector: S::Vector) -> [f64; 3] {
 }
 
 /// Puts collisions into the fields.
-struct Watch<'a> {
+struct Watch<'a, S: Space> {
     fields: &'a mut Fields,
+    domain: Domain<S>,
+    /// Whether momentum is carried over the distance of the partners, as it is not where they are points.
+    carries: bool,
 }
 
-impl<P: Physics> Observe<P> for Watch<'_> {
+impl<P: Physics> Observe<P> for Watch<'_, P::Space> {
     fn collision(&mut self, collision: &Collision<VectorOf<P>>) {
-        let at = collision.position;
-        self.fields.collision(
-            collision.time,
-            [at[0], at[1]],
-            collision.virial(),
-            collision.weight,
-        );
+        let at = self.domain.wrap(collision.position);
+        let virial = if self.carries {
+            collision.virial()
+        } else {
+            0.0
+        };
+        self.fields
+            .collision(collision.time, [at[0], at[1]], virial, collision.weight);
     }
 }
 
@@ -116,7 +120,13 @@ impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
 
     fn leg(&mut self, until: f64, fields: &mut Fields) -> Result<bool, RunError> {
         let steps = (LEG_SIMULATOR_STEPS / self.simulators().max(1) as u64).max(LEAST_STEPS);
-        Ok(self.advance(until, steps, &mut Watch { fields }))
+        let mut watch = Watch {
+            fields,
+            domain: *self.grid().domain(),
+            // Without displacement of partners, none is carried.
+            carries: false,
+        };
+        Ok(self.advance(until, steps, &mut watch))
     }
 
     fn visit(&self, mut look: impl FnMut(u32, &Sighting, f64)) {
@@ -236,7 +246,12 @@ impl<P: Physics<Space = Plane>> Gas for Exact<P> {
             self.gas.clone(),
             &self.boundaries,
         )?;
-        let reached = engine.advance(until, leg, &mut Watch { fields });
+        let mut watch = Watch {
+            fields,
+            domain: self.gas.state.domain,
+            carries: true,
+        };
+        let reached = engine.advance(until, leg, &mut watch);
         self.gas = engine.checkpoint();
         Ok(reached?)
     }
@@ -271,19 +286,19 @@ impl<P: Physics<Space = Plane>> Gas for Exact<P> {
     }
 
     fn books(&self) -> Ledger {
-        let mut entries = Vec::new();
-        for (axis, names) in super::case::FACES.iter().take(2).enumerate() {
-            for (side, name) in names.iter().enumerate() {
-                let wall = &self.gas.books.walls[axis][side];
-                if wall.contacts > 0.0 {
-                    entries.push(Entry::of_book(*name, wall));
-                }
-            }
+        // The four faces, then the obstacles.
+        let faces = super::case::FACES.iter().take(2).flatten();
+        let names = faces
+            .map(|name| (*name).to_owned())
+            .chain((1..).map(|number| format!("obstacle {number}")));
+        let touched = names
+            .zip(&self.gas.books)
+            .filter(|(_, book)| book.contacts > 0.0);
+        Ledger {
+            entries: touched
+                .map(|(name, book)| Entry::of_book(name, book))
+                .collect(),
         }
-        for (index, obstacle) in self.gas.books.obstacles.iter().enumerate() {
-            entries.push(Entry::of_book(format!("obstacle {}", index + 1), obstacle));
-        }
-        Ledger { entries }
     }
 
     fn checkpoint(&self) -> Self::Checkpoint {

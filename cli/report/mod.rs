@@ -34,6 +34,7 @@ use thiserror::Error;
 
 use crate::case::Kind;
 use crate::flow;
+use crate::homogeneous::report as homogeneous;
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE, Sweep};
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
@@ -247,11 +248,13 @@ pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
         match sweep.kind {
             Kind::Paired => sweep::build(folder)?,
             Kind::Flow => flow::report::build_sweep(folder)?,
+            Kind::Homogeneous => homogeneous::build_sweep(folder)?,
         }
     } else {
         match Stamp::read(folder)?.kind {
             Kind::Paired => page::build(folder, &Results::read(folder)?)?,
             Kind::Flow => flow::report::build(folder)?,
+            Kind::Homogeneous => homogeneous::build(folder)?,
         }
     };
     write_whole(&folder.join(REPORT_FILE), &page)

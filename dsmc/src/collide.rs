@@ -301,6 +301,7 @@ where
         if self.looks {
             report.log.push(Collision {
                 time: self.time,
+                position: members[i].position,
                 relative,
                 line,
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),

@@ -348,6 +348,7 @@ where
         if kernel.looks {
             self.report.log.push(Collision {
                 time: kernel.time,
+                position: pair[0].position,
                 relative,
                 line,
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
