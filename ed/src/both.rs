@@ -1,7 +1,7 @@
 //! The next contacts of two disks that have just collided, found together.
 
 use nalgebra::Vector2;
-use stosszahl_model::Sizes;
+use stosszahl_model::{Field, Plane, Sizes};
 use wide::f64x2;
 
 use crate::cells::NONE;
@@ -22,7 +22,7 @@ struct Open {
 
 const RING: usize = SIDE * SIDE;
 
-impl Disks {
+impl<F: Field<Plane>> Disks<F> {
     /// Predicts from nothing the next contacts of two disks that are up to date and in cells next to each other.
     /// The number of candidates looked at, or `None` if that is too special a case for two at a time, and has to be
     /// done one by one.
@@ -96,15 +96,16 @@ impl Disks {
             end += usize::from(candidate.next != NONE);
             begin += 1;
             twice += u64::from(shared >> (cell % 16) & 1);
-            let position: Vector2<f64> = candidate.at(clock);
+            let position: Vector2<f64> = self.motion.at(candidate, clock);
+            let speed = self.motion.velocity(candidate, clock);
             let (column, row) = (cell as usize % SIDE, cell as usize / SIDE % SIDE);
             let separation = [
                 f64x2::new([x[0][column], x[1][column]]) - f64x2::splat(position[0]),
                 f64x2::new([y[0][row], y[1][row]]) - f64x2::splat(position[1]),
             ];
             let relative = [
-                velocity[0] - f64x2::splat(candidate.velocity[0]),
-                velocity[1] - f64x2::splat(candidate.velocity[1]),
+                velocity[0] - f64x2::splat(speed[0]),
+                velocity[1] - f64x2::splat(speed[1]),
             ];
             let distance_squared = if S::UNIFORM {
                 uniform

@@ -1,4 +1,4 @@
-//! The grid of cells.
+//! The grid of cells. Beyond a wall there is a column or row that nobody enters.
 
 use nalgebra::{Vector2, vector};
 
@@ -22,15 +22,18 @@ const OCCUPANCY: f64 = 0.6;
 /// of separations, and has 1e-16 of these as its error.
 const WIDEST: f64 = 64.0;
 
-/// Periodic grid; each cell names the first of its disks.
+/// Grid of a box; each cell names the first of its disks.
 #[derive(Debug)]
 pub(crate) struct Cells {
     counts: [u16; 2],
+    periodic: [bool; 2],
+    /// Steps along each axis after which it is nearer around the box, doubled; more than there are where it has walls.
+    around: [i32; 2],
     width: Vector2<f64>,
     lengths: Vector2<f64>,
     narrow: bool,
     /// Share of a column in the place of a cell in memory; the one before the first and the one after
-    /// the last are their periodic images.
+    /// the last are their periodic images, or the one beyond the wall.
     columns: Vec<u32>,
     /// The same for rows.
     rows: Vec<u32>,
@@ -44,7 +47,12 @@ impl Cells {
     }
 
     /// Cells no narrower than the largest diameter, and as wide as pays for so many disks.
-    pub(crate) fn new(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> Self {
+    pub(crate) fn new(
+        lengths: Vector2<f64>,
+        periodic: [bool; 2],
+        largest_diameter: f64,
+        disks: usize,
+    ) -> Self {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
         let many = (lengths[0] * lengths[1] / (16.0 * disks as f64 + 1e6)).sqrt();
@@ -52,36 +60,57 @@ impl Cells {
         let least = narrowest.max(Self::ideal(lengths, disks).min(widest));
         let count = |length: f64| (length / least).floor().clamp(1.0, 65_535.0) as u16;
         let counts = [count(lengths[0]), count(lengths[1])];
-        Self::with_counts(lengths, counts, counts[0].min(counts[1]) < 3)
+        let narrow = [0, 1].map(|axis| periodic[axis] && counts[axis] < 3);
+        Self::with_counts(lengths, periodic, counts, narrow[0] || narrow[1])
     }
 
     /// So many columns and rows; `narrow` as told by [`Self::narrow`].
-    pub(crate) fn with_counts(lengths: Vector2<f64>, counts: [u16; 2], narrow: bool) -> Self {
+    pub(crate) fn with_counts(
+        lengths: Vector2<f64>,
+        periodic: [bool; 2],
+        counts: [u16; 2],
+        narrow: bool,
+    ) -> Self {
         let width = vector![
             lengths[0] / f64::from(counts[0]),
             lengths[1] / f64::from(counts[1])
         ];
-        let tiles = |count: u16| u32::from(count).div_ceil(1 << TILE);
+        let columns = [0, 1].map(|axis| u32::from(counts[axis]) + u32::from(!periodic[axis]));
+        let tiles = |count: u32| count.div_ceil(1 << TILE);
         let inside = (1 << TILE) - 1;
-        let across = tiles(counts[0]);
+        let across = tiles(columns[0]);
         let column = |x: u32| (x >> TILE) << (2 * TILE) | (x & inside);
         let row = |y: u32| ((y >> TILE) * across) << (2 * TILE) | (y & inside) << TILE;
-        let around = |count: u16, part: &dyn Fn(u32) -> u32| {
-            let last = u32::from(count) - 1;
-            std::iter::once(last)
+        let around = |axis: usize, part: &dyn Fn(u32) -> u32| {
+            let last = u32::from(counts[axis]) - 1;
+            let (before, after) = if periodic[axis] {
+                (last, [0, 1.min(last)])
+            } else {
+                (last + 1, [last + 1; 2])
+            };
+            std::iter::once(before)
                 .chain(0..=last)
-                .chain([0, 1.min(last)])
+                .chain(after)
                 .map(part)
                 .collect()
         };
-        let total = ((across * tiles(counts[1])) as usize) << (2 * TILE);
+        let total = ((across * tiles(columns[1])) as usize) << (2 * TILE);
+        let around_box = |axis: usize| {
+            if periodic[axis] {
+                i32::from(counts[axis])
+            } else {
+                i32::MAX
+            }
+        };
         Self {
             counts,
+            periodic,
+            around: [around_box(0), around_box(1)],
             width,
             lengths,
             narrow,
-            columns: around(counts[0], &column),
-            rows: around(counts[1], &row),
+            columns: around(0, &column),
+            rows: around(1, &row),
             firsts: memory::filled(NONE, total),
         }
     }
@@ -156,7 +185,13 @@ impl Cells {
         ]
     }
 
-    /// The column (axis 0) or row (axis 1) before or after, and whether that is across the boundary.
+    /// Whether the box is periodic along an axis.
+    #[inline]
+    pub(crate) fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic[axis]
+    }
+
+    /// The column (axis 0) or row (axis 1) before or after, and whether that is across the boundary of the box.
     #[inline]
     pub(crate) fn beyond(&self, number: u16, axis: usize, forward: bool) -> (u16, bool) {
         let last = self.counts[axis] - 1;
@@ -173,7 +208,7 @@ impl Cells {
     pub(crate) fn between(&self, first: Cell, second: Cell) -> Vector2<f64> {
         let mut shift = Vector2::zeros();
         for axis in 0..2 {
-            let count = i32::from(self.counts[axis]);
+            let count = self.around[axis];
             let mut steps = i32::from(first[axis]) - i32::from(second[axis]);
             if 2 * steps > count {
                 steps -= count;
@@ -191,17 +226,29 @@ impl Cells {
         self.narrow
     }
 
+    /// How many places there are in memory.
+    pub(crate) fn places(&self) -> usize {
+        self.firsts.len()
+    }
+
     /// Numbers of columns and rows.
     pub(crate) fn counts(&self) -> [u16; 2] {
         self.counts
     }
 
-    /// Place in memory of the cell with a number that may lie in another box, and how many boxes away that is.
+    /// Place in memory of the cell with a number that may lie in another box or beyond a wall, and how many boxes away
+    /// that is.
     #[inline]
     pub(crate) fn place_beyond(&self, numbers: [i32; 2]) -> (usize, [i32; 2]) {
         let counts = self.counts.map(i32::from);
         let boxes = [0, 1].map(|axis| numbers[axis].div_euclid(counts[axis]));
-        let cell = [0, 1].map(|axis| (numbers[axis] - boxes[axis] * counts[axis]) as u16);
+        let cell = [0, 1].map(|axis| {
+            if boxes[axis] != 0 && !self.periodic[axis] {
+                self.counts[axis]
+            } else {
+                (numbers[axis] - boxes[axis] * counts[axis]) as u16
+            }
+        });
         (self.place(cell, 1, 1), boxes)
     }
 
@@ -217,13 +264,18 @@ impl Cells {
         let mut nearest = separation;
         for axis in 0..2 {
             let length = self.lengths[axis];
-            nearest[axis] -= length * (separation[axis] / length).round();
+            if self.periodic[axis] {
+                nearest[axis] -= length * (separation[axis] / length).round();
+            }
         }
         let approach = |line: &Vector2<f64>| relative.dot(line) / line.norm();
-        let steps = [-1.0, 0.0, 1.0];
-        steps
-            .into_iter()
-            .flat_map(|right| steps.map(|up| vector![right, up]))
+        let [right, up] = self.periodic.map(|around| {
+            let steps: &[f64] = if around { &[-1.0, 0.0, 1.0] } else { &[0.0] };
+            steps
+        });
+        right
+            .iter()
+            .flat_map(|&right| up.iter().map(move |&up| vector![right, up]))
             .map(|image| nearest + image.component_mul(&self.lengths))
             .filter(|line| line.norm() <= distance * (1.0 + 1e-9))
             .min_by(|a, b| approach(a).total_cmp(&approach(b)))

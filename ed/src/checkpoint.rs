@@ -1,16 +1,18 @@
 //! What a run is, between its legs.
 
 use serde::{Deserialize, Serialize};
+use stosszahl_model::walls::Book;
 use stosszahl_model::{Physics, State};
 
 /// Which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Dissipation {
-    /// None: the restitution of the scene is set aside (to equilibrate).
+    /// None: the laws of the scene and its walls are set aside (to equilibrate). Contacts are elastic and smooth, also with
+    /// walls that move.
     Elastic,
     /// All, by the restitution of the scene.
     Scene,
-    /// Those of disks whose last contacts are both older than this time; others are elastic. The TC
+    /// Those of disks whose last contacts, with walls too, are older than this time; others are elastic. The TC
     /// model of Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which
     /// removes inelastic collapse.
     ContactTime(f64),
@@ -31,8 +33,17 @@ pub struct Tally {
     pub stale: u64,
     /// Contacts that did not happen because the partner had collided meanwhile.
     pub broken: u64,
-    /// Collisions made elastic by the TC model.
+    /// Contacts made elastic by the TC model.
     pub elastic_contacts: u64,
+    /// Contacts with walls and obstacles.
+    pub rebounds: u64,
+}
+
+impl Tally {
+    /// Contacts of all kinds.
+    pub(crate) fn contacts(&self) -> u64 {
+        self.collisions + self.rebounds
+    }
 }
 
 /// Everything needed to continue a run.
@@ -49,8 +60,10 @@ pub struct Checkpoint<P: Physics> {
     pub windings: Vec<[i32; 2]>,
     /// What was done so far.
     pub tally: Tally,
-    /// Collisions since time last advanced noticeably.
+    /// Contacts since time last advanced noticeably.
     pub stalled: u64,
+    /// What each wall and obstacle has given to the gas, as told by `Engine::books`; empty where there are none.
+    pub books: Vec<Book<P::Space>>,
 }
 
 impl<P: Physics> Clone for Checkpoint<P> {
@@ -61,6 +74,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
             windings: self.windings.clone(),
             tally: self.tally,
             stalled: self.stalled,
+            books: self.books.clone(),
         }
     }
 }
@@ -73,6 +87,7 @@ impl<P: Physics> From<State<P>> for Checkpoint<P> {
             windings: Vec::new(),
             tally: Tally::default(),
             stalled: 0,
+            books: Vec::new(),
         }
     }
 }

@@ -3,13 +3,14 @@
 use std::ops::Range;
 
 use nalgebra::{Vector2, vector};
-use stosszahl_model::Sizes;
+use stosszahl_model::{Domain, Field, Plane, Sizes};
 
 use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE};
 use crate::contact::Candidates;
 use crate::levels::{self, Levels, Nearby};
 use crate::memory;
+use crate::motion::Motion;
 
 /// One disk in one cache line. Times and speeds are in the engine's own units.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,7 @@ pub(crate) struct Disk {
     pub(crate) clock: f64,
     /// Predicted time of contact with `partner`; infinite without one.
     pub(crate) contact: f64,
+    /// A disk, or, beyond their number, what else can be touched, or [`NONE`].
     pub(crate) partner: u32,
     /// Collisions of the partner when the contact was predicted.
     pub(crate) partner_count: u32,
@@ -44,46 +46,13 @@ impl Disk {
             next: NONE,
         }
     }
-
-    #[inline]
-    pub(crate) fn at(&self, time: f64) -> Vector2<f64> {
-        self.position + self.velocity * (time - self.clock)
-    }
-
-    #[inline]
-    pub(crate) fn advance(&mut self, time: f64) {
-        self.position = self.at(time);
-        self.clock = time;
-    }
-
-    /// Comes up to date for a collision, and counts it.
-    #[inline(always)]
-    pub(crate) fn meet(&mut self, time: f64) {
-        self.advance(time);
-        self.count = self.count.wrapping_add(1);
-    }
-
-    /// Time and axis of the next cell boundary; the time is never before the clock.
-    #[inline(always)]
-    pub(crate) fn exit(&self, width: Vector2<f64>) -> (f64, usize) {
-        let exit = |axis: usize| {
-            let speed = self.velocity[axis];
-            let boundary = if speed > 0.0 { width[axis] } else { 0.0 };
-            let wait = (boundary - self.position[axis]) / speed;
-            if speed == 0.0 { f64::INFINITY } else { wait }
-        };
-        let (x, y) = (exit(0), exit(1));
-        let wait = if x <= y { x } else { y };
-        (
-            self.clock + if wait > 0.0 { wait } else { 0.0 },
-            usize::from(x > y),
-        )
-    }
 }
 
 /// All disks and the grid they are in.
-pub(crate) struct Disks {
+pub(crate) struct Disks<F> {
     pub(crate) all: Vec<Disk>,
+    /// How they fly.
+    pub(crate) motion: Motion<F>,
     /// Cell of each disk.
     homes: Vec<Cell>,
     pub(crate) cells: Cells,
@@ -105,17 +74,23 @@ const TAG: u64 = 1 << 32;
 /// Disks that fit into a second-level cache of today, at a cache line each.
 const NEAR: usize = 20_000;
 
-impl Disks {
+impl<F: Field<Plane>> Disks<F> {
     /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
     /// the body that each disk is. `unequal` disks may get several grids.
     pub(crate) fn new(
-        lengths: Vector2<f64>,
+        domain: &Domain<Plane>,
         largest_radius: f64,
         count: usize,
         body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64),
         unequal: bool,
+        motion: Motion<F>,
     ) -> (Self, Vec<u32>) {
-        let (cells, coarse) = Levels::grids(lengths, 2.0 * largest_radius, count, unequal);
+        let (lengths, periodic) = (
+            domain.lengths(),
+            [0, 1].map(|axis| domain.is_periodic(axis)),
+        );
+        let (cells, coarse) =
+            Levels::grids(lengths, periodic, 2.0 * largest_radius, count, unequal);
         let place = |index: usize| {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32
@@ -137,6 +112,7 @@ impl Disks {
         });
         let mut disks = Self {
             all: memory::reserved(count),
+            motion,
             homes: memory::reserved(count),
             cells,
             levels,
@@ -195,13 +171,13 @@ impl Disks {
     }
 
     /// Moves a disk into the next cell along an axis at the given time; whether it went forward, and across the
-    /// periodic boundary.
+    /// boundary of the box.
     pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> (bool, bool) {
         self.leave(who);
         let width = self.cells.width()[axis];
         let disk = &mut self.all[who as usize];
-        disk.advance(now);
-        let forward = disk.velocity[axis] > 0.0;
+        self.motion.advance(disk, now);
+        let forward = self.motion.goes_forward(disk, axis, width);
         disk.position[axis] += if forward { -width } else { width };
         let home = &mut self.homes[who as usize][axis];
         let (next, around) = self.cells.beyond(*home, axis, forward);
@@ -210,9 +186,35 @@ impl Disks {
         (forward, around)
     }
 
+    /// Position relative to the corner of the cell at a time.
+    #[inline]
+    fn at(&self, who: u32, time: f64) -> Vector2<f64> {
+        self.motion.at(&self.all[who as usize], time)
+    }
+
+    /// Velocity at a time.
+    #[inline]
+    pub(crate) fn velocity(&self, who: u32, time: f64) -> Vector2<f64> {
+        self.motion.velocity(&self.all[who as usize], time)
+    }
+
+    /// Brings a disk up to date.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, who: u32, time: f64) {
+        self.motion.advance(&mut self.all[who as usize], time);
+    }
+
+    /// Brings a disk up to date for a contact, and counts it.
+    #[inline(always)]
+    pub(crate) fn meet(&mut self, who: u32, time: f64) {
+        let disk = &mut self.all[who as usize];
+        self.motion.advance(disk, time);
+        disk.count = disk.count.wrapping_add(1);
+    }
+
     /// Position in the plane at the given time, less a whole number of boxes or not.
     pub(crate) fn place(&self, who: u32, time: f64) -> Vector2<f64> {
-        self.cells.corner(self.home(who)) + self.all[who as usize].at(time)
+        self.cells.corner(self.home(who)) + self.at(who, time)
     }
 
     /// Line of centres of two touching disks that are up to date, from the second to the first. Of two images that
@@ -246,7 +248,8 @@ impl Disks {
     /// faster than the direction of their separation is rounded: they slide along each other.
     #[cold]
     fn slide(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
-        let relative = self.all[first as usize].velocity - self.all[second as usize].velocity;
+        let own = &self.all[first as usize];
+        let relative = own.velocity - self.velocity(second, own.clock);
         -b <= 8.0 * f64::EPSILON * distance * relative.norm()
     }
 
@@ -300,20 +303,20 @@ impl Disks {
             let mut found = (None, 0);
             if levels.of(who) == 0 {
                 found = self.search_cells(candidates, who, beyond, sizes, tags);
-                self.meet(who, found.0);
+                self.expect_first(who, found.0);
             }
             let others = self.search_levels(candidates, who, sizes, tags);
-            self.meet(who, others.0);
+            self.expect_first(who, others.0);
             return found.1 + others.1;
         }
         let (found, predictions) = self.search_cells(candidates, who, beyond, sizes, tags);
-        self.meet(who, found);
+        self.expect_first(who, found);
         predictions
     }
 
     /// Notes the contact, after a wait, that comes first.
     #[inline(always)]
-    fn meet(&mut self, who: u32, found: Option<(f64, u32)>) {
+    fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
             let partner_count = self.all[partner as usize].count;
             let disk = &mut self.all[who as usize];
@@ -359,7 +362,7 @@ impl Disks {
         let mut predictions = 0;
         self.around_levels(who, own.clock, radius, false, |other, separation| {
             let distance = radius + sizes.radius(tags[other as usize]);
-            let relative = own.velocity - self.all[other as usize].velocity;
+            let relative = own.velocity - self.velocity(other, own.clock);
             candidates.add(other, separation, relative, distance * distance);
             predictions += 1;
             let found = candidates.earliest(limit, |_, b| self.slide(who, other, b, distance));
@@ -383,13 +386,13 @@ impl Disks {
     ) {
         let Some(levels) = &self.levels else { return };
         let (home, level) = (self.home(who), levels.of(who));
-        let at = self.all[who as usize].at(time);
+        let at = self.at(who, time);
         let mut look = |nearby: Nearby| {
             let mut other = levels.grid(&self.cells, nearby.level).first(nearby.place);
             while other != NONE {
                 let disk = &self.all[other as usize];
                 let shift = levels::shift(&self.cells, home, self.home(other), nearby.boxes);
-                visit(other, at - disk.at(time) - shift);
+                visit(other, at - self.motion.at(disk, time) - shift);
                 other = disk.next;
             }
         };
@@ -438,12 +441,12 @@ impl Disks {
                 open[end % RING] = (cell * TAG) | u64::from(disk.next);
                 end += usize::from(disk.next != NONE);
                 begin += 1;
-                let flight = clock - disk.clock;
+                let position = self.motion.at(disk, clock);
                 let separation = vector![
-                    x[cell as usize % 4] - (disk.position[0] + disk.velocity[0] * flight),
-                    y[cell as usize / 4 % 4] - (disk.position[1] + disk.velocity[1] * flight)
+                    x[cell as usize % 4] - position[0],
+                    y[cell as usize / 4 % 4] - position[1]
                 ];
-                let relative = velocity - disk.velocity;
+                let relative = velocity - self.motion.velocity(disk, clock);
                 let square = distance(other) * distance(other);
                 if candidates.add(other, separation, relative, square) {
                     break;
@@ -480,7 +483,7 @@ impl Disks {
         }
         let mut open = [0; RING];
         let mut end = self.open(self.home(who), 0..3, 0..3, &mut open);
-        let [x, y] = self.relative_positions(self.all[who as usize].at(time));
+        let [x, y] = self.relative_positions(self.at(who, time));
         let mut worst = 0.0_f64;
         let mut begin = 0;
         while begin < end {
@@ -492,7 +495,7 @@ impl Disks {
             begin += 1;
             let at = vector![x[cell as usize % 4], y[cell as usize / 4 % 4]];
             if other != who {
-                worst = worst.max(distance(other) - (at - disk.at(time)).norm());
+                worst = worst.max(distance(other) - (at - self.motion.at(disk, time)).norm());
             }
         }
         worst
@@ -549,7 +552,7 @@ impl Disks {
     }
 }
 
-impl Agenda for Disks {
+impl<F: Field<Plane>> Agenda for Disks<F> {
     fn disks(&self) -> u32 {
         self.all.len() as u32
     }
@@ -557,7 +560,7 @@ impl Agenda for Disks {
     #[inline]
     fn time(&self, disk: u32) -> f64 {
         let disk = &self.all[disk as usize];
-        let exit = disk.exit(self.cells.width()).0;
+        let exit = self.motion.exit(disk, self.cells.width()).0;
         if disk.contact <= exit {
             disk.contact
         } else {
@@ -575,7 +578,7 @@ impl Agenda for Disks {
         let of = &self.all[disk as usize];
         match ahead {
             1 => {
-                let (exit, axis) = of.exit(self.cells.width());
+                let (exit, axis) = self.motion.exit(of, self.cells.width());
                 if of.contact > exit {
                     self.call_up_beyond(self.home(disk), axis, of.velocity[axis] > 0.0);
                     return;
@@ -590,14 +593,14 @@ impl Agenda for Disks {
             }
             2 => {
                 self.call_up_cells(self.home(disk));
-                let (exit, axis) = of.exit(self.cells.width());
+                let (exit, axis) = self.motion.exit(of, self.cells.width());
                 if of.contact > exit && self.far_from_processor[1] {
                     let (mut cell, forward) = (self.home(disk), of.velocity[axis] > 0.0);
                     (cell[axis], _) = self.cells.beyond(cell[axis], axis, forward);
                     self.call_up_cells(cell);
                     return;
                 }
-                if of.partner != NONE && self.far_from_processor[1] {
+                if (of.partner as usize) < self.all.len() && self.far_from_processor[1] {
                     self.call_up_cells(self.home(of.partner));
                 }
             }

@@ -1,9 +1,10 @@
 //! The engine: disks, their events, and the loop over them.
 
 use nalgebra::Vector2;
+use stosszahl_model::walls::Book;
 use stosszahl_model::{
-    Body, Collision, Domain, Encounter, Free, Observe, Physics, Plane, Restitution, Sizes, Smooth,
-    State, collide,
+    Body, Collision, Domain, Encounter, Field, Observe, Physics, Plane, Restitution, Sizes, SpinOf,
+    State, Surface, bounce, collide,
 };
 
 use crate::calendar::{Agenda, Buckets, Calendar, Entry};
@@ -12,7 +13,10 @@ use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::contact::Candidates;
 use crate::disk::Disks;
 use crate::error::EngineError;
+use crate::motion::Motion;
 use crate::progress::{Latest, Progress};
+use crate::start::{check, check_boundaries, check_overlaps};
+use crate::surroundings::{Approach, Boundaries, Surroundings, Units};
 use crate::windings::{self, Winding};
 
 /// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
@@ -26,50 +30,55 @@ const LEAST_REFRESH: u64 = 100_000;
 /// themselves, and so are places to 1e-12 diameters.
 const HORIZON: f64 = 4096.0;
 
-/// Event-driven dynamics of smooth disks in a periodic box.
+/// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
 ///
 /// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
 /// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint alone,
 /// a run continues from it to the same bytes. In a long leg the engine does the same by itself now and
 /// then.
 pub struct Engine<P: Physics, Q: Calendar = Buckets> {
-    scene: P,
-    dissipation: Dissipation,
-    domain: Domain<Plane>,
-    disks: Disks,
-    tags: Vec<<P::Sizes as Sizes>::Tag>,
+    pub(crate) scene: P,
+    pub(crate) dissipation: Dissipation,
+    pub(crate) domain: Domain<Plane>,
+    pub(crate) disks: Disks<P::Field>,
+    pub(crate) tags: Vec<<P::Sizes as Sizes>::Tag>,
+    /// Angular velocities in the engine's own unit, by disk; empty for smooth ones.
+    pub(crate) spins: Vec<SpinOf<P>>,
     /// Index in the state of each disk; disks are stored in cell order.
-    names: Vec<u32>,
+    pub(crate) names: Vec<u32>,
     last_contact: Vec<f64>,
+    pub(crate) surroundings: Surroundings,
+    /// By face, then by obstacle; empty where nothing can be touched.
+    pub(crate) books: Vec<Book<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless asked for.
     windings: Vec<Winding>,
     calendar: Q,
     candidates: Candidates,
     /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
     /// speeds neither overflow nor underflow.
-    speed: f64,
+    pub(crate) speed: f64,
     /// Absolute time at which the engine's own time is zero.
-    epoch: f64,
+    pub(crate) epoch: f64,
     /// Own time.
-    now: f64,
+    pub(crate) now: f64,
     /// Absolute time; exactly the one asked for when it was reached.
-    time: f64,
-    tally: Tally,
+    pub(crate) time: f64,
+    pub(crate) tally: Tally,
     /// Number of collisions at which the engine starts afresh.
     refresh: u64,
     /// Own time at which it does.
     horizon: f64,
-    progress: Progress,
+    pub(crate) progress: Progress,
     /// Own time in which a typical disk moves by its diameter, since the last fresh start.
-    unit: f64,
+    pub(crate) unit: f64,
 }
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane, Surface = Smooth, Field = Free>,
+    P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Starts from a state, or goes on from a checkpoint.
+    /// Starts in a periodic box from a state, or goes on from a checkpoint.
     ///
     /// # Errors
     /// [`EngineError`] if the state has numbers that no engine can work with. Overlaps are not looked
@@ -79,25 +88,46 @@ where
         dissipation: Dissipation,
         start: impl Into<Checkpoint<P>>,
     ) -> Result<Self, EngineError> {
+        Self::between(scene, dissipation, start, &Boundaries::periodic())
+    }
+
+    /// Starts between walls and around obstacles.
+    ///
+    /// # Errors
+    /// As [`Engine::new`]; and if the boundaries do not fit the box, or a disk overlaps one of them.
+    pub fn between(
+        scene: P,
+        dissipation: Dissipation,
+        start: impl Into<Checkpoint<P>>,
+        boundaries: &Boundaries,
+    ) -> Result<Self, EngineError> {
+        let start = start.into();
+        let diameter = 2.0 * scene.sizes().largest_radius();
+        check(&scene, &start, diameter)?;
+        check_boundaries(&start.state.domain, boundaries, diameter, start.books.len())?;
+        check_overlaps(&scene, &start.state, boundaries)?;
+        Self::from_checkpoint(scene, dissipation, start, boundaries.clone())
+    }
+
+    /// Starts from what is known to be sound.
+    fn from_checkpoint(
+        scene: P,
+        dissipation: Dissipation,
+        start: Checkpoint<P>,
+        boundaries: Boundaries,
+    ) -> Result<Self, EngineError> {
         let Checkpoint {
             state,
             last_contact,
             windings,
             tally,
             stalled,
-        } = start.into();
+            books,
+        } = start;
         let count = state.bodies.len();
-        let lengths = state.domain.lengths();
         let diameter = 2.0 * scene.sizes().largest_radius();
-        check(&state, &last_contact, diameter)?;
-        let fastest = (state.bodies.iter())
-            .map(|body| body.velocity.amax())
-            .fold(0.0, f64::max);
-        let speed = if fastest > 0.0 {
-            2.0_f64.powi((fastest.log2().floor() as i32).clamp(-1000, 1000))
-        } else {
-            1.0
-        };
+        let pull = scene.field().acceleration().norm();
+        let speed = unit_of_speed(&state, (pull * diameter).sqrt());
         let sizes = scene.sizes();
         let body = |index: usize| {
             let body = &state.bodies[index];
@@ -109,7 +139,23 @@ where
             )
         };
         let unequal = !P::Sizes::UNIFORM;
-        let (disks, names) = Disks::new(lengths, sizes.largest_radius(), count, body, unequal);
+        let motion = Motion::new(scene.field(), speed);
+        let largest = sizes.largest_radius();
+        let (disks, names) = Disks::new(&state.domain, largest, count, body, unequal, motion);
+        let epoch = state.time;
+        let units = Units { speed, epoch };
+        let surroundings =
+            Surroundings::new(boundaries, &state.domain, &disks.cells, largest, units);
+        let bounded = !surroundings.is_empty();
+        // Their numbers come after those of the disks.
+        if count + surroundings.things() >= u32::MAX as usize {
+            return Err(EngineError::TooMany { disks: count });
+        }
+        let books = if books.is_empty() {
+            vec![Book::default(); surroundings.boundaries.books()]
+        } else {
+            books
+        };
         let last_contact = match dissipation {
             Dissipation::ContactTime(_) if last_contact.is_empty() => {
                 vec![f64::NEG_INFINITY; count]
@@ -124,8 +170,15 @@ where
         let square: f64 = (disks.all.iter())
             .map(|disk| disk.velocity.norm_squared())
             .sum();
-        let unit = diameter / (square / count.max(1) as f64).sqrt();
+        let mean = (square / count.max(1) as f64).max(pull * diameter / speed / speed);
+        let unit = diameter / mean.sqrt();
         let unit = if unit.is_finite() { unit } else { 0.0 };
+        let spins = if P::Surface::ROUGH {
+            let spin = |&name: &u32| scaled::<P>(state.bodies[name as usize].spin, 1.0 / speed);
+            names.iter().map(spin).collect()
+        } else {
+            Vec::new()
+        };
         let tags = names
             .iter()
             .map(|&name| scene.sizes().tag(name as usize))
@@ -137,12 +190,15 @@ where
             calendar: Q::new(&NoEvents),
             disks,
             tags,
+            spins,
             names,
             last_contact,
+            surroundings,
+            books,
             windings,
             candidates: Candidates::new(),
             speed,
-            epoch: state.time,
+            epoch,
             now: 0.0,
             time: state.time,
             refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
@@ -151,7 +207,7 @@ where
             } else {
                 f64::INFINITY
             },
-            progress: Progress::new(tally.collisions.saturating_sub(stalled)),
+            progress: Progress::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
         };
@@ -159,8 +215,8 @@ where
             engine.look_around(disk);
         }
         engine.tally.pushes += count as u64;
-        // A single disk meets nobody, however far it flies.
-        if count > 1 {
+        // A single disk that flies straight meets nobody, however far it flies.
+        if count > 1 || bounded || !P::Field::FREE {
             engine.calendar = Q::new(&engine.disks);
         }
         Ok(engine)
@@ -198,12 +254,14 @@ where
     fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
         self.time = self.present(until);
         let checkpoint = self.checkpoint();
-        let progress = self.progress.afresh(self.tally.collisions);
+        let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         self.calendar = Q::new(&NoEvents);
-        self.disks = Disks::new(self.domain.lengths(), 1.0, 0, nobody, false).0;
-        *self = Self::new(self.scene.clone(), self.dissipation, checkpoint)?;
+        self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
+        let boundaries = self.surroundings.take();
+        let scene = self.scene.clone();
+        *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries)?;
         self.progress = progress;
         Ok(())
     }
@@ -231,7 +289,7 @@ where
                 return Ok(true);
             };
             let disk = &self.disks.all[entry.disk as usize];
-            let (exit, axis) = disk.exit(width);
+            let (exit, axis) = self.disks.motion.exit(disk, width);
             let contact = disk.contact <= exit;
             if entry.time != if contact { disk.contact } else { exit } {
                 self.tally.stale += 1;
@@ -243,12 +301,19 @@ where
                 continue;
             }
             let partner = disk.partner;
-            if self.disks.all[partner as usize].count == disk.partner_count {
-                self.collide(entry.disk, partner, watch)?;
-            } else {
-                self.tally.broken += 1;
-                self.disks.all[entry.disk as usize].advance(entry.time);
-                self.predict(entry.disk);
+            match self.disks.all.get(partner as usize) {
+                Some(other) if other.count == disk.partner_count => {
+                    self.collide(entry.disk, partner, watch)?;
+                }
+                Some(_) => {
+                    self.tally.broken += 1;
+                    self.disks.advance(entry.disk, entry.time);
+                    self.predict(entry.disk);
+                }
+                None => {
+                    let what = partner - self.disks.all.len() as u32;
+                    self.rebound(entry.disk, what, until.is_finite())?;
+                }
             }
         }
         self.time = self.present(until);
@@ -273,8 +338,10 @@ where
         let mut bodies = vec![Body::new(Vector2::zeros(), Vector2::zeros()); self.names.len()];
         for (disk, &name) in self.names.iter().enumerate() {
             let position = self.disks.place(disk as u32, self.now);
-            let velocity = self.disks.all[disk].velocity * self.speed;
-            bodies[name as usize] = Body::new(self.domain.wrap(position), velocity);
+            let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
+            let mut body = Body::new(self.domain.wrap(position), velocity);
+            body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
+            bodies[name as usize] = body;
         }
         State {
             time: self.time,
@@ -301,8 +368,20 @@ where
             last_contact,
             windings,
             tally: self.tally,
-            stalled: self.progress.stalled(self.tally.collisions),
+            stalled: self.progress.stalled(self.tally.contacts()),
+            books: self.books.clone(),
         }
+    }
+
+    /// What walls and obstacles have given to the gas so far: the faces of the box, lower and upper along the first
+    /// axis, then along the second, and after these four the obstacles. Empty where there are none.
+    pub fn books(&self) -> &[Book<Plane>] {
+        &self.books
+    }
+
+    /// What stands at the edges of the box and in it.
+    pub fn boundaries(&self) -> &Boundaries {
+        &self.surroundings.boundaries
     }
 
     /// What was done so far.
@@ -315,7 +394,7 @@ where
         self.time
     }
 
-    /// The deepest overlap of any pair at the present time \[length\]; 0 if none overlap. An audit: cost
+    /// The deepest overlap of any two disks, or of one with a wall or an obstacle, at the present time \[length\]; 0 if none overlap. An audit: cost
     /// of one prediction for all disks.
     pub fn worst_overlap(&self) -> f64 {
         let mut worst = 0.0_f64;
@@ -323,6 +402,13 @@ where
             let distance = |other| self.contact_distance(who, other);
             let radius = self.scene.sizes().radius(self.tags[who as usize]);
             worst = worst.max(self.disks.overlap(who, self.now, radius, distance));
+            if !self.surroundings.is_empty() {
+                let place = self.domain.wrap(self.disks.place(who, self.now));
+                let inside = self
+                    .surroundings
+                    .overlap(&self.domain, place, radius, self.now);
+                worst = worst.max(inside);
+            }
         }
         worst
     }
@@ -331,10 +417,22 @@ where
     pub fn bytes(&self) -> usize {
         self.disks.bytes()
             + self.calendar.bytes()
+            + self.surroundings.bytes()
+            + self.spins.capacity() * size_of::<SpinOf<P>>()
             + self.names.capacity() * 4
             + self.last_contact.capacity() * 8
             + self.windings.capacity() * size_of::<Winding>()
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
+    }
+
+    /// Angular velocity of a disk in the engine's own unit.
+    #[inline(always)]
+    pub(crate) fn spin(&self, who: u32) -> SpinOf<P> {
+        if P::Surface::ROUGH {
+            self.spins[who as usize]
+        } else {
+            SpinOf::<P>::default()
+        }
     }
 
     #[inline(always)]
@@ -354,6 +452,37 @@ where
             self.scene.sizes(),
             &self.tags,
         );
+        self.look_at_surroundings(who);
+    }
+
+    /// Improves the predicted contact of a disk, which is up to date, by those with walls and obstacles.
+    #[inline(always)]
+    fn look_at_surroundings(&mut self, who: u32) {
+        if !self.surroundings.is_empty() {
+            self.look_at_what_is_near(who);
+        }
+    }
+
+    fn look_at_what_is_near(&mut self, who: u32) {
+        let cells = &self.disks.cells;
+        let disk = &self.disks.all[who as usize];
+        // From the next cell it looks again.
+        let exit = self.disks.motion.exit(disk, cells.width()).0;
+        let approach = Approach {
+            home: self.disks.home(who),
+            position: disk.position,
+            velocity: disk.velocity,
+            acceleration: self.disks.motion.acceleration(),
+            radius: self.scene.sizes().radius(self.tags[who as usize]),
+            clock: disk.clock,
+            limit: disk.contact.min(exit) - disk.clock,
+        };
+        if let Some((wait, what)) = self.surroundings.first_contact(cells, &approach) {
+            let partner = self.disks.all.len() as u32 + what;
+            let disk = &mut self.disks.all[who as usize];
+            disk.contact = disk.clock + wait.max(0.0);
+            disk.partner = partner;
+        }
     }
 
     /// Predicts the next contact of a disk that is up to date, from nothing.
@@ -365,11 +494,12 @@ where
     }
 
     /// Predicts the next contact of a disk that is up to date, from nothing, and files it.
-    fn predict(&mut self, who: u32) {
+    pub(crate) fn predict(&mut self, who: u32) {
         // The search for two is faster even where it does the same for one twice.
         let sizes = self.scene.sizes();
         if let Some(predictions) = self.disks.search_both(who, who, sizes, &self.tags) {
             self.tally.predictions += predictions / 2;
+            self.look_at_surroundings(who);
         } else {
             self.look_around(who);
         }
@@ -382,6 +512,8 @@ where
         let sizes = self.scene.sizes();
         if let Some(predictions) = self.disks.search_both(first, second, sizes, &self.tags) {
             self.tally.predictions += predictions;
+            self.look_at_surroundings(first);
+            self.look_at_surroundings(second);
             self.schedule(first);
             self.schedule(second);
         } else {
@@ -403,9 +535,13 @@ where
     fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
         self.tally.crossings += 1;
         let (forward, around) = self.disks.cross(who, axis, self.now);
-        if around && !self.windings.is_empty() {
-            let winding = &mut self.windings[who as usize][axis];
-            *winding = winding.wrapping_add(if forward { 1 } else { -1 });
+        if around {
+            if !self.domain.is_periodic(axis) {
+                return Err(self.escaped(who, axis, forward));
+            }
+            if let Some(winding) = self.windings.get_mut(who as usize) {
+                winding[axis] = winding[axis].wrapping_add(if forward { 1 } else { -1 });
+            }
         }
         self.search(who, Some((axis, if forward { 2 } else { 0 })));
         self.schedule(who);
@@ -427,8 +563,8 @@ where
     ) -> Result<(), EngineError> {
         let now = self.now;
         self.tally.collisions += 1;
-        self.disks.all[first as usize].meet(now);
-        self.disks.all[second as usize].meet(now);
+        self.disks.meet(first, now);
+        self.disks.meet(second, now);
         let distance = self.contact_distance(first, second);
         let line = self.disks.line(first, second, distance);
         let velocities = [
@@ -440,19 +576,32 @@ where
             sizes.mass(self.tags[first as usize]),
             sizes.mass(self.tags[second as usize]),
         ];
+        let radii = [
+            sizes.radius(self.tags[first as usize]),
+            sizes.radius(self.tags[second as usize]),
+        ];
         let relative = velocities[0] - velocities[1];
         let approach = -relative.dot(&line) / line.norm();
-        let restitution = self.restitution([first, second], approach * self.speed);
+        let law = self.restitution([first, second], approach * self.speed);
         let mut pair = Encounter {
             velocities,
-            spins: [(); 2],
+            spins: [self.spin(first), self.spin(second)],
             masses,
-            radii: [0.5 * distance; 2],
+            radii,
             line,
         };
-        pair.velocities = collide(&self.scene, &pair, restitution).velocities;
+        let restitution = law.unwrap_or(1.0);
+        let after = match law {
+            Some(restitution) => collide(&self.scene, &pair, restitution),
+            None => bounce(&pair, 1.0),
+        };
+        pair.velocities = after.velocities;
         if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
-            part(&self.scene, &mut pair);
+            part(&mut pair);
+        }
+        if P::Surface::ROUGH {
+            self.spins[first as usize] = after.spins[0];
+            self.spins[second as usize] = after.spins[1];
         }
         self.disks.all[first as usize].velocity = pair.velocities[0];
         self.disks.all[second as usize].velocity = pair.velocities[1];
@@ -474,29 +623,43 @@ where
             unit: self.unit,
             disks: self.names.len(),
         };
-        if self.progress.collision(self.tally.collisions, &latest) {
+        if self.progress.collision(self.tally.contacts(), &latest) {
             return Err(self.collapse(latest.pair));
         }
         Ok(())
     }
 
+    /// The coefficient of restitution of a contact; `None` if that is elastic and smooth, whatever the scene says.
     #[inline]
-    fn restitution(&mut self, pair: [u32; 2], approach: f64) -> f64 {
-        let law = |scene: &P| scene.restitution().normal(approach.max(0.0));
+    fn restitution(&mut self, pair: [u32; 2], approach: f64) -> Option<f64> {
+        let law = |scene: &P| Some(scene.restitution().normal(approach.max(0.0)));
         match self.dissipation {
-            Dissipation::Elastic => 1.0,
+            Dissipation::Elastic => None,
             Dissipation::Scene => law(&self.scene),
             Dissipation::ContactTime(contact_time) => {
-                let mut recent = false;
-                for who in pair {
-                    let last = &mut self.last_contact[who as usize];
-                    recent |= self.now - *last < contact_time * self.speed;
-                    *last = self.now;
-                }
+                let recent = pair.map(|who| self.touches_again(who, contact_time));
+                let recent = recent[0] | recent[1];
                 self.tally.elastic_contacts += u64::from(recent);
-                if recent { 1.0 } else { law(&self.scene) }
+                if recent { None } else { law(&self.scene) }
             }
         }
+    }
+
+    /// Whether the last contact of a disk is younger than the contact time; the present one is the last from now on.
+    #[inline]
+    pub(crate) fn touches_again(&mut self, who: u32, contact_time: f64) -> bool {
+        let last = &mut self.last_contact[who as usize];
+        let recent = self.now - *last < contact_time * self.speed;
+        *last = self.now;
+        recent
+    }
+
+    /// The disks of the last contacts, by their index in the state.
+    pub(crate) fn cluster(&self) -> Vec<usize> {
+        let name = |disk: u32| self.names[disk as usize] as usize;
+        let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
+        cluster.sort_unstable();
+        cluster
     }
 
     /// Stands at the moment of collapse, and tells of it.
@@ -504,69 +667,39 @@ where
     fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
         self.time = self.epoch + self.now / self.speed;
         let name = |disk: u32| self.names[disk as usize] as usize;
-        let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
-        cluster.sort_unstable();
         EngineError::InelasticCollapse {
             time: self.time,
-            collisions: self.progress.stalled(self.tally.collisions),
+            collisions: self.progress.stalled(self.tally.contacts()),
             pair: pair.map(name),
-            cluster,
+            cluster: self.cluster(),
             place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
         }
     }
 }
 
-/// Whether the engine can work with what it is given.
-fn check<P: Physics<Space = Plane>>(
-    state: &State<P>,
-    last_contact: &[f64],
-    diameter: f64,
-) -> Result<(), EngineError> {
-    let count = state.bodies.len();
-    if !state.time.is_finite() {
-        return Err(EngineError::BadStart { time: state.time });
+/// A power of two near the speed of the fastest disk, or near one that disks will have.
+fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f64 {
+    let fastest = (state.bodies.iter())
+        .map(|body| body.velocity.amax())
+        .fold(to_come, f64::max);
+    if fastest > 0.0 {
+        2.0_f64.powi((fastest.log2().floor() as i32).clamp(-1000, 1000))
+    } else {
+        1.0
     }
-    if count >= u32::MAX as usize {
-        return Err(EngineError::TooMany { disks: count });
-    }
-    let lengths = state.domain.lengths();
-    if lengths.min() <= diameter * (1.0 + 1e-9) {
-        return Err(EngineError::BoxTooSmall {
-            diameter,
-            lengths: lengths.into(),
-        });
-    }
-    for (index, body) in state.bodies.iter().enumerate() {
-        for (quantity, value) in [("position", body.position), ("velocity", body.velocity)] {
-            // Also false for NaN.
-            if !value.iter().all(|x| x.abs() <= 1e150) {
-                return Err(EngineError::BadNumber {
-                    disk: index,
-                    quantity,
-                    value: value.into(),
-                });
-            }
-        }
-    }
-    if !last_contact.is_empty() && last_contact.len() != count {
-        return Err(EngineError::WrongCount {
-            quantity: "times of last contact",
-            found: last_contact.len(),
-            disks: count,
-        });
-    }
-    Ok(())
+}
+
+/// A spin in another unit.
+fn scaled<P: Physics<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
+    <P::Surface as Surface<Plane>>::scaled(spin, factor)
 }
 
 /// Parts two disks that still approach after a contact without rebound, as the rounding of their velocities has it:
 /// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
 /// square of that.
 #[cold]
-fn part<P: Physics<Space = Plane, Surface = Smooth>>(
-    scene: &P,
-    pair: &mut Encounter<Vector2<f64>>,
-) {
-    pair.velocities = collide(scene, pair, 1.0).velocities;
+fn part<W: Copy>(pair: &mut Encounter<Vector2<f64>, W>) {
+    pair.velocities = bounce(pair, 1.0).velocities;
     let total = pair.masses[0] + pair.masses[1];
     let normal = pair.line.normalize();
     let speed = pair.velocities[0].amax().max(pair.velocities[1].amax());

@@ -1,5 +1,11 @@
 //! What the engine refuses.
 
+use std::fmt;
+
+use stosszahl_model::walls::ObstacleError;
+
+use crate::surroundings::FACES;
+
 /// Why the engine could not start or go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -22,6 +28,22 @@ pub enum EngineError {
         /// What was found.
         value: [f64; 2],
     },
+    /// A spin is no finite number, or too large to be squared.
+    #[error("disk {disk} has a spin whose energy is no finite number; allowed are others")]
+    BadSpin {
+        /// Index of the disk.
+        disk: usize,
+    },
+    /// A checkpoint of other boundaries.
+    #[error(
+        "{found} books of walls and obstacles; allowed are none, or {expected} with these boundaries"
+    )]
+    WrongBooks {
+        /// How many were given.
+        found: usize,
+        /// How many there are.
+        expected: usize,
+    },
     /// Not one value for each disk.
     #[error("{found} {quantity} for {disks} disks; allowed are none, or one for each disk")]
     WrongCount {
@@ -37,6 +59,68 @@ pub enum EngineError {
     TooMany {
         /// How many were given.
         disks: usize,
+    },
+    /// A face through which disks could leave.
+    #[error(
+        "axis {axis}, side {side}: the face is open; allowed are periodic faces and walls, as exact dynamics keeps its disks"
+    )]
+    OpenFace {
+        /// Which, from 0.
+        axis: usize,
+        /// 0 for the lower face, 1 for the upper.
+        side: usize,
+    },
+    /// The box of the state is not the one of the boundaries.
+    #[error("axis {axis}: the box of the state {}, the boundaries say that it {}; allowed are the same", around(*state), around(!state))]
+    UnlikeBox {
+        /// Which, from 0.
+        axis: usize,
+        /// Whether the box of the state is periodic along it.
+        state: bool,
+    },
+    /// Two walls leave a disk no room.
+    #[error(
+        "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more"
+    )]
+    NoRoom {
+        /// Which, from 0.
+        axis: usize,
+        /// Least distance of the two walls.
+        room: f64,
+        /// Largest diameter.
+        diameter: f64,
+    },
+    /// An obstacle that cannot be where it is.
+    #[error("obstacle {obstacle}: {source}")]
+    BadObstacle {
+        /// Which, from 0.
+        obstacle: usize,
+        /// What is wrong with it.
+        source: ObstacleError,
+    },
+    /// A disk that starts inside a wall or an obstacle.
+    #[error("disk {disk} at ({:.6}, {:.6}) overlaps {what} by {depth:e}; allowed are rounding errors", place[0], place[1])]
+    Overlap {
+        /// Index of the disk.
+        disk: usize,
+        /// Its position.
+        place: [f64; 2],
+        /// The wall or obstacle.
+        what: Touchable,
+        /// How far.
+        depth: f64,
+    },
+    /// A disk that went through a wall, which the engine never lets happen.
+    #[error(
+        "disk {disk} left the box through {wall} at time {time}; this is an error of the program"
+    )]
+    Escaped {
+        /// Index of the disk.
+        disk: usize,
+        /// The wall.
+        wall: Touchable,
+        /// When.
+        time: f64,
     },
     /// The time of the start is no finite number.
     #[error("the start is at time {time}; allowed are finite numbers")]
@@ -62,6 +146,26 @@ pub enum EngineError {
         /// Cell boundaries crossed since the last collision.
         crossings: u64,
     },
+    /// Infinitely many contacts with a wall or an obstacle in a finite time, or a disk that comes to rest on it.
+    #[error(
+        "inelastic collapse at time {time}: {collisions} contacts without progress of time among {}, the last of disk {disk} with {what} \
+         near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
+        named(cluster), place[0], place[1]
+    )]
+    WallCollapse {
+        /// When \[time\].
+        time: f64,
+        /// Contacts since time last advanced.
+        collisions: u64,
+        /// The last disk.
+        disk: usize,
+        /// What it touched.
+        what: Touchable,
+        /// All that took part in the last contacts, in order.
+        cluster: Vec<usize>,
+        /// Where.
+        place: [f64; 2],
+    },
     /// Infinitely many collisions in a finite time.
     #[error(
         "inelastic collapse at time {time}: {collisions} collisions without progress of time among {}, the last of disks {} and {} \
@@ -80,6 +184,48 @@ pub enum EngineError {
         /// Where.
         place: [f64; 2],
     },
+}
+
+/// What a disk can touch besides others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Touchable {
+    /// The wall at a face of the box.
+    Wall {
+        /// Axis, from 0.
+        axis: usize,
+        /// 0 for the lower face, 1 for the upper.
+        side: usize,
+    },
+    /// An obstacle, by its number from 0.
+    Obstacle(usize),
+}
+
+impl Touchable {
+    /// What has a book of the given number: the faces come first.
+    pub(crate) fn of_book(book: usize) -> Self {
+        if book < FACES {
+            Self::Wall {
+                axis: book / 2,
+                side: book % 2,
+            }
+        } else {
+            Self::Obstacle(book - FACES)
+        }
+    }
+}
+
+impl fmt::Display for Touchable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Wall { axis, side } => write!(f, "the wall of axis {axis}, side {side}"),
+            Self::Obstacle(number) => write!(f, "obstacle {number}"),
+        }
+    }
+}
+
+/// Whether a box is periodic, in words.
+fn around(periodic: bool) -> &'static str {
+    if periodic { "is periodic" } else { "has walls" }
 }
 
 /// The disks of a cluster; of a large one, the first.

@@ -47,11 +47,12 @@ impl Levels {
     /// The finest grid, and the coarser ones if sizes differ so much that they pay.
     pub(crate) fn grids(
         lengths: Vector2<f64>,
+        periodic: [bool; 2],
         largest_diameter: f64,
         disks: usize,
         unequal: bool,
     ) -> (Cells, Vec<Cells>) {
-        let single = Cells::new(lengths, largest_diameter, disks);
+        let single = Cells::new(lengths, periodic, largest_diameter, disks);
         let ratio = largest_diameter / Cells::ideal(lengths, disks);
         if !unequal || ratio < WORTH {
             return (single, Vec::new());
@@ -61,7 +62,7 @@ impl Levels {
         let most = (ratio.log2().floor() as u32).min(MOST_LEVELS).min(room);
         let grid = |level: u32| {
             let counts = top.map(|count| count << (most - level));
-            Cells::with_counts(lengths, counts, single.narrow())
+            Cells::with_counts(lengths, periodic, counts, single.narrow())
         };
         (grid(0), (1..=most).map(grid).collect())
     }

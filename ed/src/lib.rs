@@ -33,12 +33,17 @@ mod engine;
 mod error;
 mod levels;
 mod memory;
+mod motion;
 pub mod plain;
 mod progress;
+mod rebound;
+mod start;
+mod surroundings;
 mod windings;
 
 pub use calendar::{Agenda, Buckets, Calendar, Entry, Sorted};
 pub use checkpoint::{Checkpoint, Dissipation, Tally};
 pub use contact::time_to_contact;
 pub use engine::Engine;
-pub use error::EngineError;
+pub use error::{EngineError, Touchable};
+pub use surroundings::Boundaries;

@@ -1,9 +1,14 @@
 //! The oracle of the engine: slow and obvious.
 
 use nalgebra::Vector2;
-use stosszahl_model::{Encounter, Physics, Plane, Restitution, Sizes, Smooth, State, collide};
+use stosszahl_model::random::Purpose;
+use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
+use stosszahl_model::walls::{Hit, Touch, Walls};
+use stosszahl_model::{Encounter, Field, Physics, Plane, Restitution, Sizes, State, collide};
 
 use crate::contact::time_to_contact;
+use crate::error::Touchable;
+use crate::surroundings::{Boundaries, FACES, above, images};
 
 /// One collision of the plain gas.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,73 +19,237 @@ pub struct Event {
     pub pair: [usize; 2],
 }
 
+/// Who met whom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Met {
+    /// Two disks, the smaller index first.
+    Disks([usize; 2]),
+    /// A disk and a wall or an obstacle.
+    Boundary(usize, Touchable),
+}
+
+/// One contact of the plain gas between walls and around obstacles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// When.
+    pub time: f64,
+    /// Who.
+    pub met: Met,
+}
+
 /// Moves the gas through its next `collisions` collisions and lists them.
 ///
 /// For each, the contact times of all pairs over many periodic images are computed anew, the earliest
 /// is taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
 /// seen: the fewer the disks, the further one flies before it meets another.
-pub fn run<P: Physics<Space = Plane, Surface = Smooth>>(
+pub fn run<P: Physics<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     collisions: usize,
 ) -> Vec<Event> {
+    let contacts = run_between(scene, state, &Boundaries::periodic(), collisions);
+    let event = |contact: Contact| match contact.met {
+        Met::Disks(pair) => Some(Event {
+            time: contact.time,
+            pair,
+        }),
+        Met::Boundary(..) => None,
+    };
+    contacts.into_iter().filter_map(event).collect()
+}
+
+/// The same with walls and obstacles, for the next `contacts` contacts of all kinds. Those with walls and obstacles are
+/// sought over the images of all.
+pub fn run_between<P: Physics<Space = Plane>>(
+    scene: &P,
+    state: &mut State<P>,
+    boundaries: &Boundaries,
+    contacts: usize,
+) -> Vec<Contact> {
+    let mut rebounds = 0;
+    let mut all = Vec::new();
+    for _ in 0..contacts {
+        let mut next = next_pair(scene, state);
+        let limit = next.map_or(f64::INFINITY, |next| next.wait);
+        next = next_boundary(scene, state, boundaries, limit).or(next);
+        let Some(next) = next else {
+            break;
+        };
+        state.time += next.wait;
+        for body in &mut state.bodies {
+            (scene.field()).drift(&mut body.position, &mut body.velocity, next.wait);
+            body.position = state.domain.wrap(body.position);
+        }
+        match next.met {
+            Met::Disks(pair) => meet(scene, state, pair, next.line),
+            Met::Boundary(disk, what) => {
+                rebound(scene, state, boundaries, [disk, rebounds], what, next.line);
+                rebounds += 1;
+            }
+        }
+        all.push(Contact {
+            time: state.time,
+            met: next.met,
+        });
+    }
+    all
+}
+
+/// A contact to come: the line of centres, or the normal of what is touched.
+#[derive(Clone, Copy)]
+struct Next {
+    wait: f64,
+    met: Met,
+    line: Vector2<f64>,
+}
+
+/// The first contact of two disks. A field that is the same for all does not show in their relative motion.
+fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<Next> {
     let sizes = scene.sizes();
     let lengths = state.domain.lengths();
-    let reach = 1 + (40 / state.bodies.len().max(1)) as i32;
-    let mut events = Vec::new();
-    for _ in 0..collisions {
-        let mut next: Option<(f64, [usize; 2], Vector2<f64>)> = None;
-        for (i, one) in state.bodies.iter().enumerate() {
-            for (j, other) in state.bodies.iter().enumerate().skip(i + 1) {
-                let distance = sizes.radius(sizes.tag(i)) + sizes.radius(sizes.tag(j));
-                let nearest = state.domain.displacement(one.position, other.position);
-                for column in -reach..=reach {
-                    for row in -reach..=reach {
-                        let image = Vector2::new(
-                            f64::from(column) * lengths[0],
-                            f64::from(row) * lengths[1],
-                        );
-                        let separation = nearest + image;
-                        let limit = next.map_or(f64::INFINITY, |known| known.0);
-                        let relative = one.velocity - other.velocity;
-                        if let Some(time) =
-                            time_to_contact(separation, relative, distance * distance, limit)
-                        {
-                            next = Some((time, [i, j], separation + relative * time));
-                        }
+    let reach = [0, 1].map(|axis| {
+        let boxes = 1 + (40 / state.bodies.len().max(1)) as i32;
+        if state.domain.is_periodic(axis) {
+            boxes
+        } else {
+            0
+        }
+    });
+    let mut next: Option<Next> = None;
+    for (i, one) in state.bodies.iter().enumerate() {
+        for (j, other) in state.bodies.iter().enumerate().skip(i + 1) {
+            let distance = sizes.radius(sizes.tag(i)) + sizes.radius(sizes.tag(j));
+            let nearest = state.domain.displacement(one.position, other.position);
+            for column in -reach[0]..=reach[0] {
+                for row in -reach[1]..=reach[1] {
+                    let image =
+                        Vector2::new(f64::from(column) * lengths[0], f64::from(row) * lengths[1]);
+                    let separation = nearest + image;
+                    let limit = next.map_or(f64::INFINITY, |known| known.wait);
+                    let relative = one.velocity - other.velocity;
+                    if let Some(wait) =
+                        time_to_contact(separation, relative, distance * distance, limit)
+                    {
+                        next = Some(Next {
+                            wait,
+                            met: Met::Disks([i, j]),
+                            line: separation + relative * wait,
+                        });
                     }
                 }
             }
         }
-        let Some((wait, [i, j], line)) = next else {
-            break;
-        };
-        state.time += wait;
-        for body in &mut state.bodies {
-            body.position = state.domain.wrap(body.position + body.velocity * wait);
-        }
-        let velocities = [state.bodies[i].velocity, state.bodies[j].velocity];
-        let masses = [sizes.mass(sizes.tag(i)), sizes.mass(sizes.tag(j))];
-        let approach = -(velocities[0] - velocities[1]).dot(&line) / line.norm();
-        let restitution = scene.restitution().normal(approach.max(0.0));
-        let after = collide(
-            scene,
-            &Encounter {
-                velocities,
-                spins: [(); 2],
-                masses,
-                radii: [sizes.radius(sizes.tag(i)), sizes.radius(sizes.tag(j))],
-                line,
-            },
-            restitution,
-        )
-        .velocities;
-        state.bodies[i].velocity = after[0];
-        state.bodies[j].velocity = after[1];
-        events.push(Event {
-            time: state.time,
-            pair: [i, j],
-        });
     }
-    events
+    next
+}
+
+/// The first contact of a disk with a wall or an obstacle before `limit`.
+fn next_boundary<P: Physics<Space = Plane>>(
+    scene: &P,
+    state: &State<P>,
+    boundaries: &Boundaries,
+    mut limit: f64,
+) -> Option<Next> {
+    let sizes = scene.sizes();
+    let pull = scene.field().acceleration();
+    let mut next = None;
+    for (disk, body) in state.bodies.iter().enumerate() {
+        let radius = sizes.radius(sizes.tag(disk));
+        for face in 0..FACES {
+            let (axis, side) = (face / 2, face % 2);
+            let Some(wall) = boundaries.walls.wall(axis, side) else {
+                continue;
+            };
+            let normal = Walls::<Plane>::normal(axis, side);
+            let height = above(&state.domain, axis, side, body.position) - radius;
+            let (speed, pull) = (body.velocity.dot(&normal), pull.dot(&normal));
+            let wait = match &wall.vibration {
+                None => time_to_plane(height, speed, pull),
+                Some(vibration) => {
+                    time_to_vibrating_plane(height, speed, pull, vibration, state.time, limit)
+                }
+            };
+            if let Some(wait) = wait.filter(|&wait| wait < limit) {
+                limit = wait;
+                next = Some(Next {
+                    wait,
+                    met: Met::Boundary(disk, Touchable::Wall { axis, side }),
+                    line: normal,
+                });
+            }
+        }
+        for (number, obstacle) in boundaries.obstacles.iter().enumerate() {
+            for image in images(&state.domain, body.position) {
+                let hit = obstacle.first_contact(image, body.velocity, pull, radius, limit);
+                if let Some(Hit { time, normal }) = hit {
+                    limit = time;
+                    next = Some(Next {
+                        wait: time,
+                        met: Met::Boundary(disk, Touchable::Obstacle(number)),
+                        line: normal,
+                    });
+                }
+            }
+        }
+    }
+    next
+}
+
+/// A collision of two disks.
+fn meet<P: Physics<Space = Plane>>(
+    scene: &P,
+    state: &mut State<P>,
+    [i, j]: [usize; 2],
+    line: Vector2<f64>,
+) {
+    let sizes = scene.sizes();
+    let velocities = [state.bodies[i].velocity, state.bodies[j].velocity];
+    let masses = [sizes.mass(sizes.tag(i)), sizes.mass(sizes.tag(j))];
+    let approach = -(velocities[0] - velocities[1]).dot(&line) / line.norm();
+    let restitution = scene.restitution().normal(approach.max(0.0));
+    let after = collide(
+        scene,
+        &Encounter {
+            velocities,
+            spins: [state.bodies[i].spin, state.bodies[j].spin],
+            masses,
+            radii: [sizes.radius(sizes.tag(i)), sizes.radius(sizes.tag(j))],
+            line,
+        },
+        restitution,
+    );
+    for (place, disk) in [i, j].into_iter().enumerate() {
+        state.bodies[disk].velocity = after.velocities[place];
+        state.bodies[disk].spin = after.spins[place];
+    }
+}
+
+/// A contact of a disk, the so manieth of this kind, with a wall or an obstacle.
+fn rebound<P: Physics<Space = Plane>>(
+    scene: &P,
+    state: &mut State<P>,
+    boundaries: &Boundaries,
+    [disk, number]: [usize; 2],
+    what: Touchable,
+    normal: Vector2<f64>,
+) {
+    let sizes = scene.sizes();
+    let (law, velocity) = match what {
+        Touchable::Wall { axis, side } => match boundaries.walls.wall(axis, side) {
+            Some(wall) => (wall.rebound, wall.velocity(normal, state.time)),
+            None => return,
+        },
+        Touchable::Obstacle(number) => (*boundaries.obstacles[number].rebound(), Vector2::zeros()),
+    };
+    let touch = Touch {
+        normal,
+        wall: velocity,
+        mass: sizes.mass(sizes.tag(disk)),
+        radius: sizes.radius(sizes.tag(disk)),
+    };
+    let body = &mut state.bodies[disk];
+    let address = [number as u64, disk as u64];
+    law.apply(scene, &touch, &mut body.velocity, &mut body.spin, || {
+        boundaries.streams.at(Purpose::Walls, address)
+    });
 }

@@ -87,10 +87,22 @@ impl Progress {
         (self.idle > PATIENCE + 100 * disks as u64).then_some(self.idle)
     }
 
-    /// One more collision of so many; true if that is a collapse.
+    /// One more contact with a wall; how many since the last collision, if time has no end and there are too many for so
+    /// many disks.
+    #[inline]
+    pub(crate) fn rebound(&mut self, ends: bool, disks: usize) -> Option<u64> {
+        if ends {
+            self.idle = 0;
+        }
+        self.crossing(disks)
+    }
+
+    /// One more contact of so many; true if that is a collapse. With a wall, the partner is [`NONE`].
     #[inline]
     pub(crate) fn collision(&mut self, number: u64, latest: &Latest) -> bool {
-        self.idle = 0;
+        if latest.pair[1] != NONE {
+            self.idle = 0;
+        }
         let place = number as usize % RECENT;
         self.recent[place] = (latest.pair, latest.now);
         // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and time

@@ -95,19 +95,25 @@ pub fn collide<P: Physics>(
     pair: &Encounter<VectorOf<P>, SpinOf<P>>,
     restitution: f64,
 ) -> After<VectorOf<P>, SpinOf<P>> {
+    let mut after = bounce(pair, restitution);
+    scene.surface().rub(pair, &mut after);
+    after
+}
+
+/// The normal part of [`collide`]: what smooth particles do.
+#[inline]
+pub fn bounce<V: Vector, W: Copy>(pair: &Encounter<V, W>, restitution: f64) -> After<V, W> {
     let [first, second] = pair.velocities;
     let relative = first - second;
     let kick = pair.line * ((1.0 + restitution) * relative.inner(&pair.line) / pair.line.square());
     let total = pair.masses[0] + pair.masses[1];
-    let mut after = After {
+    After {
         velocities: [
             first - kick * (pair.masses[1] / total),
             second + kick * (pair.masses[0] / total),
         ],
         spins: pair.spins,
-    };
-    scene.surface().rub(pair, &mut after);
-    after
+    }
 }
 
 #[cfg(test)]

@@ -41,7 +41,7 @@ pub mod transport;
 pub mod walls;
 
 pub use clusters::Clusters;
-pub use collision::{After, Collision, Encounter, collide};
+pub use collision::{After, Collision, Encounter, bounce, collide};
 pub use domain::Domain;
 pub use drive::Drive;
 pub use field::{Field, Free, Gravity};

@@ -1,14 +1,20 @@
 //! What stands at the edges of the box and inside it: one law of rebound for both engines.
 //!
 //! A face of the box is periodic, a wall, or open. Walls are data: an engine that finds none schedules no event and
-//! draws no number for them. Times of contact with plane walls are closed forms ([`flight`]).
+//! draws no number for them. Times of contact with plane walls are closed forms ([`flight`]). What stands inside the
+//! box is told by [`Obstacle`], in the plane.
 
+mod descent;
+mod feature;
 pub mod flight;
+mod obstacle;
 mod rebound;
 mod vibration;
 
 use serde::{Deserialize, Serialize};
 
+pub use feature::{Edge, Feature, Flight, Hit, Round};
+pub use obstacle::{Obstacle, ObstacleError, Obstacles, Outline};
 pub use rebound::{Book, Rebound, Touch};
 pub use vibration::Vibration;
 
@@ -183,17 +189,8 @@ fn check<S: Space>(wall: &Wall<S>, axis: usize, side: usize) -> Result<(), WallE
             allowed,
         })
     };
-    match wall.rebound {
-        Rebound::Restitutive { restitution, .. } if !(0.0..=1.0).contains(&restitution) => {
-            return refuse("restitution", restitution, "a number from 0 to 1");
-        }
-        Rebound::Restitutive { slip, .. } if !(-1.0..=1.0).contains(&slip) => {
-            return refuse("slip", slip, "a number from -1 to 1");
-        }
-        Rebound::Diffuse { temperature } if !(temperature >= 0.0 && temperature.is_finite()) => {
-            return refuse("temperature", temperature, "an energy of at least 0");
-        }
-        _ => {}
+    if let Some((name, value, allowed)) = wall.rebound.complaint() {
+        return refuse(name, value, allowed);
     }
     for component in 0..S::DIMENSION {
         let speed = wall.sliding[component];

@@ -1,0 +1,118 @@
+//! How disks fly between events, in the engine's own units.
+
+use std::marker::PhantomData;
+
+use nalgebra::Vector2;
+use stosszahl_model::walls::flight::time_to_plane;
+use stosszahl_model::{Field, Plane};
+
+use crate::disk::Disk;
+
+/// Straight lines or parabolas; what is straight pays nothing for what is not.
+#[derive(Debug)]
+pub(crate) struct Motion<F> {
+    /// The same for all disks.
+    acceleration: Vector2<f64>,
+    field: PhantomData<F>,
+}
+
+impl<F> Clone for Motion<F> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<F> Copy for Motion<F> {}
+
+impl<F: Field<Plane>> Motion<F> {
+    /// Flight in a field, with speeds in a unit.
+    pub(crate) fn new(field: &F, speed: f64) -> Self {
+        Self {
+            acceleration: field.acceleration() / speed / speed,
+            field: PhantomData,
+        }
+    }
+
+    /// The same for all disks; zero where flight is straight.
+    #[inline(always)]
+    pub(crate) fn acceleration(&self) -> Vector2<f64> {
+        self.acceleration
+    }
+
+    /// Position of a disk, relative to the corner of its cell, at a time.
+    #[inline(always)]
+    pub(crate) fn at(&self, disk: &Disk, time: f64) -> Vector2<f64> {
+        let flight = time - disk.clock;
+        if F::FREE {
+            disk.position + disk.velocity * flight
+        } else {
+            disk.position + (disk.velocity + self.acceleration * (0.5 * flight)) * flight
+        }
+    }
+
+    /// Velocity of a disk at a time.
+    #[inline(always)]
+    pub(crate) fn velocity(&self, disk: &Disk, time: f64) -> Vector2<f64> {
+        if F::FREE {
+            disk.velocity
+        } else {
+            disk.velocity + self.acceleration * (time - disk.clock)
+        }
+    }
+
+    /// Brings a disk up to date.
+    #[inline(always)]
+    pub(crate) fn advance(&self, disk: &mut Disk, time: f64) {
+        disk.position = self.at(disk, time);
+        disk.velocity = self.velocity(disk, time);
+        disk.clock = time;
+    }
+
+    /// Whether a disk at a boundary of its cell along an axis goes forward through it.
+    #[inline(always)]
+    pub(crate) fn goes_forward(&self, disk: &Disk, axis: usize, width: f64) -> bool {
+        if F::FREE || self.acceleration[axis] == 0.0 {
+            disk.velocity[axis] > 0.0
+        } else {
+            // At the top of a parabola the sign of the velocity is that of its rounding.
+            disk.position[axis] > 0.5 * width
+        }
+    }
+
+    /// Time and axis of the next cell boundary of a disk; the time is never before its clock.
+    #[inline(always)]
+    pub(crate) fn exit(&self, disk: &Disk, width: Vector2<f64>) -> (f64, usize) {
+        let straight = |axis: usize| {
+            let speed = disk.velocity[axis];
+            let boundary = if speed > 0.0 { width[axis] } else { 0.0 };
+            let wait = (boundary - disk.position[axis]) / speed;
+            if speed == 0.0 { f64::INFINITY } else { wait }
+        };
+        if F::FREE {
+            let (x, y) = (straight(0), straight(1));
+            let wait = if x <= y { x } else { y };
+            return (
+                disk.clock + if wait > 0.0 { wait } else { 0.0 },
+                usize::from(x > y),
+            );
+        }
+        let bent = |axis: usize| {
+            let pull = self.acceleration[axis];
+            if pull == 0.0 {
+                return straight(axis);
+            }
+            let (place, speed) = (disk.position[axis], disk.velocity[axis]);
+            let below = time_to_plane(place, speed, pull);
+            let above = time_to_plane(width[axis] - place, -speed, -pull);
+            (below.unwrap_or(f64::INFINITY)).min(above.unwrap_or(f64::INFINITY))
+        };
+        let (x, y) = (bent(0), bent(1));
+        let (wait, axis) = if x <= y { (x, 0) } else { (y, 1) };
+        if wait > 0.0 {
+            // A hop over a boundary takes time, or it would be hopped over for ever.
+            ((disk.clock + wait).max(disk.clock.next_up()), axis)
+        } else {
+            (disk.clock, axis)
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! What happens where a disk touches a wall or an obstacle.
+
+use nalgebra::Vector2;
+use stosszahl_model::random::Purpose;
+use stosszahl_model::walls::Touch;
+use stosszahl_model::{Field, Physics, Plane, Rebound, Sizes, SpinOf, Surface};
+
+use crate::calendar::Calendar;
+use crate::cells::NONE;
+use crate::checkpoint::Dissipation;
+use crate::engine::Engine;
+use crate::error::{EngineError, Touchable};
+use crate::progress::Latest;
+use crate::surroundings::Touched;
+
+/// Time, over the contact time of the TC model, for which a disk that a wall sends up against a field stays in the air at
+/// the least: a disk at rest on a floor then has contacts that are all young, and elastic, and finitely many.
+const LEAST_HOP: f64 = 0.5;
+
+impl<P, Q> Engine<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
+    /// A disk touches something; `ends` tells whether there is a time to be reached.
+    pub(crate) fn rebound(&mut self, who: u32, what: u32, ends: bool) -> Result<(), EngineError> {
+        let (now, speed) = (self.now, self.speed);
+        self.disks.meet(who, now);
+        let place = self.disks.place(who, now);
+        let touched = self.surroundings.touched(what, place, now);
+        let sizes = self.scene.sizes();
+        let tag = self.tags[who as usize];
+        let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
+        let before = self.disks.all[who as usize].velocity * speed;
+        let spin_before = self.absolute_spin(who);
+        let approach = -(before - touched.velocity).dot(&touched.normal);
+
+        let law = self.law_of(who, &touched.rebound);
+        let touch = Touch {
+            normal: touched.normal,
+            wall: touched.velocity,
+            mass,
+            radius,
+        };
+        let (mut velocity, mut spin) = (before, spin_before);
+        let address = [self.tally.rebounds, u64::from(self.names[who as usize])];
+        let streams = self.surroundings.boundaries.streams;
+        law.apply(&self.scene, &touch, &mut velocity, &mut spin, || {
+            streams.at(Purpose::Walls, address)
+        });
+        self.send_off(&touched, &mut velocity);
+        self.tally.rebounds += 1;
+
+        let energy = |velocity: Vector2<f64>, spin: SpinOf<P>| {
+            let spinning = self.scene.surface().spin_energy(mass, radius, spin);
+            0.5 * mass * velocity.norm_squared() + spinning
+        };
+        let gained = energy(velocity, spin) - energy(before, spin_before);
+        self.books[touched.book].enter(1.0, (velocity - before) * mass, gained);
+        self.disks.all[who as usize].velocity = velocity / speed;
+        if P::Surface::ROUGH {
+            self.spins[who as usize] = <P::Surface as Surface<Plane>>::scaled(spin, 1.0 / speed);
+        }
+        self.predict(who);
+
+        if let Some(crossings) = self.progress.rebound(ends, self.names.len()) {
+            self.time = self.epoch + now / speed;
+            return Err(EngineError::NoCollisions {
+                time: self.time,
+                crossings,
+            });
+        }
+        let latest = Latest {
+            pair: [who, NONE],
+            now,
+            age: self.epoch * speed + now,
+            approach: approach / speed,
+            diameter: 2.0 * radius,
+            unit: self.unit,
+            disks: self.names.len(),
+        };
+        if self.progress.collision(self.tally.contacts(), &latest) {
+            return Err(self.wall_collapse(who, &touched));
+        }
+        Ok(())
+    }
+
+    /// Angular velocity of a disk in absolute units.
+    fn absolute_spin(&self, who: u32) -> SpinOf<P> {
+        <P::Surface as Surface<Plane>>::scaled(self.spin(who), self.speed)
+    }
+
+    /// The law that acts: that of the wall, or an elastic one.
+    fn law_of(&mut self, who: u32, rebound: &Rebound) -> Rebound {
+        const SPECULAR: Rebound = Rebound::Restitutive {
+            restitution: 1.0,
+            slip: 1.0,
+        };
+        match self.dissipation {
+            Dissipation::Elastic => SPECULAR,
+            Dissipation::Scene => *rebound,
+            Dissipation::ContactTime(contact_time) => {
+                let recent = self.touches_again(who, contact_time);
+                match rebound {
+                    Rebound::Restitutive { .. } if recent => {
+                        self.tally.elastic_contacts += 1;
+                        SPECULAR
+                    }
+                    _ => *rebound,
+                }
+            }
+        }
+    }
+
+    /// Sees to it that a disk leaves what it has touched: by rounding it may not, after a contact without rebound. In
+    /// the TC model one that a field holds down leaves for at least a part of the contact time. What is added is the
+    /// wall's, and in its book.
+    fn send_off(&self, touched: &Touched, velocity: &mut Vector2<f64>) {
+        let normal = touched.normal;
+        let away = |velocity: &Vector2<f64>| (*velocity - touched.velocity).dot(&normal);
+        let mut least = f64::EPSILON * velocity.amax().max(touched.velocity.amax());
+        least = least.max(f64::MIN_POSITIVE);
+        while away(velocity) < 0.0 {
+            *velocity += normal * least;
+            least *= 2.0;
+        }
+        if let Dissipation::ContactTime(contact_time) = self.dissipation
+            && !P::Field::FREE
+        {
+            let pull = -self.scene.field().acceleration().dot(&normal);
+            let hop = 0.5 * LEAST_HOP * pull * contact_time;
+            let lacking = hop - away(velocity);
+            if pull > 0.0 && lacking > 0.0 {
+                *velocity += normal * lacking;
+            }
+        }
+    }
+
+    /// Stands at the moment of a collapse against a wall, and tells of it.
+    #[cold]
+    fn wall_collapse(&mut self, who: u32, touched: &Touched) -> EngineError {
+        self.time = self.epoch + self.now / self.speed;
+        EngineError::WallCollapse {
+            time: self.time,
+            collisions: self.progress.stalled(self.tally.contacts()),
+            disk: self.names[who as usize] as usize,
+            what: Touchable::of_book(touched.book),
+            cluster: self.cluster(),
+            place: self.domain.wrap(self.disks.place(who, self.now)).into(),
+        }
+    }
+
+    /// Tells of a disk that is beyond a wall.
+    #[cold]
+    pub(crate) fn escaped(&mut self, who: u32, axis: usize, forward: bool) -> EngineError {
+        self.time = self.epoch + self.now / self.speed;
+        EngineError::Escaped {
+            disk: self.names[who as usize] as usize,
+            wall: Touchable::Wall {
+                axis,
+                side: usize::from(forward),
+            },
+            time: self.time,
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! What the engine can start from.
+
+use stosszahl_model::walls::{Face, Walls};
+use stosszahl_model::{Domain, Physics, Plane, Sizes, State, Surface};
+
+use crate::checkpoint::Checkpoint;
+use crate::error::{EngineError, Touchable};
+use crate::surroundings::{Boundaries, FACES, above, images, overlap_of};
+
+/// Overlap with a wall or an obstacle, in diameters, that is called rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether the engine can work with what it is given.
+pub(crate) fn check<P: Physics<Space = Plane>>(
+    scene: &P,
+    start: &Checkpoint<P>,
+    diameter: f64,
+) -> Result<(), EngineError> {
+    let (state, last_contact) = (&start.state, &start.last_contact);
+    let count = state.bodies.len();
+    if !state.time.is_finite() {
+        return Err(EngineError::BadStart { time: state.time });
+    }
+    if count >= u32::MAX as usize {
+        return Err(EngineError::TooMany { disks: count });
+    }
+    let lengths = state.domain.lengths();
+    let narrow =
+        |axis: usize| state.domain.is_periodic(axis) && lengths[axis] <= diameter * (1.0 + 1e-9);
+    if narrow(0) || narrow(1) {
+        return Err(EngineError::BoxTooSmall {
+            diameter,
+            lengths: lengths.into(),
+        });
+    }
+    for (index, body) in state.bodies.iter().enumerate() {
+        let sizes = scene.sizes();
+        let (mass, radius) = (sizes.mass(sizes.tag(index)), sizes.radius(sizes.tag(index)));
+        if !(scene.surface())
+            .spin_energy(mass, radius, body.spin)
+            .is_finite()
+        {
+            return Err(EngineError::BadSpin { disk: index });
+        }
+        for (quantity, value) in [("position", body.position), ("velocity", body.velocity)] {
+            // Also false for NaN.
+            if !value.iter().all(|x| x.abs() <= 1e150) {
+                return Err(EngineError::BadNumber {
+                    disk: index,
+                    quantity,
+                    value: value.into(),
+                });
+            }
+        }
+    }
+    if !last_contact.is_empty() && last_contact.len() != count {
+        return Err(EngineError::WrongCount {
+            quantity: "times of last contact",
+            found: last_contact.len(),
+            disks: count,
+        });
+    }
+    Ok(())
+}
+
+/// Whether boundaries fit a box and leave room for the largest disk.
+pub(crate) fn check_boundaries(
+    domain: &Domain<Plane>,
+    boundaries: &Boundaries,
+    diameter: f64,
+    books: usize,
+) -> Result<(), EngineError> {
+    let expected = boundaries.books();
+    if books != 0 && books != expected {
+        return Err(EngineError::WrongBooks {
+            found: books,
+            expected,
+        });
+    }
+    let walls = &boundaries.walls;
+    for axis in 0..2 {
+        for side in 0..2 {
+            if *walls.face(axis, side) == Face::Open {
+                return Err(EngineError::OpenFace { axis, side });
+            }
+        }
+        let state = domain.is_periodic(axis);
+        if state != (*walls.face(axis, 0) == Face::Periodic) {
+            return Err(EngineError::UnlikeBox { axis, state });
+        }
+        if state {
+            continue;
+        }
+        let room = domain.lengths()[axis] - reach(walls, axis, 0) - reach(walls, axis, 1);
+        if room < diameter {
+            return Err(EngineError::NoRoom {
+                axis,
+                room,
+                diameter,
+            });
+        }
+    }
+    for (number, obstacle) in boundaries.obstacles.iter().enumerate() {
+        let inside = obstacle.check_inside(domain.lengths());
+        inside.map_err(|source| EngineError::BadObstacle {
+            obstacle: number,
+            source,
+        })?;
+    }
+    Ok(())
+}
+
+/// How far a wall comes into the box.
+fn reach(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
+    let vibration = walls.wall(axis, side).and_then(|wall| wall.vibration);
+    vibration.map_or(0.0, |vibration| vibration.amplitude())
+}
+
+/// Whether all disks are outside walls and obstacles.
+pub(crate) fn check_overlaps<P: Physics<Space = Plane>>(
+    scene: &P,
+    state: &State<P>,
+    boundaries: &Boundaries,
+) -> Result<(), EngineError> {
+    let sizes = scene.sizes();
+    for (disk, body) in state.bodies.iter().enumerate() {
+        let radius = sizes.radius(sizes.tag(disk));
+        let place = state.domain.wrap(body.position);
+        let refuse = |book: usize, depth: f64| {
+            if depth <= 2.0 * radius * ROUNDING {
+                return Ok(());
+            }
+            Err(EngineError::Overlap {
+                disk,
+                place: place.into(),
+                what: Touchable::of_book(book),
+                depth,
+            })
+        };
+        for face in 0..FACES {
+            if let Some(wall) = boundaries.walls.wall(face / 2, face % 2) {
+                let above = above(&state.domain, face / 2, face % 2, place);
+                refuse(face, radius - above + wall.displacement(state.time))?;
+            }
+        }
+        for (number, obstacle) in boundaries.obstacles.iter().enumerate() {
+            let depths = images(&state.domain, place);
+            let depths = depths.map(|image| overlap_of(obstacle, image, radius));
+            refuse(FACES + number, depths.fold(f64::NEG_INFINITY, f64::max))?;
+        }
+    }
+    Ok(())
+}

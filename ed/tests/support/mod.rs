@@ -1,0 +1,212 @@
+//! What the tests of disks between walls and around obstacles need.
+
+use nalgebra::{Vector2, vector};
+use rand::RngExt;
+use stosszahl_ed::{Boundaries, Dissipation, Engine, Touchable, plain};
+use stosszahl_model::initial;
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::walls::{Face, Obstacle, Outline, Vibration, Wall, Walls};
+use stosszahl_model::{
+    Body, Collision, Constant, Field, Gravity, Monodisperse, Observe, Physics, Plane, Rebound,
+    Rough, Scene, Sizes, State, Surface,
+};
+
+/// Disks of diameter and mass one.
+pub type Grains<C, F> = Scene<Plane, C, Constant, Monodisperse, F>;
+
+pub fn grains<C: Surface<Plane>, F: Field<Plane>>(
+    surface: C,
+    restitution: f64,
+    field: F,
+) -> Grains<C, F> {
+    Scene {
+        space: Plane,
+        surface,
+        restitution: Constant::new(restitution).expect("a coefficient"),
+        sizes: Monodisperse {
+            radius: 0.5,
+            mass: 1.0,
+        },
+        field,
+    }
+}
+
+pub fn rough(tangential: f64) -> Rough {
+    Rough::new(tangential, 0.5).expect("a surface")
+}
+
+pub fn down(weight: f64) -> Gravity<Plane> {
+    Gravity::new(vector![0.0, -weight]).expect("a field")
+}
+
+pub fn bounces(restitution: f64, slip: f64) -> Wall<Plane> {
+    Wall::still(Rebound::Restitutive { restitution, slip })
+}
+
+pub fn vibrates(wall: Wall<Plane>, amplitude: f64, period: f64) -> Wall<Plane> {
+    Wall {
+        vibration: Vibration::new(amplitude, period),
+        ..wall
+    }
+}
+
+pub fn obstacle(outline: Outline) -> Obstacle {
+    let law = Rebound::Restitutive {
+        restitution: 1.0,
+        slip: 1.0,
+    };
+    Obstacle::new(outline, law).expect("an obstacle")
+}
+
+/// Walls at lower and upper faces of the first and the second axis; `None` for a periodic one.
+pub fn walled(axes: [Option<[Wall<Plane>; 2]>; 2]) -> Boundaries {
+    let faces = axes.map(|pair| pair.map_or([Face::Periodic; 2], |pair| pair.map(Face::Wall)));
+    Boundaries {
+        walls: Walls::new(&faces).expect("walls"),
+        obstacles: Vec::new(),
+        streams: Streams::new(5, 0),
+    }
+}
+
+/// A closed box of specular walls.
+pub fn closed() -> Boundaries {
+    walled([Some([Wall::specular(); 2]), Some([Wall::specular(); 2])])
+}
+
+/// A Maxwellian gas at random places without overlap.
+pub fn gas<P: Physics<Space = Plane>>(
+    scene: &P,
+    boundaries: &Boundaries,
+    lengths: [f64; 2],
+    count: usize,
+    seed: u64,
+) -> State<P> {
+    let domain = boundaries.walls.domain(lengths.into()).expect("a box");
+    let streams = Streams::new(seed, 0);
+    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let sizes = scene.sizes();
+    let mut bodies: Vec<Body<P>> = Vec::new();
+    for disk in 0..count {
+        let radius = sizes.radius(sizes.tag(disk));
+        let free = |at: &Vector2<f64>| {
+            let apart = |other: usize| {
+                let distance = radius + sizes.radius(sizes.tag(other));
+                domain.distance(*at, bodies[other].position) > distance
+            };
+            let walls = (0..4).all(|face| {
+                let (axis, side) = (face / 2, face % 2);
+                let above = if side == 0 {
+                    at[axis]
+                } else {
+                    lengths[axis] - at[axis]
+                };
+                let wall = boundaries.walls.wall(axis, side);
+                let reach = |wall: &Wall<Plane>| wall.vibration.map_or(0.0, |v| v.amplitude());
+                wall.is_none_or(|wall| above > radius + reach(wall))
+            });
+            let steps = [-1.0, 0.0, 1.0];
+            let clear = |obstacle: &Obstacle| {
+                steps.iter().all(|&right| {
+                    steps.iter().all(|&up| {
+                        let image = at + vector![right * lengths[0], up * lengths[1]];
+                        !obstacle.overlaps(image, radius, 0.0)
+                    })
+                })
+            };
+            walls && boundaries.obstacles.iter().all(clear) && (0..bodies.len()).all(apart)
+        };
+        let mut place = || {
+            vector![
+                lengths[0] * stream.random::<f64>(),
+                lengths[1] * stream.random::<f64>()
+            ]
+        };
+        let at = std::iter::repeat_with(&mut place)
+            .take(1_000_000)
+            .find(free)
+            .expect("a free place");
+        bodies.push(Body::new(at, Vector2::zeros()));
+    }
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies,
+    };
+    initial::maxwellian(
+        scene,
+        &mut state,
+        1.0,
+        &mut streams.at(Purpose::Velocities, [0, 0]),
+    );
+    for disk in 0..count {
+        let tag = sizes.tag(disk);
+        let mut stream = streams.at(Purpose::Spins, [0, disk as u64]);
+        let spin =
+            (scene.surface()).thermal_spin(1.0, sizes.mass(tag), sizes.radius(tag), &mut stream);
+        state.bodies[disk].spin = spin;
+    }
+    state
+}
+
+/// Times of all collisions of two disks.
+#[derive(Default)]
+pub struct Journal(pub Vec<f64>);
+
+impl<P: Physics<Space = Plane>> Observe<P> for Journal {
+    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
+        self.0.push(collision.time);
+    }
+}
+
+/// The engine against all pairs, walls and obstacles: the same contacts in the same order, and the same gas after them.
+/// Rounding differs, and each contact of a disk multiplies differences: a handful of contacts a disk leave 1e-8. How many
+/// of the contacts were with walls and obstacles.
+pub fn follow_plain<P: Physics<Space = Plane>>(
+    scene: &P,
+    boundaries: &Boundaries,
+    start: &State<P>,
+    contacts: usize,
+) -> usize {
+    let mut slow = start.clone();
+    let events = plain::run_between(scene, &mut slow, boundaries, contacts);
+    assert_eq!(events.len(), contacts);
+    let end = events[contacts - 1].time;
+    let mut engine =
+        Engine::<P>::between(scene.clone(), Dissipation::Scene, start.clone(), boundaries)
+            .expect("an engine");
+    let mut journal = Journal::default();
+    assert!(
+        engine
+            .advance(end + 1e-7, u64::MAX, &mut journal)
+            .expect("contacts")
+    );
+    let mut times = journal.0.iter();
+    let mut books = vec![0.0; engine.books().len()];
+    for (number, event) in events.iter().enumerate() {
+        match event.met {
+            plain::Met::Disks(_) => {
+                let time = times.next().expect("a collision");
+                assert!(
+                    (time - event.time).abs() < 1e-8,
+                    "{number}: {time} {event:?}"
+                );
+            }
+            plain::Met::Boundary(_, Touchable::Wall { axis, side }) => {
+                books[2 * axis + side] += 1.0
+            }
+            plain::Met::Boundary(_, Touchable::Obstacle(which)) => books[4 + which] += 1.0,
+        }
+    }
+    assert_eq!(times.next(), None);
+    let found: Vec<f64> = engine.books().iter().map(|book| book.contacts).collect();
+    assert_eq!(found, books);
+    let state = engine.state();
+    for (one, other) in state.bodies.iter().zip(&slow.bodies) {
+        let apart = state.domain.distance(one.position, other.position);
+        // The engine is 1e-7 later.
+        assert!(apart < 1e-7 + 2e-7 * one.velocity.norm(), "{apart:e} apart");
+    }
+    let tally = engine.tally();
+    assert_eq!(tally.collisions + tally.rebounds, contacts as u64);
+    tally.rebounds as usize
+}

@@ -1,0 +1,304 @@
+//! The parts of an obstacle that a particle can touch, and when it does: edges, corners and discs.
+//!
+//! All times are roots of the exact flight. Straight flight: a linear equation for an edge and a quadratic one for a
+//! corner or a disc. Parabolic flight: a quadratic and a quartic. The quartic is not solved by a formula, which loses
+//! digits and roots: its turning points and theirs are found one after the other, from the quadratic at the end of that
+//! chain on, so that each root is alone between two of them and is bracketed.
+
+use nalgebra::{Vector2, vector};
+
+use super::descent;
+
+/// A particle in flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// Where it is now \[length\].
+    pub position: Vector2<f64>,
+    /// Its velocity now \[length/time\].
+    pub velocity: Vector2<f64>,
+    /// Its acceleration \[length/time^2\].
+    pub acceleration: Vector2<f64>,
+}
+
+impl Flight {
+    /// Where it is after a time.
+    #[inline]
+    pub fn at(&self, time: f64) -> Vector2<f64> {
+        self.position + (self.velocity + self.acceleration * (0.5 * time)) * time
+    }
+
+    /// Its velocity after a time.
+    #[inline]
+    pub fn velocity_at(&self, time: f64) -> Vector2<f64> {
+        self.velocity + self.acceleration * time
+    }
+
+    /// The corners of the rectangle that the flight up to a time stays in.
+    pub(super) fn bounds(&self, time: f64) -> [Vector2<f64>; 2] {
+        let end = self.at(time);
+        let (mut least, mut most) = (self.position.inf(&end), self.position.sup(&end));
+        for axis in 0..2 {
+            let turn = -self.velocity[axis] / self.acceleration[axis];
+            // Also false where nothing turns.
+            if turn > 0.0 && turn < time {
+                let there = self.at(turn)[axis];
+                least[axis] = least[axis].min(there);
+                most[axis] = most[axis].max(there);
+            }
+        }
+        [least, most]
+    }
+}
+
+/// A contact to come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// How long until then \[time\]; never negative.
+    pub time: f64,
+    /// Unit vector from the obstacle to the centre of the particle.
+    pub normal: Vector2<f64>,
+}
+
+/// A straight piece without its ends, touched from the outside or from both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Where it begins.
+    pub(super) from: Vector2<f64>,
+    /// Unit vector along it.
+    pub(super) along: Vector2<f64>,
+    pub(super) length: f64,
+    /// Whether it can be touched from both sides, or only from the right of its direction.
+    pub(super) both_sides: bool,
+}
+
+/// A disc, or, with the radius 0, a corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Round {
+    /// Where it is.
+    pub(super) centre: Vector2<f64>,
+    pub(super) radius: f64,
+}
+
+/// Something that a particle can touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Feature {
+    /// A straight piece.
+    Edge(Edge),
+    /// A corner or a disc.
+    Round(Round),
+}
+
+impl Feature {
+    /// The same elsewhere.
+    #[must_use]
+    pub fn moved(&self, by: Vector2<f64>) -> Self {
+        match *self {
+            Self::Edge(edge) => Self::Edge(Edge {
+                from: edge.from + by,
+                ..edge
+            }),
+            Self::Round(round) => Self::Round(Round {
+                centre: round.centre + by,
+                ..round
+            }),
+        }
+    }
+
+    /// The first contact of a particle in flight before `limit`, as the earliest time at which its edge moves into
+    /// the feature. One that touches by rounding and comes closer, or is held against it by its acceleration, is
+    /// there at once; one that leaves is not, however near it is.
+    #[inline]
+    pub fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
+        match self {
+            Self::Edge(edge) => edge.first_contact(flight, radius, limit),
+            Self::Round(round) => round.first_contact(flight, radius, limit),
+        }
+    }
+
+    /// Unit vector towards a point that touches it.
+    pub fn normal(&self, point: Vector2<f64>) -> Vector2<f64> {
+        match self {
+            Self::Edge(edge) => {
+                let normal = vector![edge.along[1], -edge.along[0]];
+                let inside = edge.both_sides && (point - edge.from).dot(&normal) < 0.0;
+                if inside { -normal } else { normal }
+            }
+            Self::Round(round) => {
+                let arm = point - round.centre;
+                arm * (1.0 / arm.norm())
+            }
+        }
+    }
+
+    /// Distance of a point from its line: of an edge, from either side.
+    pub fn distance(&self, point: Vector2<f64>) -> f64 {
+        match self {
+            Self::Edge(edge) => {
+                let along = (point - edge.from).dot(&edge.along);
+                (point - edge.from - edge.along * along.clamp(0.0, edge.length)).norm()
+            }
+            Self::Round(round) => ((point - round.centre).norm() - round.radius).abs(),
+        }
+    }
+
+    /// The corners of the rectangle around it.
+    pub fn bounds(&self) -> [Vector2<f64>; 2] {
+        match self {
+            Self::Edge(edge) => {
+                let to = edge.from + edge.along * edge.length;
+                [edge.from.inf(&to), edge.from.sup(&to)]
+            }
+            Self::Round(round) => {
+                let reach = vector![round.radius, round.radius];
+                [round.centre - reach, round.centre + reach]
+            }
+        }
+    }
+}
+
+impl Edge {
+    fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
+        let outwards = self.first_contact_from(1.0, flight, radius, limit);
+        if !self.both_sides {
+            return outwards;
+        }
+        let limit = outwards.map_or(limit, |hit| hit.time);
+        (self.first_contact_from(-1.0, flight, radius, limit)).or(outwards)
+    }
+
+    /// Contacts from the side of the normal times `side`: the distance from the line is a parabola, which falls through
+    /// the radius once.
+    fn first_contact_from(
+        &self,
+        side: f64,
+        flight: &Flight,
+        radius: f64,
+        limit: f64,
+    ) -> Option<Hit> {
+        // The joint to a corner must have no gap, for particles of any size.
+        let slack = 4.0 * f64::EPSILON * (self.length + self.from.amax());
+        let over = |point: Vector2<f64>| {
+            let along = (point - self.from).dot(&self.along);
+            along >= -slack && along <= self.length + slack
+        };
+        let normal = vector![self.along[1], -self.along[0]] * side;
+        let height = (flight.position - self.from).dot(&normal);
+        let speed = flight.velocity.dot(&normal);
+        let acceleration = flight.acceleration.dot(&normal);
+        let gap = height - radius;
+        if gap <= 0.0 && height > 0.0 && over(flight.position) {
+            // It touches.
+            let pressed = speed < 0.0 || (speed == 0.0 && acceleration < 0.0);
+            let time = if pressed {
+                0.0
+            } else {
+                descent::of_parabola(0.0, speed, acceleration)?
+            };
+            return (time < limit && over(flight.at(time))).then_some(Hit { time, normal });
+        }
+        let time = descent::of_parabola(gap, speed, acceleration)?;
+        (time >= 0.0 && time < limit && over(flight.at(time))).then_some(Hit { time, normal })
+    }
+}
+
+impl Round {
+    fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
+        let flight = Flight {
+            position: flight.position - self.centre,
+            ..*flight
+        };
+        let reach = radius + self.radius;
+        let time = if flight.acceleration == Vector2::zeros() {
+            straight(&flight, reach)
+        } else {
+            bent(&flight, reach, limit)
+        };
+        let time = time.filter(|&time| time < limit)?;
+        let arm = flight.at(time);
+        let normal = arm * (1.0 / arm.norm());
+        Some(Hit { time, normal })
+    }
+}
+
+/// Time until a point in straight flight comes within `reach` of the origin.
+///
+/// With b = r . v < 0 and c = r^2 - R^2, t = c/(-b + sqrt(v^2 R^2 - (r x v)^2)): the root that loses no digits at slow
+/// approach, with the discriminant that loses none from afar.
+fn straight(flight: &Flight, reach: f64) -> Option<f64> {
+    let (arm, velocity) = (flight.position, flight.velocity);
+    let b = arm.dot(&velocity);
+    if b >= 0.0 {
+        return None;
+    }
+    let c = arm.norm_squared() - reach * reach;
+    if c <= 0.0 {
+        return Some(0.0);
+    }
+    let aside = arm.perp(&velocity);
+    let discriminant = velocity.norm_squared() * reach * reach - aside * aside;
+    (discriminant >= 0.0).then(|| c / (discriminant.sqrt() - b))
+}
+
+/// Time until a point in parabolic flight comes within `reach` of the origin, if that is before `limit`.
+///
+/// The first time at which f(t) = r(t)^2 - R^2 falls through zero. With f' = 2 r . v, f'' = 2 (v^2 + r . a), f''' = 6 v . a.
+fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
+    let (arm, velocity, pull) = (flight.position, flight.velocity, flight.acceleration);
+    let b = arm.dot(&velocity);
+    let (speed, weight) = (velocity.norm(), pull.norm());
+    let distance = arm.norm();
+    // After this time it is out of reach for ever.
+    let gone = (speed + (speed * speed + 2.0 * weight * (distance + reach)).sqrt()) / weight;
+    let end = limit.min(2.0 * gone);
+    if !end.is_finite() {
+        // The pull is too weak to be told.
+        return straight(flight, reach);
+    }
+    if distance - reach > (speed + 0.5 * weight * end) * end {
+        return None;
+    }
+    let touches = distance <= reach;
+    let bend = speed * speed + arm.dot(&pull);
+    if touches && (b < 0.0 || (b == 0.0 && bend < 0.0)) {
+        return Some(0.0);
+    }
+    // One that overlaps by rounding touches.
+    let square = if touches {
+        arm.norm_squared()
+    } else {
+        reach * reach
+    };
+    let excess = |time: f64| flight.at(time).norm_squared() - square;
+    let slope = |time: f64| 2.0 * flight.at(time).dot(&flight.velocity_at(time));
+    let bend =
+        |time: f64| 2.0 * (flight.velocity_at(time).norm_squared() + flight.at(time).dot(&pull));
+    // f''/2 = 3 a^2 t^2/2 + 3 v . a t + (v^2 + r . a): where it falls, and where it rises.
+    let half_bend = 0.5 * bend(0.0);
+    let change = 3.0 * velocity.dot(&pull);
+    let curve = 3.0 * weight * weight;
+    let mut turns = [f64::NAN; 2];
+    if let Some(falls) = descent::of_parabola(half_bend, change, curve) {
+        turns[0] = falls;
+    }
+    if let Some(rises) = descent::of_parabola(-half_bend, -change, -curve) {
+        turns[1] = rises;
+    }
+    let within = 0.0..end;
+    let turns = descent::turning_points(|time| (slope(time), bend(time)), &turns, &within);
+    let mut begin = 0.0;
+    for end in turns.into_iter().chain([end]) {
+        if slope(0.5 * (begin + end)) < 0.0 && excess(end) < 0.0 {
+            if excess(begin) > 0.0 {
+                let both = |time: f64| (excess(time), slope(time));
+                return Some(descent::bracketed(both, begin..end));
+            }
+            // It rose by less than can be told.
+            return Some(begin);
+        }
+        begin = end;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,534 @@
+//! What stands inside the box, in the plane: discs, segments, polylines and polygons.
+
+use nalgebra::Vector2;
+use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
+use parry2d_f64::math::{Pose, Vector};
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry2d_f64::query::ClosestPoints;
+use parry2d_f64::query::details::closest_points_segment_segment;
+use parry2d_f64::shape::Segment;
+use parry2d_f64::utils::point_in_poly2d;
+use serde::{Deserialize, Serialize};
+
+use super::feature::{Edge, Feature, Flight, Hit, Round};
+use super::rebound::Rebound;
+
+/// Half the thickness of all lines, and the least radius with which particles are taken, over the largest coordinate: a
+/// point that has just rebounded is on the side it came from, whatever its position is rounded to.
+const HAIR: f64 = 1e-10;
+
+/// Least length of an edge, and distance between edges that do not meet, over the largest coordinate.
+const FINEST: f64 = 1e-8;
+
+/// Least sine of a corner between two edges that fold back.
+const SHARPEST: f64 = 1e-6;
+
+/// The shape of an obstacle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outline {
+    /// A solid disc.
+    Disc {
+        /// Its centre \[length\].
+        centre: Vector2<f64>,
+        /// Its radius \[length\].
+        radius: f64,
+    },
+    /// A thin straight plate, touched from both sides.
+    Segment {
+        /// Its ends \[length\].
+        ends: [Vector2<f64>; 2],
+    },
+    /// A thin bent plate, touched from both sides; closed if the last point is the first.
+    Polyline {
+        /// Its corners, in order \[length\].
+        points: Vec<Vector2<f64>>,
+    },
+    /// A solid with straight edges, convex or not, whose edges do not touch but at their ends.
+    Polygon {
+        /// Its corners, in either order \[length\].
+        points: Vec<Vector2<f64>>,
+    },
+}
+
+impl Outline {
+    /// The same shape elsewhere.
+    #[must_use]
+    pub fn moved(&self, by: Vector2<f64>) -> Self {
+        let all = |points: &[Vector2<f64>]| points.iter().map(|point| point + by).collect();
+        match self {
+            Self::Disc { centre, radius } => Self::Disc {
+                centre: centre + by,
+                radius: *radius,
+            },
+            Self::Segment { ends } => Self::Segment {
+                ends: ends.map(|end| end + by),
+            },
+            Self::Polyline { points } => Self::Polyline {
+                points: all(points),
+            },
+            Self::Polygon { points } => Self::Polygon {
+                points: all(points),
+            },
+        }
+    }
+}
+
+/// Why something is no obstacle.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObstacleError {
+    /// Too few points.
+    #[error("{found} points; a {shape} has at least {least}")]
+    TooFewPoints {
+        /// Polyline or polygon.
+        shape: &'static str,
+        /// How many were given.
+        found: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// A number out of range.
+    #[error("{name} is {value}; allowed is {allowed}")]
+    BadNumber {
+        /// What.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// An edge without length.
+    #[error("edge {edge} has the length {length:e}; allowed are lengths above {least:e}")]
+    Degenerate {
+        /// Which, from 0.
+        edge: usize,
+        /// What was found.
+        length: f64,
+        /// What is allowed.
+        least: f64,
+    },
+    /// Edges that touch each other away from a common corner.
+    #[error("edges {} and {} touch near ({:.6}, {:.6}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], place[0], place[1])]
+    SelfTouching {
+        /// Which two, from 0.
+        edges: [usize; 2],
+        /// Where.
+        place: [f64; 2],
+    },
+    /// Not inside the box.
+    #[error("reaches from ({:.6}, {:.6}) to ({:.6}, {:.6}); allowed is the box of {:.6} x {:.6}", bounds[0][0], bounds[0][1], bounds[1][0], bounds[1][1], lengths[0], lengths[1])]
+    Outside {
+        /// Its lower left and upper right corner.
+        bounds: [[f64; 2]; 2],
+        /// The box.
+        lengths: [f64; 2],
+    },
+}
+
+/// Something that stands in the box, and what becomes of a particle that touches it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Obstacle {
+    outline: Outline,
+    rebound: Rebound,
+    features: Vec<Feature>,
+    bounds: [Vector2<f64>; 2],
+    hair: f64,
+}
+
+impl Obstacle {
+    /// An obstacle of a shape.
+    ///
+    /// # Errors
+    /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number has no meaning.
+    pub fn new(outline: Outline, rebound: Rebound) -> Result<Self, ObstacleError> {
+        if let Some((name, value, allowed)) = rebound.complaint() {
+            return Err(ObstacleError::BadNumber {
+                name,
+                value,
+                allowed,
+            });
+        }
+        let points = check_numbers(&outline)?;
+        let features = match &outline {
+            Outline::Disc { centre, radius } => vec![Feature::Round(Round {
+                centre: *centre,
+                radius: *radius,
+            })],
+            Outline::Segment { ends } => edges(&points, ends[..].iter(), true)?,
+            Outline::Polyline { points: given } => edges(&points, given.iter(), true)?,
+            Outline::Polygon { points: given } => {
+                let closed = given.iter().chain(&given[..1]);
+                // Counter-clockwise, so that the outside is to the right.
+                if signed_area(given) > 0.0 {
+                    edges(&points, closed, false)?
+                } else {
+                    let backwards: Vec<_> = closed.copied().rev().collect();
+                    edges(&points, backwards.iter(), false)?
+                }
+            }
+        };
+        let bounds = (features.iter().map(Feature::bounds))
+            .reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])
+            .unwrap_or_default();
+        Ok(Self {
+            hair: HAIR * extent(&points),
+            outline,
+            rebound,
+            features,
+            bounds,
+        })
+    }
+
+    /// Its shape.
+    pub fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// What becomes of a particle that touches it.
+    pub fn rebound(&self) -> &Rebound {
+        &self.rebound
+    }
+
+    /// Its edges, corners and discs.
+    pub fn features(&self) -> &[Feature] {
+        &self.features
+    }
+
+    /// The radius with which a particle of the given one is taken: at least a hair's breadth.
+    #[inline]
+    pub fn taken(&self, radius: f64) -> f64 {
+        radius.max(self.hair)
+    }
+
+    /// The first contact before `limit` of a particle in straight or parabolic flight; for a particle that has just
+    /// rebounded, the next one.
+    ///
+    /// ```
+    /// use nalgebra::vector;
+    /// use stosszahl_model::walls::{Obstacle, Outline, Rebound};
+    /// let law = Rebound::Restitutive { restitution: 1.0, slip: 1.0 };
+    /// let disc = Obstacle::new(Outline::Disc { centre: vector![5.0, 0.0], radius: 1.0 }, law)?;
+    /// let zero = vector![0.0, 0.0];
+    /// let hit = disc.first_contact(zero, vector![2.0, 0.0], zero, 0.5, f64::INFINITY).expect("a hit");
+    /// assert_eq!((hit.time, hit.normal), (1.75, vector![-1.0, 0.0]));
+    /// # Ok::<(), stosszahl_model::walls::ObstacleError>(())
+    /// ```
+    pub fn first_contact(
+        &self,
+        position: Vector2<f64>,
+        velocity: Vector2<f64>,
+        acceleration: Vector2<f64>,
+        radius: f64,
+        limit: f64,
+    ) -> Option<Hit> {
+        let flight = Flight {
+            position,
+            velocity,
+            acceleration,
+        };
+        let radius = self.taken(radius);
+        let mut first: Option<Hit> = None;
+        for feature in &self.features {
+            let limit = first.map_or(limit, |hit| hit.time);
+            first = feature.first_contact(&flight, radius, limit).or(first);
+        }
+        first
+    }
+
+    /// Distance of a point from the surface \[length\]; negative inside a solid.
+    pub fn clearance(&self, point: Vector2<f64>) -> f64 {
+        if let Outline::Disc { centre, radius } = &self.outline {
+            return (point - centre).norm() - radius;
+        }
+        let distances = (self.features.iter()).map(|feature| feature.distance(point));
+        let distance = distances.fold(f64::INFINITY, f64::min);
+        if self.holds(point) {
+            -distance
+        } else {
+            distance
+        }
+    }
+
+    /// Whether a point is inside a solid.
+    pub fn holds(&self, point: Vector2<f64>) -> bool {
+        match &self.outline {
+            Outline::Disc { centre, radius } => (point - centre).norm() < *radius,
+            Outline::Segment { .. } | Outline::Polyline { .. } => false,
+            Outline::Polygon { points } => {
+                let points: Vec<Vector> = points.iter().map(|&point| point.into()).collect();
+                point_in_poly2d(point.into(), &points)
+            }
+        }
+    }
+
+    /// Whether a particle overlaps it by more than `tolerance` \[length\].
+    pub fn overlaps(&self, position: Vector2<f64>, radius: f64, tolerance: f64) -> bool {
+        radius - self.clearance(position) > tolerance
+    }
+
+    /// The lower left and the upper right corner of the rectangle around it \[length\].
+    pub fn bounds(&self) -> [Vector2<f64>; 2] {
+        self.bounds
+    }
+
+    /// Area that it takes from the gas \[length^2\].
+    pub fn area(&self) -> f64 {
+        match &self.outline {
+            Outline::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
+            Outline::Segment { .. } | Outline::Polyline { .. } => 0.0,
+            Outline::Polygon { points } => signed_area(points).abs(),
+        }
+    }
+
+    /// Whether it is inside a box of the given sides, edges included.
+    ///
+    /// # Errors
+    /// [`ObstacleError::Outside`] if it is not.
+    pub fn check_inside(&self, lengths: Vector2<f64>) -> Result<(), ObstacleError> {
+        let [least, most] = self.bounds;
+        if least.min() >= 0.0 && most[0] <= lengths[0] && most[1] <= lengths[1] {
+            return Ok(());
+        }
+        Err(ObstacleError::Outside {
+            bounds: [least.into(), most.into()],
+            lengths: lengths.into(),
+        })
+    }
+}
+
+/// Many obstacles, and a hierarchy of the rectangles around their parts, for particles that fly for a limited time.
+pub struct Obstacles {
+    all: Vec<Obstacle>,
+    /// Obstacle and feature of each leaf of the tree.
+    leaves: Vec<[u32; 2]>,
+    tree: Bvh,
+    hair: f64,
+}
+
+impl Obstacles {
+    /// All that stands in a box.
+    pub fn new(all: Vec<Obstacle>) -> Self {
+        let mut leaves = Vec::new();
+        let mut boxes = Vec::new();
+        for (number, obstacle) in all.iter().enumerate() {
+            for (part, feature) in obstacle.features.iter().enumerate() {
+                let [least, most] = feature.bounds();
+                boxes.push(Aabb::new(least.into(), most.into()));
+                leaves.push([number as u32, part as u32]);
+            }
+        }
+        Self {
+            hair: all.iter().map(|obstacle| obstacle.hair).fold(0.0, f64::max),
+            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            all,
+            leaves,
+        }
+    }
+
+    /// The obstacles, as they were given.
+    pub fn all(&self) -> &[Obstacle] {
+        &self.all
+    }
+
+    /// The first contact of a particle in flight before `limit`, which is finite, and the number of the obstacle.
+    pub fn first_contact(
+        &self,
+        position: Vector2<f64>,
+        velocity: Vector2<f64>,
+        acceleration: Vector2<f64>,
+        radius: f64,
+        limit: f64,
+    ) -> Option<(usize, Hit)> {
+        if self.leaves.is_empty() {
+            return None;
+        }
+        let flight = Flight {
+            position,
+            velocity,
+            acceleration,
+        };
+        let [least, most] = flight.bounds(limit);
+        // Wider than by rounding.
+        let reach = (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * extent(&[least, most]));
+        let reach = Vector::new(reach, reach);
+        let (least, most): (Vector, Vector) = (least.into(), most.into());
+        let mut first: Option<(usize, Hit)> = None;
+        for leaf in self
+            .tree
+            .intersect_aabb(&Aabb::new(least - reach, most + reach))
+        {
+            let [number, part] = self.leaves[leaf as usize].map(|index| index as usize);
+            let obstacle = &self.all[number];
+            let limit = first.map_or(limit, |(_, hit)| hit.time);
+            let radius = obstacle.taken(radius);
+            if let Some(hit) = obstacle.features[part].first_contact(&flight, radius, limit) {
+                first = Some((number, hit));
+            }
+        }
+        first
+    }
+
+    /// The first obstacle, by number, that a particle overlaps by more than `tolerance` \[length\].
+    pub fn overlapped(&self, position: Vector2<f64>, radius: f64, tolerance: f64) -> Option<usize> {
+        let overlaps = |obstacle: &Obstacle| obstacle.overlaps(position, radius, tolerance);
+        self.all.iter().position(overlaps)
+    }
+}
+
+/// The points of a shape, if they are numbers and enough.
+fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> {
+    let too_few = |shape, found, least| {
+        Err(ObstacleError::TooFewPoints {
+            shape,
+            found,
+            least,
+        })
+    };
+    let points = match outline {
+        Outline::Disc { centre, radius } => {
+            if !(*radius > 0.0 && *radius <= 1e100) {
+                return Err(ObstacleError::BadNumber {
+                    name: "radius",
+                    value: *radius,
+                    allowed: "a positive number up to 1e100",
+                });
+            }
+            vec![*centre]
+        }
+        Outline::Segment { ends } => ends.to_vec(),
+        Outline::Polyline { points } if points.len() < 2 => {
+            return too_few("polyline", points.len(), 2);
+        }
+        Outline::Polygon { points } if points.len() < 3 => {
+            return too_few("polygon", points.len(), 3);
+        }
+        Outline::Polyline { points } | Outline::Polygon { points } => points.clone(),
+    };
+    let numbers = points.iter().flat_map(|point| point.iter());
+    let bad = |number: &&f64| number.is_nan() || number.abs() > 1e100;
+    if let Some(&value) = numbers.into_iter().find(bad) {
+        return Err(ObstacleError::BadNumber {
+            name: "a coordinate",
+            value,
+            allowed: "a number up to 1e100",
+        });
+    }
+    Ok(points)
+}
+
+/// The largest coordinate.
+fn extent(points: &[Vector2<f64>]) -> f64 {
+    points.iter().map(Vector2::amax).fold(0.0, f64::max)
+}
+
+/// Area of a polygon, positive if it is counter-clockwise.
+fn signed_area(points: &[Vector2<f64>]) -> f64 {
+    let next = points.iter().cycle().skip(1);
+    let origin = points[0];
+    let twice = (points.iter().zip(next)).map(|(a, b)| (a - origin).perp(&(b - origin)));
+    0.5 * twice.sum::<f64>()
+}
+
+/// The edges and corners along a line of points.
+fn edges<'a>(
+    all: &[Vector2<f64>],
+    points: impl Iterator<Item = &'a Vector2<f64>>,
+    both_sides: bool,
+) -> Result<Vec<Feature>, ObstacleError> {
+    let points: Vec<Vector2<f64>> = points.copied().collect();
+    let least = FINEST * extent(all);
+    let mut edges = Vec::with_capacity(points.len());
+    for (edge, ends) in points.windows(2).enumerate() {
+        let along = ends[1] - ends[0];
+        let length = along.norm();
+        if length <= least {
+            return Err(ObstacleError::Degenerate {
+                edge,
+                length,
+                least,
+            });
+        }
+        edges.push(Edge {
+            from: ends[0],
+            along: along / length,
+            length,
+            both_sides,
+        });
+    }
+    let closed = points.first() == points.last();
+    check_touching(&points, &edges, closed, least)?;
+    let mut features: Vec<Feature> = edges.iter().copied().map(Feature::Edge).collect();
+    let corner = |centre: &Vector2<f64>| {
+        Feature::Round(Round {
+            centre: *centre,
+            radius: 0.0,
+        })
+    };
+    let joints = edges.iter().zip(edges.iter().cycle().skip(1));
+    for (joint, (before, after)) in joints.enumerate() {
+        let last = joint + 1 == edges.len();
+        // In a hollow of a solid the edges are touched, but never the corner.
+        if both_sides || before.along.perp(&after.along) > 0.0 {
+            features.push(corner(&points[joint + 1]));
+        }
+        if last && !closed {
+            features.push(corner(&points[0]));
+        }
+    }
+    Ok(features)
+}
+
+/// Whether edges touch only where one ends and the next begins.
+fn check_touching(
+    points: &[Vector2<f64>],
+    edges: &[Edge],
+    closed: bool,
+    least: f64,
+) -> Result<(), ObstacleError> {
+    let count = edges.len();
+    let refuse = |first: usize, second: usize, place: Vector2<f64>| {
+        Err(ObstacleError::SelfTouching {
+            edges: [first.min(second), first.max(second)],
+            place: place.into(),
+        })
+    };
+    let segment = |edge: usize| Segment::new(points[edge].into(), points[edge + 1].into());
+    let aabb = |edge: usize| segment(edge).local_aabb().loosened(least);
+    let boxes: Vec<Aabb> = (0..count).map(aabb).collect();
+    let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+    for (first, around) in boxes.iter().enumerate() {
+        let mut others: Vec<u32> = tree.intersect_aabb(around).collect();
+        others.sort_unstable();
+        for second in others.into_iter().map(|leaf| leaf as usize) {
+            if second <= first {
+                continue;
+            }
+            let follows = second == first + 1;
+            if follows || (closed && first == 0 && second + 1 == count) {
+                let (before, after) = if follows {
+                    (first, second)
+                } else {
+                    (second, first)
+                };
+                let turn = [edges[before].along, edges[after].along];
+                let folded = turn[0].dot(&turn[1]) < 0.0 && turn[0].perp(&turn[1]).abs() < SHARPEST;
+                if folded {
+                    return refuse(first, second, points[after]);
+                }
+                if count > 2 || !closed {
+                    continue;
+                }
+            }
+            let (one, other) = (segment(first), segment(second));
+            let closest = closest_points_segment_segment(&Pose::identity(), &one, &other, least);
+            if let ClosestPoints::WithinMargin(place, _) = closest {
+                return refuse(first, second, place.into());
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
