@@ -95,7 +95,13 @@ where
         fit(&mut codes, total);
         simulators.resize(total, SimulatorOf::<P, F>::default());
         codes.resize(total, 0);
-        let lengths = grid.images();
+        let lengths = match &flight.passage {
+            // Obstacles stand in the way around the box.
+            Some(passage) if passage.surroundings.obstacles().is_some() => {
+                P::Space::vector(|_| f64::INFINITY)
+            }
+            _ => grid.images(),
+        };
         let field = scene.field();
         let place = self.place;
         let width = place.sides[0] as usize;

@@ -1,6 +1,7 @@
 //! The numerical choices of a run, and why an engine cannot start.
 
 use serde::{Deserialize, Serialize};
+use stosszahl_model::walls::ObstacleError;
 use stosszahl_model::{Domain, Space};
 
 use crate::density::Scheme;
@@ -303,6 +304,28 @@ pub enum EngineError {
         coordinate: f64,
         /// The lowest and the highest that is allowed \[length\].
         allowed: [f64; 2],
+    },
+    /// An obstacle that is not in the box.
+    #[error("obstacle {obstacle}: {source}")]
+    Obstacle {
+        /// Its number, from 0.
+        obstacle: usize,
+        /// What is wrong with it.
+        source: ObstacleError,
+    },
+    /// A simulator starts inside an obstacle.
+    #[error(
+        "simulator {simulator} at ({:.6}, {:.6}) overlaps obstacle {obstacle}; allowed: all outside of it",
+        place[0],
+        place[1]
+    )]
+    InObstacle {
+        /// Index.
+        simulator: usize,
+        /// Number of the obstacle, from 0.
+        obstacle: usize,
+        /// Where it is \[length\].
+        place: [f64; 2],
     },
     /// An inflow that has no meaning.
     #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}")]

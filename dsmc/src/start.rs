@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::walls::Book;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates};
@@ -329,7 +330,8 @@ where
             tile.take(&members);
             if let Some(surroundings) = &self.surroundings {
                 tile.is_even = surroundings.is_even(&self.grid, &tile.place);
-                tile.books = Some(Box::new(Books::of(surroundings.sources().len())));
+                let [inflows, obstacles] = surroundings.numbers();
+                tile.books = Some(Box::new(Books::of(inflows, obstacles)));
             }
             self.tiles.push(tile);
         }
@@ -373,8 +375,9 @@ impl<P: Physics> Entry<'_, P> {
         books: &mut Books<P::Space>,
     ) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
         let surroundings = self.surroundings;
-        let inflows = surroundings.sources().len();
+        let [inflows, obstacles] = surroundings.numbers();
         books.inflows.resize(inflows, Transfer::default());
+        books.obstacles.resize(obstacles, Book::default());
         let mut placed = Vec::with_capacity(simulators.len());
         for (index, mut simulator) in simulators.into_iter().enumerate() {
             if fresh.is_some_and(|first| index < first) {
@@ -386,6 +389,7 @@ impl<P: Physics> Entry<'_, P> {
             let factor = surroundings.factor(self.grid.number(cell));
             let copies = if fresh.is_some() && factor != 1.0 {
                 let mut stream = self.streams.at(Purpose::Balance, [u64::MAX, index as u64]);
+                books.balanced += 1;
                 let copies = draw_whole(1.0 / factor, &mut stream);
                 let more = self.weight * (copies as f64 * factor - 1.0);
                 enter::<P, F>(self.scene, &simulator, more, &mut books.balance);

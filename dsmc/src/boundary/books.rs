@@ -46,19 +46,24 @@ pub struct Books<S: Space> {
     pub walls: [[Book<S>; 2]; 3],
     /// What left through open faces, by axis and side: below zero.
     pub open: [[Transfer<S>; 2]; 3],
+    /// What obstacles gave, by their number.
+    pub obstacles: Vec<Book<S>>,
     /// What flowed in, by the number of the inflow.
     pub inflows: Vec<Transfer<S>>,
     /// What splitting and merging of simulators added; zero on average.
     pub balance: Transfer<S>,
-    /// How often a particle was laid to rest on a wall, as it touched too often in one flight.
+    /// How often a simulator changed its weight.
+    pub balanced: u64,
+    /// How often a particle was laid to rest on a wall or an obstacle, as it touched too often in one flight.
     pub rests: u64,
 }
 
 impl<S: Space> Books<S> {
-    /// Empty books for a number of inflows.
-    pub(crate) fn of(inflows: usize) -> Self {
+    /// Empty books for numbers of inflows and obstacles.
+    pub(crate) fn of(inflows: usize, obstacles: usize) -> Self {
         Self {
             inflows: vec![Transfer::default(); inflows],
+            obstacles: vec![Book::default(); obstacles],
             ..Self::default()
         }
     }
@@ -76,9 +81,13 @@ impl<S: Space> Books<S> {
         for (transfer, more) in self.inflows.iter_mut().zip(&other.inflows) {
             transfer.add(more);
         }
+        for (book, more) in self.obstacles.iter_mut().zip(&other.obstacles) {
+            book.add(more);
+        }
         self.balance.add(&other.balance);
+        self.balanced += other.balanced;
         self.rests += other.rests;
-        *other = Self::of(self.inflows.len());
+        *other = Self::of(self.inflows.len(), self.obstacles.len());
     }
 
     /// What all walls, openings and obstacles together gave: mass, momentum, energy.
@@ -89,7 +98,7 @@ impl<S: Space> Books<S> {
             sum.add(transfer);
         }
         let (mut momentum, mut energy) = (sum.momentum, sum.energy);
-        for book in self.walls.iter().flatten() {
+        for book in self.walls.iter().flatten().chain(&self.obstacles) {
             momentum += book.momentum;
             energy += book.energy;
         }

@@ -6,11 +6,13 @@
 
 mod books;
 mod inflow;
+mod obstacles;
 mod passage;
 mod surroundings;
 mod travel;
 mod weights;
 
+use stosszahl_model::walls::Obstacle;
 use stosszahl_model::{Domain, Face, Sizes, Space, Walls};
 
 use crate::parameters::{Displacement, EngineError, Parameters};
@@ -43,12 +45,17 @@ pub struct Boundaries<S: Space> {
     pub inflows: Vec<Inflow<S>>,
     /// Where a simulator stands for more or fewer particles than elsewhere.
     pub weights: Weights,
+    /// What stands in the box: in three dimensions, prisms along the third axis.
+    pub obstacles: Vec<Obstacle>,
 }
 
 impl<S: Space> Boundaries<S> {
     /// Whether the box is periodic, alike everywhere, and empty of obstacles.
     pub fn is_periodic(&self) -> bool {
-        self.walls.is_periodic() && self.inflows.is_empty() && self.weights.is_uniform()
+        self.walls.is_periodic()
+            && self.inflows.is_empty()
+            && self.weights.is_uniform()
+            && self.obstacles.is_empty()
     }
 
     /// Packing fraction of the densest inflow.
@@ -79,14 +86,14 @@ impl<S: Space> Boundaries<S> {
         if !self.is_periodic() && scheme.is_across() {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
-                what: "walls, open faces or weights",
+                what: "walls, open faces, weights or obstacles",
                 allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
             });
         }
         if !self.is_periodic() && displacement != Displacement::None {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
-                what: "a displacement and walls, open faces or weights",
+                what: "a displacement and walls, open faces, weights or obstacles",
                 allowed: "no displacement, which would lead partners through walls",
             });
         }

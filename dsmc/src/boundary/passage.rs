@@ -104,6 +104,7 @@ impl<'a, P: Physics> Passage<'a, P> {
         if before == after {
             return 1;
         }
+        books.balanced += 1;
         let mut stream = self.balance.at(origin.address());
         let copies = draw_whole(before / after, &mut stream);
         let particles = self.weight * (copies as f64 * after - before);

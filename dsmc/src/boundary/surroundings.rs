@@ -3,6 +3,7 @@
 use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
 
 use super::inflow::{Inflow, Source};
+use super::obstacles::Standing;
 use super::{Boundaries, Clearance};
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
@@ -21,10 +22,15 @@ pub(crate) struct Surroundings<P: Physics> {
     /// How far the walls and the room for their particles reach into the box at most, by axis and side.
     depths: [[f64; 2]; 3],
     sources: Vec<Source<P>>,
+    obstacles: Option<Standing>,
     /// Particles of a simulator over those where the factor is one, by the number of the cell; empty where all are one.
     factors: Vec<f64>,
     /// The share of each column of cells, along each axis, in which centres can be; empty where walls cut none.
     columns: [Vec<f64>; 3],
+    /// The share of each cell that obstacles leave to centres, by the number of the cell; empty where there are none.
+    left: Vec<f64>,
+    /// Cells along each axis.
+    counts: [u32; 3],
     /// Fastest that boundaries make simulators, along each axis \[length/time\].
     speeds: VectorOf<P>,
 }
@@ -81,6 +87,9 @@ impl<P: Physics> Surroundings<P> {
             .collect::<Result<_, _>>()?;
         let still =
             |axis: usize, side: usize| walls.wall(axis, side).map_or(0.0, |_| room(mean_radius));
+        let obstacles = Standing::new(&boundaries.obstacles, grid.domain(), room(largest))?;
+        let left =
+            (obstacles.as_ref()).map_or(Vec::new(), |all| all.rooms(grid, room(mean_radius)));
         let columns = [0, 1, 2].map(|axis| {
             if axis < P::Space::DIMENSION {
                 columns(grid, axis, [0, 1].map(|side| still(axis, side)))
@@ -94,6 +103,9 @@ impl<P: Physics> Surroundings<P> {
             lengths,
             depths,
             sources,
+            obstacles,
+            left,
+            counts: grid.counts(),
             factors: factors(grid, boundaries),
             columns,
             speeds: VectorOf::<P>::default(),
@@ -119,6 +131,18 @@ impl<P: Physics> Surroundings<P> {
     /// Sides of the box.
     pub(crate) fn lengths(&self) -> VectorOf<P> {
         self.lengths
+    }
+
+    /// What stands in the box.
+    #[inline]
+    pub(crate) fn obstacles(&self) -> Option<&Standing> {
+        self.obstacles.as_ref()
+    }
+
+    /// Numbers of inflows and of obstacles.
+    pub(crate) fn numbers(&self) -> [usize; 2] {
+        let obstacles = self.obstacles.as_ref().map_or(0, Standing::count);
+        [self.sources.len(), obstacles]
     }
 
     /// What flows in.
@@ -163,6 +187,11 @@ impl<P: Physics> Surroundings<P> {
         for (shares, at) in self.columns.iter().zip(cell) {
             room *= shares.get(at as usize).copied().unwrap_or(1.0);
         }
+        if !self.left.is_empty() {
+            let [x, y, z] = cell;
+            let number = x + self.counts[0] * (y + self.counts[1] * z);
+            room *= self.left[number as usize];
+        }
         room.max(LEAST_ROOM)
     }
 
@@ -177,7 +206,11 @@ impl<P: Physics> Surroundings<P> {
             };
             gap > self.depths[axis][side] + bend[axis]
         };
-        self.faces.iter().all(far)
+        let is_clear = |obstacles: &Standing| {
+            let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
+            obstacles.are_far_from(corners, [bend[0], bend[1]])
+        };
+        self.faces.iter().all(far) && self.obstacles.as_ref().is_none_or(is_clear)
     }
 
     /// Whether all simulators of a tile weigh the same.
@@ -293,7 +326,19 @@ impl<P: Physics> Surroundings<P> {
                 });
             }
         }
-        Ok(())
+        let place = [simulator.position[0], simulator.position[1]];
+        match self
+            .obstacles
+            .as_ref()
+            .and_then(|all| all.overlapped(place, clearance))
+        {
+            Some(obstacle) => Err(EngineError::InObstacle {
+                simulator: index,
+                obstacle,
+                place,
+            }),
+            None => Ok(()),
+        }
     }
 
     /// A bound on what boundaries do to the speed of simulators, for the length of a step: the drift of an inflow and three

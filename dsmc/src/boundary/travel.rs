@@ -1,13 +1,15 @@
 //! The way of one simulator through a flight: from wall to wall, exact in time.
 
+use nalgebra::Vector2;
 use stosszahl_model::random::{Bundle, ShortStream};
-use stosszahl_model::walls::Touch;
 use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
-use stosszahl_model::{Face, Field, Physics, Sizes, Surface, Vector, VectorOf, Wall};
+use stosszahl_model::walls::{Rebound, Touch};
+use stosszahl_model::{Face, Field, Physics, Sizes, Space, Surface, Vector, VectorOf, Wall};
 
 use super::books::{Books, energy};
+use super::obstacles::Standing;
 use super::surroundings::Surroundings;
-use crate::simulator::{Follow, SimulatorOf};
+use crate::simulator::{Follow, Simulator, SimulatorOf};
 
 /// Most contacts with one wall in one flight. A grain that falls onto a floor that does not give all back touches it
 /// infinitely often in a finite time; it is laid to rest there instead, and counted.
@@ -54,6 +56,10 @@ enum Next {
     Contact(usize, usize),
     /// The wall on which it rests along an axis turns.
     Release(usize),
+    /// It comes out of the periodic face of an axis and a side, and in again opposite.
+    Wrap(usize, usize),
+    /// A contact with an obstacle: its number, its law, and the normal there.
+    Obstacle(usize, Rebound, [f64; 2]),
 }
 
 /// A wall on which a simulator rests along an axis.
@@ -76,6 +82,7 @@ struct Motion<'a, 'b, P: Physics> {
     left: f64,
     rests: [Option<Rest>; 3],
     touches: [u32; 3],
+    obstacle_touches: u32,
 }
 
 impl<P: Physics> Trip<'_, P> {
@@ -98,11 +105,19 @@ impl<P: Physics> Trip<'_, P> {
             left: self.duration,
             rests: [None; 3],
             touches: [0; 3],
+            obstacle_touches: 0,
         };
         while let Some((wait, next)) = motion.next::<F>(simulator) {
             motion.drift::<F>(simulator, wait, books);
             match next {
                 Next::Release(axis) => motion.release(axis),
+                Next::Wrap(axis, side) => {
+                    let length = self.surroundings.lengths()[axis];
+                    simulator.position[axis] = [length.next_down(), 0.0][side];
+                }
+                Next::Obstacle(number, law, normal) => {
+                    motion.strike::<F>(simulator, number, law, normal, draws, books);
+                }
                 Next::Contact(axis, side) => {
                     let Some(wall) = self.surroundings.walls().wall(axis, side) else {
                         motion.leave::<F>(simulator, axis, side, books);
@@ -180,7 +195,78 @@ impl<P: Physics> Motion<'_, '_, P> {
                 next = Some(Next::Contact(axis, side));
             }
         }
+        if let Some(obstacles) = self.trip.surroundings.obstacles() {
+            self.look_for_obstacles::<F>(simulator, obstacles, &mut wait, &mut next);
+        }
         next.map(|next| (wait, next))
+    }
+
+    /// Whether a periodic face or an obstacle comes first, before `wait`.
+    fn look_for_obstacles<F: Follow<P::Space>>(
+        &self,
+        simulator: &SimulatorOf<P, F>,
+        obstacles: &Standing,
+        wait: &mut f64,
+        next: &mut Option<Next>,
+    ) {
+        for axis in 0..2 {
+            for side in 0..2 {
+                if *self.trip.surroundings.walls().face(axis, side) != Face::Periodic {
+                    continue;
+                }
+                let [height, speed, pull] = self.approach::<F>(simulator, axis, side, 0.0);
+                if let Some(time) = time_to_plane(height, speed, pull)
+                    && time < *wait
+                {
+                    *wait = time;
+                    *next = Some(Next::Wrap(axis, side));
+                }
+            }
+        }
+        let planar = |vector: VectorOf<P>| Vector2::new(vector[0], vector[1]);
+        let way = [simulator.position, simulator.velocity, self.acceleration].map(planar);
+        if let Some((obstacle, number, hit)) = obstacles.first_contact(way, self.clearance, *wait)
+            && hit.time < *wait
+        {
+            *wait = hit.time;
+            let normal = [hit.normal[0], hit.normal[1]];
+            *next = Some(Next::Obstacle(number, *obstacle.rebound(), normal));
+        }
+    }
+
+    /// A contact with an obstacle that it has just reached.
+    fn strike<F: Follow<P::Space>>(
+        &mut self,
+        simulator: &mut SimulatorOf<P, F>,
+        number: usize,
+        law: Rebound,
+        normal: [f64; 2],
+        draws: &mut Draws,
+        books: &mut Books<P::Space>,
+    ) {
+        let normal = P::Space::vector(|axis| normal.get(axis).copied().unwrap_or(0.0));
+        let touch = Touch {
+            normal,
+            wall: VectorOf::<P>::default(),
+            mass: self.mass,
+            radius: self.radius,
+        };
+        let before = (simulator.velocity, self.energy::<F>(simulator));
+        let Simulator { velocity, spin, .. } = simulator;
+        law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
+        self.obstacle_touches += 1;
+        let gained = (
+            (simulator.velocity - before.0) * self.mass,
+            self.energy::<F>(simulator) - before.1,
+        );
+        books.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
+        let leaving = simulator.velocity.inner(&normal);
+        let pull = self.acceleration.inner(&normal);
+        if self.obstacle_touches > MOST_TOUCHES || (leaving <= 0.0 && pull < 0.0) {
+            // It stays there for the rest of the flight.
+            books.rests += u64::from(self.obstacle_touches > MOST_TOUCHES);
+            self.left = 0.0;
+        }
     }
 
     /// Moves freely for a time, along the walls on which it rests.
