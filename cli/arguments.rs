@@ -117,6 +117,19 @@ pub enum Stress {
     ///
     /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
     Mixture(StressMixture),
+    /// Walls, obstacles, gravity and openings, exact dynamics and Monte Carlo: sharp corners, wedges, rest on a floor,
+    /// grazing, fast walls, empty channels, supersonic streams.
+    ///
+    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    Walls(StressWalls),
+}
+
+/// `stosszahl stress walls`.
+#[derive(Clone, Debug, Args)]
+pub struct StressWalls {
+    /// Which cases, and how.
+    #[command(flatten)]
+    pub cases: StressCases,
 }
 
 /// `stosszahl stress mixture`.

@@ -173,6 +173,10 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             let cases = stress::mixture_cases();
             stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
         }
+        Command::Stress(Stress::Walls(arguments)) => {
+            let cases = stress::wall_cases();
+            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
+        }
         Command::Validate(Validate::Dsmc(arguments)) => {
             validate::command(&arguments, say).map_err(CommandError::from)
         }
