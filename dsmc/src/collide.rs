@@ -107,7 +107,13 @@ where
                     let majorant = self.take_stock::<F>(members, &mut report.stock);
                     if members.len() >= 2 && self.collides {
                         let at = [line[0] + x, line[1], line[2]];
-                        self.collide_cell::<F>(members, at, majorant, &mut report);
+                        let before = (report.tally.collisions, report.tally.virial);
+                        let weight = self.collide_cell::<F>(members, at, majorant, &mut report);
+                        if let Some(count) = tile.counts.get_mut(index - 1) {
+                            let more = report.tally.collisions - before.0;
+                            count.collisions += weight * more as f64;
+                            count.virial += report.tally.virial - before.1;
+                        }
                     }
                 }
             }
@@ -153,6 +159,7 @@ where
         (high - low).square().sqrt()
     }
 
+    /// Collides a cell, and returns what each of its simulators stands for.
     #[inline(always)]
     fn collide_cell<F: Follow<P::Space>>(
         &self,
@@ -160,7 +167,7 @@ where
         at: [u32; 3],
         mut majorant: f64,
         report: &mut Report<'_, P>,
-    ) {
+    ) -> f64 {
         let cell = self.cell::<F>(members, at);
         report.tally.active_cells += 1;
         report.tally.limited_cells += u64::from(cell.limited);
@@ -204,6 +211,7 @@ where
         if each > tally.busiest_cell * count as f64 {
             tally.busiest_cell = each / count as f64;
         }
+        cell.weight
     }
 
     /// Rates of a cell.

@@ -11,7 +11,7 @@ use crate::parameters::Parameters;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
 use crate::start::Means;
 use crate::sweep::Pool;
-use crate::tally::{Stock, Tally, Unit};
+use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile, Traveller};
 
 /// What of the gas never changes.
@@ -51,6 +51,7 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) far: Vec<(u32, Traveller<P, F>)>,
     pub(crate) pool: Pool<P, F>,
     pub(crate) held_step: Option<f64>,
+    pub(crate) counts_cells: bool,
     pub(crate) time: f64,
     pub(crate) stock: Stock<P::Space>,
     pub(crate) unit: Unit,
@@ -171,6 +172,28 @@ where
         self.take_stock();
     }
 
+    /// Counts collisions by cell from now on.
+    pub fn count_cells(&mut self) {
+        self.counts_cells = true;
+        for tile in &mut self.tiles {
+            tile.counts = vec![CellCount::default(); tile.cells()];
+        }
+    }
+
+    /// What happened in each cell, by its number in [`Engine::grid`], since [`Engine::count_cells`] or the last call: across
+    /// cells, in that of the simulator that looked for a partner. Empty if nothing is counted. Not part of a checkpoint.
+    pub fn take_cell_counts(&mut self) -> Vec<CellCount> {
+        if !self.counts_cells {
+            return Vec::new();
+        }
+        let mut all = Vec::with_capacity(self.grid.cells());
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            all.push(std::mem::take(&mut self.tiles[tile].counts[local]));
+        }
+        all
+    }
+
     /// What was done so far.
     pub fn tally(&self) -> Tally {
         self.tally
@@ -222,7 +245,7 @@ where
     }
 
     /// Groups the cells in tiles that hold about so many simulators. It changes speed and memory, and no result of pairs
-    /// within cells; across cells, also the order in which pairs collide.
+    /// within cells; across cells, also the order in which pairs collide. Counts by cell begin anew.
     pub fn retile(&mut self, simulators_per_tile: usize) {
         let simulators: Vec<_> = self.ordered().copied().collect();
         let counts = self.grid.counts().map(|count| count as usize);

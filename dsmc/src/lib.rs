@@ -70,7 +70,7 @@ pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
 pub use start::Checkpoint;
-pub use tally::Tally;
+pub use tally::{CellCount, Tally};
 
 /// Number of components of a position.
 const fn dimension<P: stosszahl_model::Physics>() -> usize {

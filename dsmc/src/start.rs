@@ -15,7 +15,7 @@ use crate::grid::Grid;
 use crate::parameters::{Displacement, EngineError, Parameters};
 use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
 use crate::sweep::Pool;
-use crate::tally::{Stock, Tally, Unit};
+use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile};
 
 /// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
@@ -290,6 +290,7 @@ where
             far: Vec::new(),
             pool: Pool::default(),
             held_step: None,
+            counts_cells: false,
             time,
             stock,
             unit,
@@ -328,6 +329,9 @@ where
             rest = &rest[end..];
             let mut tile = Tile::new(place);
             tile.take(&members);
+            if self.counts_cells {
+                tile.counts = vec![CellCount::default(); tile.cells()];
+            }
             if let Some(surroundings) = &self.surroundings {
                 tile.is_even = surroundings.is_even(&self.grid, &tile.place);
                 let [inflows, obstacles] = surroundings.numbers();

@@ -32,6 +32,15 @@ pub struct Tally {
     pub busiest_cell: f64,
 }
 
+/// What happened in one cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellCount {
+    /// Collisions of pairs of particles: of simulators, times what each stands for.
+    pub collisions: f64,
+    /// Their share of [`Tally::virial`] \[energy\].
+    pub virial: f64,
+}
+
 impl Tally {
     /// Adds what was done elsewhere in the same steps. Sums of floating-point numbers depend on the order of adding.
     pub(crate) fn add(&mut self, other: &Self) {

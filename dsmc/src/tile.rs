@@ -13,7 +13,7 @@ use stosszahl_model::{Collision, Physics, VectorOf};
 use crate::boundary::Books;
 use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::simulator::{Follow, SimulatorOf};
-use crate::tally::{Stock, Tally};
+use crate::tally::{CellCount, Stock, Tally};
 
 /// A simulator that left its tile, and the number of the cell that it was in.
 #[derive(Clone, Copy)]
@@ -115,6 +115,8 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) stock: Stock<P::Space>,
     /// Collisions that somebody wants to look at.
     pub(crate) log: Vec<Collision<VectorOf<P>>>,
+    /// What happened in each cell, where somebody wants to know.
+    pub(crate) counts: Vec<CellCount>,
     /// Whether simulators weigh the same in all its cells.
     pub(crate) is_even: bool,
     /// What boundaries gave since the last exchange, where there are some.
@@ -172,6 +174,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             tally: Tally::default(),
             stock: Stock::default(),
             log: Vec::new(),
+            counts: Vec::new(),
             is_even: true,
             books: None,
         };
@@ -358,6 +361,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             + 2 * self.codes.capacity()
             + 4 * (self.starts.capacity() + self.lines.capacity())
             + self.log.capacity() * size_of::<Collision<VectorOf<P>>>()
+            + self.counts.capacity() * size_of::<CellCount>()
     }
 }
 

@@ -91,7 +91,7 @@ where
                 continue;
             };
             let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
-            let before = self.report.tally.collisions;
+            let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
             match scheme {
                 Scheme::ContactPoint { .. } => self.around_points(cell, &mut search, &mut stream),
                 Scheme::Esmc(_) => self.in_cells(cell, &mut stream),
@@ -105,6 +105,9 @@ where
             if cell.limited {
                 tally.limited_collisions += collisions;
             }
+            let virial = tally.virial - virial;
+            (self.around).count(number, local, kernel.weight * collisions as f64, virial);
+            let tally = &mut self.report.tally;
             let each = 2.0 * collisions as f64;
             tally.busiest_cell = tally
                 .busiest_cell

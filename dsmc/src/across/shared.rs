@@ -86,6 +86,14 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         self.tile(at.tile).simulators[at.index as usize]
     }
 
+    /// Notes collisions in a cell, and their virial, where somebody wants to know.
+    pub(super) fn count(&mut self, tile: u32, cell: usize, collisions: f64, virial: f64) {
+        if let Some(count) = self.tiles[tile as usize].counts.get_mut(cell) {
+            count.collisions += collisions;
+            count.virial += virial;
+        }
+    }
+
     /// Gives a simulator another velocity and spin.
     #[inline]
     pub(super) fn set(&mut self, at: At, velocity: VectorOf<P>, spin: SpinOf<P>) {

@@ -1,5 +1,7 @@
 //! What the tests of walls and flow share.
 
+#![allow(dead_code, reason = "each file of tests uses what it needs")]
+
 use rand::RngExt;
 use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
 use stosszahl_model::random::{Purpose, Streams};
@@ -41,19 +43,16 @@ pub fn grains<S: Space, C: Surface<S>, F: Field<S>>(
 }
 
 /// The mean free path of disks is one at this density and this diameter.
-#[allow(dead_code, reason = "not all tests use it")]
 pub fn disk_for_unit_path(density: f64) -> f64 {
     1.0 / (8.0_f64.sqrt() * density)
 }
 
 /// The same for spheres.
-#[allow(dead_code, reason = "not all tests use it")]
 pub fn sphere_for_unit_path(density: f64) -> f64 {
     (2.0_f64.sqrt() * std::f64::consts::PI * density).powf(-0.5)
 }
 
 /// Points anywhere in a box but its margins, with Maxwellian velocities and no drift.
-#[allow(dead_code, reason = "not all tests use it")]
 pub fn gas<P: Physics>(
     scene: &P,
     domain: Domain<P::Space>,
