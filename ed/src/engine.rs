@@ -621,6 +621,7 @@ where
             diameter: distance,
             unit: self.unit,
             disks: self.names.len(),
+            straight: P::Field::FREE,
         };
         if self.progress.collision(self.tally.contacts(), &latest) {
             return Err(self.collapse(latest.pair));

@@ -18,6 +18,13 @@ const FEW: usize = 32;
 /// series of collisions leads there, while chance does once in 10^60.
 const FEEBLE: f64 = 1e-60;
 
+/// Advance of time, over its absolute value, that is none.
+const FINE: f64 = 1e-13;
+
+/// The same in a field: disks at rest on a floor hop for the time that a clock can show, 2e-16, and a thousand times that
+/// is no advance either.
+const COARSE: f64 = 1e-12;
+
 /// Crossings without a collision, beyond those that many disks need, after which none is awaited.
 const PATIENCE: u64 = 10_000_000;
 
@@ -48,6 +55,8 @@ pub(crate) struct Latest {
     pub(crate) unit: f64,
     /// How many disks there are.
     pub(crate) disks: usize,
+    /// Whether they fly straight.
+    pub(crate) straight: bool,
 }
 
 impl Progress {
@@ -107,7 +116,8 @@ impl Progress {
         self.recent[place] = (latest.pair, latest.now);
         // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and time
         // is measured against its absolute value.
-        let resolution = 1e-13 * (latest.age.abs() + latest.unit);
+        let fine = if latest.straight { FINE } else { COARSE };
+        let resolution = fine * (latest.age.abs() + latest.unit);
         let way = latest.approach.abs() * latest.age.abs();
         if way > 0.0 {
             let feeble = way < FEEBLE * latest.diameter;

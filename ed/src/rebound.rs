@@ -78,6 +78,7 @@ where
             diameter: 2.0 * radius,
             unit: self.unit,
             disks: self.names.len(),
+            straight: P::Field::FREE,
         };
         if self.progress.collision(self.tally.contacts(), &latest) {
             return Err(self.wall_collapse(who, &touched));

@@ -192,7 +192,7 @@ pub fn follow_plain<P: Physics<Space = Plane>>(
                 );
             }
             plain::Met::Boundary(_, Touchable::Wall { axis, side }) => {
-                books[2 * axis + side] += 1.0
+                books[2 * axis + side] += 1.0;
             }
             plain::Met::Boundary(_, Touchable::Obstacle(which)) => books[4 + which] += 1.0,
         }
