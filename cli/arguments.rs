@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bench_mixture::BenchMixture;
+use crate::frontier::Kind;
 use crate::validate::Part;
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
@@ -41,6 +42,15 @@ pub enum Command {
     },
     /// Print the JSON Schema of case files.
     Schema,
+    /// Measure error against cost of both engines around a case, and recommend the cheapest setting for a target error.
+    ///
+    /// Writes frontier.csv, orders.csv, recommendation.md and frontier.html. Numbers are the same for the same case, seed
+    /// and budget, but for timings and what follows from them.
+    #[command(
+        after_help = "Begin with:\n  stosszahl frontier cases/quick.toml --budget 2m\n  \
+                      stosszahl frontier cases/luding-1998.toml --set gas.disks=10000 --until 10 --target-error 1%"
+    )]
+    Frontier(FrontierArguments),
     /// Measure the speed of an engine on a defined piece of work.
     #[command(subcommand)]
     Bench(Bench),
@@ -272,6 +282,38 @@ pub struct RunArguments {
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Replace an existing results folder.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `stosszahl frontier`.
+#[derive(Debug, Args)]
+pub struct FrontierArguments {
+    /// The case and what is set from outside.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// What must be within the target; may be repeated [default: energy]. All are measured.
+    #[arg(long, value_enum, value_name = "NAME", value_delimiter = ',')]
+    pub quantity: Vec<Kind>,
+    /// Largest error that a recommended setting may have, as a share: 1% or 0.01.
+    #[arg(long, value_name = "E", default_value = "1%")]
+    pub target_error: String,
+    /// Core time for the whole sweep, planned at nominal speeds: 90s, 10m or 1h. Two cores take half as long.
+    #[arg(long, value_name = "TIME", default_value = "10m")]
+    pub budget: String,
+    /// Results folder [default: results/NAME-OF-THE-CASE-frontier].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder of kept references [default: the results folder].
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Most times that a recommendation is tested on fresh seeds.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub tests: u64,
+    /// Replace the tables of a folder that is not empty.
     #[arg(long)]
     pub force: bool,
 }

@@ -11,18 +11,19 @@ use std::time::Instant;
 use std::{fs, io, thread};
 
 use stosszahl_dsmc::homogeneous::GasError;
+use stosszahl_model::Sizes;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
-use stosszahl_model::{Plane, Sizes};
 
 use crate::arguments::{
     Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command,
-    RunArguments, Stress, Validate,
+    FrontierArguments, RunArguments, Stress, Validate,
 };
 use crate::bench::{self, BenchError};
 use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{self, Case, CaseError, CaseFile, Engine, Point, Units};
 use crate::export::Tables;
+use crate::frontier::{self, FrontierError};
 use crate::manifest::{self, Manifest, Sweep, SweepPoint};
 use crate::progress::{Progress, duration};
 use crate::report;
@@ -91,6 +92,9 @@ pub enum CommandError {
     /// A claim of the default scheme does not hold, or nothing could be measured.
     #[error(transparent)]
     Validate(#[from] ValidateError),
+    /// A frontier cannot be measured.
+    #[error(transparent)]
+    Frontier(#[from] FrontierError),
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] report::ReportError),
@@ -103,6 +107,7 @@ impl CommandError {
             Self::Run { source, .. } if source.is_interruption() => 130,
             Self::Run { source, .. } if source.is_foreign() => 2,
             Self::Results(error) if !error.is_system() => 2,
+            Self::Frontier(error) if !error.is_refusal() => 1,
             Self::Report(report::ReportError::Write { .. })
             | Self::Results(_)
             | Self::Folder { .. }
@@ -158,6 +163,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Validate(Validate::Dsmc(arguments)) => {
             validate::command(&arguments, say).map_err(CommandError::from)
         }
+        Command::Frontier(arguments) => measure_frontier(&arguments),
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
             Ok(())
@@ -271,25 +277,23 @@ fn estimate(setup: &Setup) -> (f64, f64) {
                 bytes = bytes.max(220.0 * disks);
             }
             Engine::Dsmc(dsmc) => {
-                let parameters = setup.dsmc_parameters(dsmc);
-                let copies = f64::from(parameters.simulators_per_disk);
+                let copies = setup.copies(dsmc);
                 let simulators = disks * copies;
-                // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
-                let path = parameters.mean_free_path::<Plane>(setup.packing_fraction, 1.0);
-                let mut step = path / 1.25;
-                if dsmc.scheme.within_cells() {
-                    step = step.min(setup.cell_size(dsmc)[0] / 4.5);
-                } else {
+                if !dsmc.scheme.within_cells() {
                     seconds += copies * exact / COLLISIONS_ACROSS_PER_SECOND;
                 }
-                let step = step / dsmc.steps_per_crossing;
-                let steps = setup.expected_collisions(until) / setup.collision_rate() / step;
+                let steps = setup.expected_steps(dsmc);
                 seconds += steps * simulators / SIMULATOR_STEPS_PER_SECOND;
                 bytes = bytes.max(100.0 * simulators);
             }
         }
     }
     (seconds * setup.case.replicas as f64, bytes)
+}
+
+fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
+    let (_, setups) = read(&arguments.case)?;
+    Ok(frontier::command(arguments, &setups, say, note)?)
 }
 
 fn bench_ed(arguments: &BenchEd) -> Result<(), CommandError> {
@@ -486,7 +490,7 @@ fn write_json(path: &Path, content: &impl serde::Serialize) -> Result<(), Comman
 }
 
 /// What decides the numbers of a run.
-fn fingerprint(setup: &Setup) -> run::Fingerprint {
+pub(crate) fn fingerprint(setup: &Setup) -> run::Fingerprint {
     let mut hash = blake3::Hasher::new();
     hash.update(env!("CARGO_PKG_VERSION").as_bytes());
     // Neither the title nor how often the run is saved.

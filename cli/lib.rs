@@ -20,6 +20,7 @@ pub mod dispatch;
 mod displacement;
 mod driven;
 pub mod export;
+pub mod frontier;
 pub mod manifest;
 pub mod progress;
 pub mod report;

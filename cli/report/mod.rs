@@ -18,10 +18,10 @@
 //! from anywhere: style, plots, particles and the script of the viewer are inside, at most [`SIZE_LIMIT`] bytes.
 //! Plots are static SVG and not a script library, which would weigh megabytes in every report and print badly.
 
-mod figures;
+pub(crate) mod figures;
 mod optional;
-mod page;
-mod plot;
+pub(crate) mod page;
+pub(crate) mod plot;
 mod read;
 mod sweep;
 mod viewer;

@@ -378,7 +378,7 @@ fn legend(figure: &Figure) -> Vec<Curve> {
 }
 
 /// The sample of a curve in a legend.
-fn swatch(curve: &Curve) -> Markup {
+pub(crate) fn swatch(curve: &Curve) -> Markup {
     let width = if curve.stroke == Stroke::Thin {
         "1.2"
     } else {
