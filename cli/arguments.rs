@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::bench_mixture::BenchMixture;
 use crate::frontier::Kind;
 use crate::validate::Part;
+use crate::validate::whole::Chapter;
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
@@ -57,12 +58,50 @@ pub enum Command {
     /// Try an engine on hard cases and say what holds.
     #[command(subcommand)]
     Stress(Stress),
-    /// Measure an engine against theory and say what holds.
-    #[command(subcommand)]
-    Validate(Validate),
+    /// Measure everything that the program claims about accuracy, and say what holds.
+    ///
+    /// Each line states a claim, what was expected, what was found with its standard error, the verdict and the cost; the last
+    /// line says pass or fail. The exit code is 1 unless all is well. The whole is meant to end within an hour on two
+    /// cores, --quick within five minutes.
+    #[command(
+        args_conflicts_with_subcommands = true,
+        after_help = "Begin with:\n  stosszahl validate --quick                    five minutes\n  \
+                      stosszahl validate --out validation.md        the page with the table\n  \
+                      stosszahl validate --part exact,engines       only these\n  \
+                      stosszahl validate dsmc --quick               every Monte Carlo scheme"
+    )]
+    Validate(ValidateArguments),
 }
 
-/// `stosszahl validate`.
+/// `stosszahl validate`, of the whole or of one engine.
+#[derive(Debug, Args)]
+pub struct ValidateArguments {
+    /// One engine.
+    #[command(subcommand)]
+    pub engine: Option<Validate>,
+    /// The whole.
+    #[command(flatten)]
+    pub all: ValidateAll,
+}
+
+/// `stosszahl validate` of the whole.
+#[derive(Clone, Debug, Args)]
+pub struct ValidateAll {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_enum, value_name = "PART", value_delimiter = ',')]
+    pub part: Vec<Chapter>,
+    /// The selection of five minutes.
+    #[arg(long)]
+    pub quick: bool,
+    /// Begin no further part after this time: 90s, 5m or 1h [default: none].
+    #[arg(long, value_name = "TIME")]
+    pub budget: Option<String>,
+    /// Markdown page to write; it is complete after each part.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// `stosszahl validate` of one engine.
 #[derive(Debug, Subcommand)]
 pub enum Validate {
     /// Monte Carlo schemes against kinetic theory and exact dynamics, with error bars over replicas.

@@ -15,6 +15,7 @@ use stosszahl_model::Sizes;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
+use crate::accuracy::{self, AccuracyError};
 use crate::arguments::{
     Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CaseArguments, CheckArguments, Command,
     FrontierArguments, RunArguments, Stress, Validate,
@@ -92,6 +93,9 @@ pub enum CommandError {
     /// A claim of the default scheme does not hold, or nothing could be measured.
     #[error(transparent)]
     Validate(#[from] ValidateError),
+    /// No resolution can be chosen.
+    #[error(transparent)]
+    Accuracy(#[from] AccuracyError),
     /// A frontier cannot be measured.
     #[error(transparent)]
     Frontier(#[from] FrontierError),
@@ -112,10 +116,12 @@ impl CommandError {
             | Self::Results(_)
             | Self::Folder { .. }
             | Self::Pool(_)
+            | Self::Accuracy(AccuracyError::Run(_))
             | Self::Run { .. }
             | Self::Stress(StressError::Failed { .. })
             | Self::Validate(
                 ValidateError::Failed { .. }
+                | ValidateError::Whole { .. }
                 | ValidateError::Trouble(_)
                 | ValidateError::Table(_)
                 | ValidateError::Folder { .. }
@@ -160,9 +166,11 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             let cases = stress::mixture_cases();
             stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
         }
-        Command::Validate(Validate::Dsmc(arguments)) => {
-            validate::command(&arguments, say).map_err(CommandError::from)
+        Command::Validate(arguments) => match arguments.engine {
+            Some(Validate::Dsmc(arguments)) => validate::command(&arguments, say),
+            None => validate::whole::command(&arguments.all, say),
         }
+        .map_err(CommandError::from),
         Command::Frontier(arguments) => measure_frontier(&arguments),
         Command::Schema => {
             say(&format!("{:#}", case::schema()));
@@ -396,6 +404,14 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
         return Err(CommandError::Threads { found: 0 });
     }
     let (file, setups) = read(&arguments.case)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.unwrap_or(0))
+        .build()?;
+    // A pilot gives the same choice when the run is continued.
+    let setups = setups
+        .into_iter()
+        .map(|setup| pool.install(|| accuracy::resolved(setup)))
+        .collect::<Result<Vec<_>, _>>()?;
     let folder = arguments.out.clone().unwrap_or_else(|| {
         Path::new("results").join(file.path.file_stem().unwrap_or_else(|| "case".as_ref()))
     });
@@ -429,9 +445,6 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
         }
         note("stopping at the next checkpoint; once more to stop at once");
     });
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.unwrap_or(0))
-        .build()?;
     let sweep = file.points.len() > 1 || !file.points[0].settings.is_empty();
     if sweep {
         write_json(&folder.join(manifest::SWEEP_FILE), &sweep_index(&file))?;
@@ -561,6 +574,9 @@ fn run_point(
     report::write_report(folder)?;
     results::remove_checkpoints(folder)?;
     say(&format!("{name} ({})", duration(manifest.wall_seconds)));
+    for choice in &manifest.choices {
+        say(&format!("  resolution: {choice}"));
+    }
     for verdict in &manifest.verdicts {
         say(&format!("  {}: {}", verdict.topic, verdict.sentence));
     }
@@ -655,6 +671,7 @@ fn describe(
         start: start.collect(),
         engines,
         verdicts: verdicts(setup, replicas, tables),
+        choices: setup.choices.clone(),
         warnings: suspicions,
         snapshots: snapshots.collect(),
     }

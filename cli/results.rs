@@ -15,7 +15,7 @@ use crate::manifest::{MANIFEST_FILE, SWEEP_FILE};
 use crate::report::REPORT_FILE;
 use crate::run::{CHECKPOINTS, SNAPSHOTS};
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
+    ComparisonRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow, ImpactSummaryRow,
     PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
 };
 
@@ -23,7 +23,7 @@ use crate::tables::{
 const RUN_FILE: &str = "run.json";
 
 /// Every file that a run writes at the top of its folder.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     EnergyRow::FILE,
     ComparisonRow::FILE,
     ImpactParameterRow::FILE,
@@ -31,6 +31,7 @@ const FILES: [&str; 10] = [
     StructureFactorRow::FILE,
     PairCorrelationRow::FILE,
     DissipationRow::FILE,
+    ErrorBudgetRow::FILE,
     ReplicaRow::FILE,
     MANIFEST_FILE,
     REPORT_FILE,

@@ -18,10 +18,10 @@ use super::quantity::{Kind, Quantity, measured as measured_case, quantities};
 use super::recommend::{Engines, Target, choose, finer_that_fails, nearest, test};
 use super::reference::{self, Cache, References};
 use super::setting::{self, Setting};
-use super::words::{duration, percent, share, time};
 use crate::arguments::FrontierArguments;
 use crate::case::Velocities;
 use crate::setup::Setup;
+use crate::words::{duration, percent, share, time};
 
 /// Files of the folder.
 const TABLE: &str = "frontier.csv";

@@ -25,7 +25,6 @@ mod quantity;
 mod recommend;
 mod reference;
 mod setting;
-mod words;
 
 use std::io;
 use std::path::PathBuf;
@@ -35,6 +34,7 @@ use stosszahl_model::snapshot::SnapshotError;
 pub use command::command;
 pub use quantity::Kind;
 pub use reference::Source;
+pub(crate) use setting::resized;
 
 use crate::setup::SetupError;
 

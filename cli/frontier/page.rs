@@ -7,10 +7,10 @@ use maud::{Markup, PreEscaped, html};
 use super::front::{FrontierRow, largest};
 use super::orders::{OrderRow, Verdict};
 use super::quantity::Kind;
-use super::words::{percent, time};
 use crate::report::figures::{engine_colour, engine_mark, engine_name, engines};
 use crate::report::page::{Column, document, swatch, table};
 use crate::report::plot::{Axis, Chart, Curve, Label, Point, Stroke};
+use crate::words::{percent, time};
 
 /// What the report is made of.
 pub(crate) struct Page<'a> {

@@ -18,7 +18,7 @@ const REFERENCE_RUNS: [usize; 2] = [16, 1000];
 /// Fewest and most repetitions of a setting.
 const REPETITIONS: [u64; 2] = [4, 256];
 /// CPU time over the budget at which no further run is begun.
-pub(crate) const PATIENCE: f64 = 1.5;
+pub(crate) const PATIENCE: f64 = 4.0;
 
 /// How often each setting is run; none for those that are left out.
 #[derive(Debug, PartialEq)]

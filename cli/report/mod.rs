@@ -34,7 +34,7 @@ use thiserror::Error;
 
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE};
 use crate::tables::{
-    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
     ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
@@ -174,6 +174,8 @@ pub(crate) struct Results {
     pub steady: Option<Vec<SteadyRow>>,
     /// Mean squared displacement; none unless it was measured.
     pub displacements: Option<Vec<DisplacementRow>>,
+    /// Sources of error; none in folders of earlier versions.
+    pub budget: Option<Vec<ErrorBudgetRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -215,6 +217,7 @@ impl Results {
             dissipation: read::table(folder)?,
             steady: read::table(folder)?,
             displacements: read::table(folder)?,
+            budget: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }

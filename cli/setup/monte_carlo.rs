@@ -68,7 +68,7 @@ impl Setup {
     }
 
     /// Mean number of simulators in a Monte Carlo cell.
-    pub(super) fn simulators_per_cell(&self, dsmc: &Dsmc) -> f64 {
+    pub fn simulators_per_cell(&self, dsmc: &Dsmc) -> f64 {
         let side = self.cell_size(dsmc);
         let share = side[0] * side[1] / self.domain.volume();
         share * self.disks as f64 * f64::from(self.dsmc_parameters(dsmc).simulators_per_disk)

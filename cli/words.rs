@@ -1,7 +1,7 @@
-//! Shares and durations as they are written on the command line.
+//! Shares and durations, as they are written on the command line and as they are told.
 
 /// A share: `1%` or `0.01`; above zero and below one.
-pub(super) fn share(text: &str) -> Option<f64> {
+pub(crate) fn share(text: &str) -> Option<f64> {
     let text = text.trim();
     let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim_end().parse::<f64>().ok()? / 100.0,
@@ -11,7 +11,7 @@ pub(super) fn share(text: &str) -> Option<f64> {
 }
 
 /// A duration: `90s`, `10m`, `1.5h`, or seconds \[s\]; above zero and at most a year.
-pub(super) fn duration(text: &str) -> Option<f64> {
+pub(crate) fn duration(text: &str) -> Option<f64> {
     const YEAR: f64 = 365.25 * 86_400.0;
     let text = text.trim();
     let units = [("s", 1.0), ("m", 60.0), ("h", 3600.0)];
@@ -26,7 +26,7 @@ pub(super) fn duration(text: &str) -> Option<f64> {
 }
 
 /// A share in per cent with two digits.
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     let value = 100.0 * share;
     let digits = if value.abs() >= 10.0 {
         0
@@ -39,7 +39,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// Seconds, minutes or hours with two digits.
-pub(super) fn time(seconds: f64) -> String {
+pub(crate) fn time(seconds: f64) -> String {
     if seconds < 1.0 {
         format!("{:.0} ms", 1e3 * seconds)
     } else if seconds < 120.0 {
