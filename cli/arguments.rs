@@ -6,7 +6,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bench_mixture::BenchMixture;
 use crate::case::Kind;
+use crate::frontier::Kind as Quantity;
 use crate::validate::Part;
+use crate::validate::whole::Chapter;
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
@@ -46,18 +48,65 @@ pub enum Command {
         #[arg(long, value_enum, default_value_t = Kind::Paired)]
         kind: Kind,
     },
+    /// Measure error against cost of both engines around a case, and recommend the cheapest setting for a target error.
+    ///
+    /// Writes frontier.csv, orders.csv, recommendation.md and frontier.html. Numbers are the same for the same case, seed
+    /// and budget, but for timings and what follows from them.
+    #[command(
+        after_help = "Begin with:\n  stosszahl frontier cases/quick.toml --budget 2m\n  \
+                      stosszahl frontier cases/luding-1998.toml --set gas.disks=10000 --until 10 --target-error 1%"
+    )]
+    Frontier(FrontierArguments),
     /// Measure the speed of an engine on a defined piece of work.
     #[command(subcommand)]
     Bench(Bench),
     /// Try an engine on hard cases and say what holds.
     #[command(subcommand)]
     Stress(Stress),
-    /// Measure an engine against theory and say what holds.
-    #[command(subcommand)]
-    Validate(Validate),
+    /// Measure everything that the program claims about accuracy, and say what holds.
+    ///
+    /// Each line states a claim, what was expected, what was found with its standard error, the verdict and the cost; the last
+    /// line says pass or fail. The exit code is 1 unless all is well. The whole is meant to end within an hour on two
+    /// cores, --quick within five minutes.
+    #[command(
+        args_conflicts_with_subcommands = true,
+        after_help = "Begin with:\n  stosszahl validate --quick                    five minutes\n  \
+                      stosszahl validate --out validation.md        the page with the table\n  \
+                      stosszahl validate --part exact,engines       only these\n  \
+                      stosszahl validate dsmc --quick               every Monte Carlo scheme"
+    )]
+    Validate(ValidateArguments),
 }
 
-/// `stosszahl validate`.
+/// `stosszahl validate`, of the whole or of one engine.
+#[derive(Debug, Args)]
+pub struct ValidateArguments {
+    /// One engine.
+    #[command(subcommand)]
+    pub engine: Option<Validate>,
+    /// The whole.
+    #[command(flatten)]
+    pub all: ValidateAll,
+}
+
+/// `stosszahl validate` of the whole.
+#[derive(Clone, Debug, Args)]
+pub struct ValidateAll {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_enum, value_name = "PART", value_delimiter = ',')]
+    pub part: Vec<Chapter>,
+    /// The selection of five minutes.
+    #[arg(long)]
+    pub quick: bool,
+    /// Begin no further part after this time: 90s, 5m or 1h [default: none].
+    #[arg(long, value_name = "TIME")]
+    pub budget: Option<String>,
+    /// Markdown page to write; it is complete after each part.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// `stosszahl validate` of one engine.
 #[derive(Debug, Subcommand)]
 pub enum Validate {
     /// Monte Carlo schemes against kinetic theory and exact dynamics, with error bars over replicas.
@@ -290,6 +339,38 @@ pub struct RunArguments {
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Replace an existing results folder.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `stosszahl frontier`.
+#[derive(Debug, Args)]
+pub struct FrontierArguments {
+    /// The case and what is set from outside.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// What must be within the target; may be repeated [default: energy]. All are measured.
+    #[arg(long, value_enum, value_name = "NAME", value_delimiter = ',')]
+    pub quantity: Vec<Quantity>,
+    /// Largest error that a recommended setting may have, as a share: 1% or 0.01.
+    #[arg(long, value_name = "E", default_value = "1%")]
+    pub target_error: String,
+    /// Core time for the whole sweep, planned at nominal speeds: 90s, 10m or 1h. Two cores take half as long.
+    #[arg(long, value_name = "TIME", default_value = "10m")]
+    pub budget: String,
+    /// Results folder [default: results/NAME-OF-THE-CASE-frontier].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder of kept references [default: the results folder].
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Most times that a recommendation is tested on fresh seeds.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub tests: u64,
+    /// Replace the tables of a folder that is not empty.
     #[arg(long)]
     pub force: bool,
 }

@@ -6,7 +6,7 @@
 mod flow;
 mod homogeneous;
 mod job;
-mod paired;
+pub(crate) mod paired;
 
 use std::io;
 use std::io::Write as _;
@@ -17,15 +17,17 @@ use stosszahl_dsmc::homogeneous::GasError;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::snapshot::SnapshotError;
 
+use crate::accuracy::AccuracyError;
 use crate::arguments::{
-    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CheckArguments, Command, RunArguments,
-    Stress, Validate,
+    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CheckArguments, Command, FrontierArguments,
+    RunArguments, Stress, Validate,
 };
 use crate::bench::{self, BenchError};
 use crate::bench_mixture::{self, BenchMixture};
 use crate::case::{Case, CaseError, Kind};
 use crate::flow::FlowError;
 use crate::flow::case::Flow;
+use crate::frontier::{self, FrontierError};
 use crate::homogeneous::case::Case as HomogeneousCase;
 use crate::homogeneous::plan::PlanError;
 use crate::report;
@@ -109,6 +111,12 @@ pub enum CommandError {
     /// A claim of the default scheme does not hold, or nothing could be measured.
     #[error(transparent)]
     Validate(#[from] ValidateError),
+    /// No resolution can be chosen.
+    #[error(transparent)]
+    Accuracy(#[from] AccuracyError),
+    /// A frontier cannot be measured.
+    #[error(transparent)]
+    Frontier(#[from] FrontierError),
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] report::ReportError),
@@ -121,14 +129,17 @@ impl CommandError {
             Self::Run { source, .. } if source.is_interruption() => 130,
             Self::Run { source, .. } if source.is_foreign() => 2,
             Self::Results(error) if !error.is_system() => 2,
+            Self::Frontier(error) if !error.is_refusal() => 1,
             Self::Report(report::ReportError::Write { .. })
             | Self::Results(_)
             | Self::Folder { .. }
             | Self::Pool(_)
+            | Self::Accuracy(AccuracyError::Run(_))
             | Self::Run { .. }
             | Self::Stress(StressError::Failed { .. })
             | Self::Validate(
                 ValidateError::Failed { .. }
+                | ValidateError::Whole { .. }
                 | ValidateError::Trouble(_)
                 | ValidateError::Table(_)
                 | ValidateError::Folder { .. }
@@ -177,9 +188,12 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             let cases = stress::wall_cases();
             stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
         }
-        Command::Validate(Validate::Dsmc(arguments)) => {
-            validate::command(&arguments, say).map_err(CommandError::from)
+        Command::Validate(arguments) => match arguments.engine {
+            Some(Validate::Dsmc(arguments)) => validate::command(&arguments, say),
+            None => validate::whole::command(&arguments.all, say),
         }
+        .map_err(CommandError::from),
+        Command::Frontier(arguments) => measure_frontier(&arguments),
         Command::Schema { kind } => {
             say(&format!("{:#}", kind.schema().json()));
             Ok(())
@@ -224,6 +238,11 @@ fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
         Kind::Flow => job::run::<Flow>(arguments),
         Kind::Homogeneous => job::run::<HomogeneousCase>(arguments),
     }
+}
+
+fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
+    let setups = job::plans::<Case>(&arguments.case)?;
+    Ok(frontier::command(arguments, &setups, say, note)?)
 }
 
 fn bench_ed(arguments: &BenchEd) -> Result<(), CommandError> {

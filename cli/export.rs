@@ -8,10 +8,11 @@ use stosszahl_analysis::windows::Dissipation;
 use stosszahl_model::kinetic;
 use stosszahl_model::snapshot::{SnapshotError, write_whole};
 
+use crate::error_budget;
 use crate::run::{Finished, PARTS, Replica};
 use crate::setup::Setup;
 use crate::tables::{
-    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
     ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
@@ -36,6 +37,8 @@ pub struct Tables {
     pub steady: Vec<SteadyRow>,
     /// Mean squared displacement; empty unless it is measured.
     pub displacements: Vec<DisplacementRow>,
+    /// Sources of error.
+    pub budget: Vec<ErrorBudgetRow>,
     /// Single replicas.
     pub replicas: Vec<ReplicaRow>,
 }
@@ -82,6 +85,14 @@ impl Tables {
                         collisions_per_particle: sample.collisions_per_particle,
                     }));
             }
+        }
+        for (engine, (_, runs)) in setup.case.engines.iter().zip(&runs) {
+            let last = tables
+                .energy
+                .iter()
+                .rfind(|row| row.engine == engine.name());
+            let budget = error_budget::budget(setup, engine, runs, last);
+            tables.budget.extend(budget);
         }
         let samples = setup.case.sample_times().len();
         let rows: Vec<&[EnergyRow]> = tables.energy.chunks(samples).collect();
@@ -194,6 +205,7 @@ impl Tables {
         if setup.case.measure.displacement_start.is_some() {
             write_table(folder, &self.displacements)?;
         }
+        write_table(folder, &self.budget)?;
         write_table(folder, &self.replicas)
     }
 }

@@ -54,6 +54,9 @@ pub struct Manifest {
     pub engines: Vec<EngineWork>,
     /// Conclusions in words, the most important first.
     pub verdicts: Vec<Verdict>,
+    /// What the program chose of the resolution, and why; absent where the case chooses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub choices: Vec<String>,
     /// Warnings in words.
     pub warnings: Vec<String>,
     /// Snapshots of replica 0.

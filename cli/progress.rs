@@ -30,6 +30,14 @@ pub struct JobProgress {
 }
 
 impl JobProgress {
+    /// Of a job that nobody asks about.
+    pub fn silent() -> Self {
+        Self {
+            share: Arc::default(),
+            all: Arc::default(),
+        }
+    }
+
     /// Tells the share done, from 0 to 1, and how many collisions have happened since last told.
     pub fn tell(&self, share: f64, collisions: u64) {
         self.share.store(

@@ -18,7 +18,7 @@ use crate::manifest::{MANIFEST_FILE, SWEEP_FILE};
 use crate::report::REPORT_FILE;
 use crate::run::{CHECKPOINTS, SNAPSHOTS};
 use crate::tables::{
-    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
     ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
@@ -26,7 +26,7 @@ use crate::tables::{
 const RUN_FILE: &str = "run.json";
 
 /// Every file that a run of any kind writes at the top of its folder.
-const FILES: [&str; 18] = [
+const FILES: [&str; 19] = [
     EnergyRow::FILE,
     ComparisonRow::FILE,
     ImpactParameterRow::FILE,
@@ -36,6 +36,7 @@ const FILES: [&str; 18] = [
     DissipationRow::FILE,
     SteadyRow::FILE,
     DisplacementRow::FILE,
+    ErrorBudgetRow::FILE,
     ReplicaRow::FILE,
     GasRow::FILE,
     SpeciesRow::FILE,

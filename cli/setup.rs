@@ -201,6 +201,8 @@ pub struct Setup {
     pub time: f64,
     /// What `t_0` is.
     pub time_unit: TimeUnit,
+    /// What the program chose of the resolution, and why, in sentences; empty unless the case asks for an accuracy.
+    pub choices: Vec<String>,
 }
 
 impl Setup {
@@ -409,6 +411,7 @@ impl Setup {
             contact_value,
             time,
             time_unit,
+            choices: Vec::new(),
         };
         // Whether the drive has a meaning is known before anything is written.
         setup.drive()?;

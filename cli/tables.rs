@@ -251,6 +251,38 @@ row! {
     }
 }
 
+/// How far a source of error is to be minded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mark {
+    /// Up to 1 %.
+    Green,
+    /// Up to 5 %.
+    Amber,
+    /// More, or unknown.
+    Red,
+}
+
+row! {
+    /// One source of error of one engine (`error_budget.csv`).
+    ErrorBudgetRow in "error_budget.csv" {
+        /// Engine.
+        engine: String,
+        /// Source of error.
+        source: String,
+        /// What was measured of it; empty if nothing could be.
+        value: Option<f64>,
+        /// Unit of `value`.
+        unit: String,
+        /// Rough estimate of the relative error \[1\]; empty where there is none.
+        estimate: Option<f64>,
+        /// `green`, `amber` or `red`.
+        mark: Mark,
+        /// What goes wrong, and in what.
+        reason: String,
+    }
+}
+
 row! {
     /// Raw sample of one replica (`replicas.csv`).
     ReplicaRow in "replicas.csv" {

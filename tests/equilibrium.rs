@@ -4,15 +4,13 @@
 #[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
-use std::f64::consts::PI;
-
 use nalgebra::Vector2;
-use stosszahl_analysis::energy::Virial;
+use stosszahl::validate::whole::exact::{COMPRESSIBILITY, equation_of_state};
 use stosszahl_analysis::equilibrium::impact_uniform;
 use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::{Collision, Observe, State};
-use support::{Disks, disks, gas, mean_and_error};
+use support::{Disks, disks, gas};
 
 fn equilibrated(
     count: usize,
@@ -65,24 +63,10 @@ fn energy_and_exclusion_hold_over_millions_of_collisions() {
 /// blocks; both bars must be at least 3 measured standard errors wide.
 #[test]
 fn equation_of_state_and_collision_rate() {
-    for (packing, expected) in [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)] {
-        let count = 10_000;
-        let mut engine = equilibrated(count, packing, 2, 20);
-        let (mut factors, mut quotients) = (Vec::new(), Vec::new());
-        for _ in 0..10 {
-            engine = restarted(&engine);
-            let mut virial = Virial::default();
-            let collisions = 800_000;
-            engine
-                .advance(f64::INFINITY, collisions, &mut virial)
-                .expect("collisions");
-            let z = virial.compressibility_factor::<Disks>(count, 1.0, engine.time());
-            let rate = 2.0 * collisions as f64 / count as f64 / engine.time();
-            factors.push(z);
-            quotients.push(rate / (4.0 * (z - 1.0) / PI.sqrt()));
-        }
-        let (z, z_error) = mean_and_error(&factors);
-        let (quotient, quotient_error) = mean_and_error(&quotients);
+    for (packing, expected) in COMPRESSIBILITY {
+        let found = equation_of_state(10_000, packing, 10, 800_000).expect("a gas");
+        let [(z, z_error), (quotient, quotient_error)] = [found.factor, found.rate]
+            .map(|part| (part.value, part.standard_error.expect("ten blocks")));
         println!(
             "packing {packing}: Z = {z:.5} +- {z_error:.5} (expected {expected}), rate over virial {quotient:.5} +- {quotient_error:.5}"
         );

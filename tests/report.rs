@@ -377,6 +377,7 @@ fn manifest(size: Size, title: &str, snapshots: Vec<Snapshot>) -> Manifest {
             verdict("Impact parameter", "P(b/d) of DSMC is uniform in every window (invented).", VerdictKind::Agree),
             verdict("Structure factor", "The error bars are too wide to tell at k = 1 (invented).", VerdictKind::Undecided),
         ],
+        choices: Vec::new(),
         warnings: vec!["the numbers of this folder are invented".to_owned()],
         snapshots,
     }

@@ -14,6 +14,7 @@
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
 //! | [`fields`] | where is a flow dense, fast, hot? | sums over cells, batch means | O(N) a sample |
 //! | [`steady`] | from when on is it steady? | marginal standard error rule | O(values) |
+//! | [`accuracy`] | how far is one run from the truth, and how many does a target take? | means, Student and chi-squared intervals | O(values) |
 //! | [`fit`] | which limit, which slope, which order? | weighted least squares | O(values) |
 //! | [`theory`] | what does kinetic theory say of a mixture? | adaptive Runge-Kutta | O(species²) a step |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
@@ -28,6 +29,7 @@
 //! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave vectors: it has
 //! neither window nor aliasing. The all-pairs count that checks the cell lists lives in the tests.
 
+pub mod accuracy;
 pub mod compare;
 pub mod energy;
 pub mod equilibrium;

@@ -127,6 +127,9 @@ pub struct Case {
     pub measure: Measure,
     /// How the engines are compared.
     pub verdict: Verdict,
+    /// Largest error that the resolution of the Monte Carlo engines may make, a share; none leaves it to the case.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
 }
 
 /// The disks.

@@ -42,6 +42,7 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
         verdict: Verdict {
             false_alarm: written.verdict.false_alarm,
         },
+        accuracy: check.accuracy(written.accuracy.as_ref())?,
     })
 }
 
@@ -238,6 +239,17 @@ impl Check<'_> {
             samples_per_decade: run.samples_per_decade as usize,
             checkpoint_seconds: run.checkpoint_seconds,
         })
+    }
+
+    fn accuracy(&self, accuracy: Option<&written::Accuracy>) -> Result<Option<f64>, Problem> {
+        let Some(accuracy) = accuracy else {
+            return Ok(None);
+        };
+        let key = "accuracy.target";
+        let target = crate::words::share(&accuracy.target);
+        target
+            .map(Some)
+            .ok_or_else(|| self.refuse(key, schema::sentence(key)))
     }
 
     fn drive(&self, drive: Option<&written::Drive>, until: f64) -> Result<Option<Drive>, Problem> {

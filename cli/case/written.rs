@@ -68,6 +68,8 @@ pub struct Written {
     /// How the engines are compared.
     #[serde(default)]
     pub verdict: Verdict,
+    /// How accurate the Monte Carlo engines must be. Their simulators per disk and steps are then chosen by the program.
+    pub accuracy: Option<Accuracy>,
     /// Parameter sweeps. Each block maps dotted keys to lists of values and stands for their product.
     #[serde(default)]
     #[expect(dead_code, reason = "sweeps are expanded before the points are read")]
@@ -405,6 +407,16 @@ pub enum Assignment {
     NearestGridPoint,
     /// Linearly among the four points around it.
     CloudInCell,
+}
+
+/// How accurate the Monte Carlo engines must be.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Accuracy {
+    /// Largest error of a Monte Carlo engine against Enskog's theory, of the energy at `t0` or the collision rate of an elastic
+    /// gas: a share such as "1%". A pilot chooses the fewest simulators per disk and steps that keep it.
+    #[schemars(extend("minLength" = 1, "x-allowed" = "a target is a share in quotes, such as \"1%\" or \"0.01\", above 0 and below 1"))]
+    pub target: String,
 }
 
 /// How the engines are compared.

@@ -21,7 +21,7 @@ use crate::run::Place;
 /// A kind of case that can be checked and run.
 pub(super) trait Job: Form + Sync {
     /// What follows from a case: all that a run needs.
-    type Plan: Sync;
+    type Plan: Send + Sync;
 
     /// Files that are in the folder of every finished run.
     const FILES: &'static [&'static str];
@@ -31,6 +31,16 @@ pub(super) trait Job: Form + Sync {
 
     /// Derives the plan; `file` is the case file, for messages.
     fn plan(&self, file: &Path) -> Result<Self::Plan, CommandError>;
+
+    /// Settles what the case leaves to the program, by a pilot; a run that is continued settles the same.
+    fn settle(plan: Self::Plan) -> Result<Self::Plan, CommandError> {
+        Ok(plan)
+    }
+
+    /// What the program has chosen by itself, in sentences.
+    fn choices(_plan: &Self::Plan) -> Vec<String> {
+        Vec::new()
+    }
 
     /// What a plan means, in lines.
     fn outline(plan: &Self::Plan) -> String;
@@ -91,6 +101,11 @@ impl<C: Job> Planned<C> {
     }
 }
 
+/// The plans of all points of a case.
+pub(super) fn plans<C: Job>(arguments: &CaseArguments) -> Result<Vec<C::Plan>, CommandError> {
+    Ok(Planned::<C>::read(arguments)?.plans)
+}
+
 /// Validates a case and says what follows from it.
 pub(super) fn check<C: Job>(arguments: &CheckArguments) -> Result<(), CommandError> {
     let planned = Planned::<C>::read(&arguments.case)?;
@@ -117,7 +132,13 @@ pub(super) fn run<C: Job>(arguments: &RunArguments) -> Result<(), CommandError> 
     if arguments.threads == Some(0) {
         return Err(CommandError::Threads { found: 0 });
     }
-    let planned = Planned::<C>::read(&arguments.case)?;
+    let mut planned = Planned::<C>::read(&arguments.case)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.unwrap_or(0))
+        .build()?;
+    planned.plans = (planned.plans.into_iter())
+        .map(|plan| pool.install(|| C::settle(plan)))
+        .collect::<Result<Vec<_>, _>>()?;
     let file = &planned.file;
     let folder = arguments.out.clone().unwrap_or_else(|| {
         Path::new("results").join(file.path.file_stem().unwrap_or_else(|| "case".as_ref()))
@@ -135,9 +156,6 @@ pub(super) fn run<C: Job>(arguments: &RunArguments) -> Result<(), CommandError> 
     inputs.extend(planned.plans.iter().flat_map(C::inputs));
     results::open(&folder, existing, &inputs, &runs)?;
     let stop = stopped_by_signals();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.unwrap_or(0))
-        .build()?;
     let sweep = file.points.len() > 1 || !file.points[0].settings.is_empty();
     if sweep {
         write_json(&folder.join(manifest::SWEEP_FILE), &sweep_index(file))?;
@@ -207,6 +225,9 @@ fn run_point<C: Job>(
         "{name} ({})",
         duration(began.elapsed().as_secs_f64())
     ));
+    for choice in C::choices(plan) {
+        say(&format!("  resolution: {choice}"));
+    }
     for verdict in &verdicts {
         say(&format!("  {}: {}", verdict.topic, verdict.sentence));
     }

@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::thread;
 
+use stosszahl_model::Sizes;
 use stosszahl_model::snapshot::Fingerprint;
-use stosszahl_model::{Plane, Sizes};
 
 use super::CommandError;
 use super::job::{self, Job, PointRun};
+use crate::accuracy;
 use crate::case::{self, Case, CaseFile, Engine, Units};
 use crate::export::Tables;
 use crate::manifest::{self, Manifest, Verdict};
@@ -46,6 +47,14 @@ impl Job for Case {
             path: file.to_owned(),
             source,
         })
+    }
+
+    fn settle(setup: Setup) -> Result<Setup, CommandError> {
+        Ok(accuracy::resolved(setup)?)
+    }
+
+    fn choices(setup: &Setup) -> Vec<String> {
+        setup.choices.clone()
     }
 
     fn outline(setup: &Setup) -> String {
@@ -128,19 +137,12 @@ fn estimate(setup: &Setup) -> (f64, f64) {
                 bytes = bytes.max(220.0 * disks);
             }
             Engine::Dsmc(dsmc) => {
-                let parameters = setup.dsmc_parameters(dsmc);
-                let copies = f64::from(parameters.simulators_per_disk);
+                let copies = setup.copies(dsmc);
                 let simulators = disks * copies;
-                // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
-                let path = parameters.mean_free_path::<Plane>(setup.packing_fraction, 1.0);
-                let mut step = path / 1.25;
-                if dsmc.scheme.within_cells() {
-                    step = step.min(setup.cell_size(dsmc)[0] / 4.5);
-                } else {
+                if !dsmc.scheme.within_cells() {
                     seconds += copies * exact / COLLISIONS_ACROSS_PER_SECOND;
                 }
-                let step = step / dsmc.steps_per_crossing;
-                let steps = setup.expected_collisions(until) / setup.collision_rate() / step;
+                let steps = setup.expected_steps(dsmc);
                 seconds += steps * simulators / SIMULATOR_STEPS_PER_SECOND;
                 bytes = bytes.max(100.0 * simulators);
             }
@@ -150,7 +152,7 @@ fn estimate(setup: &Setup) -> (f64, f64) {
 }
 
 /// What decides the numbers of a run.
-fn fingerprint(setup: &Setup) -> Fingerprint {
+pub(crate) fn fingerprint(setup: &Setup) -> Fingerprint {
     let mut hash = blake3::Hasher::new();
     hash.update(env!("CARGO_PKG_VERSION").as_bytes());
     // Neither the title nor how often the run is saved.
@@ -263,6 +265,7 @@ fn describe(
         start: start.collect(),
         engines,
         verdicts: verdicts(setup, replicas, tables),
+        choices: setup.choices.clone(),
         warnings: suspicions,
         snapshots: snapshots.collect(),
     }

@@ -37,7 +37,7 @@ use crate::flow;
 use crate::homogeneous::report as homogeneous;
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE, Sweep};
 use crate::tables::{
-    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
     ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
@@ -177,6 +177,8 @@ pub(crate) struct Results {
     pub steady: Option<Vec<SteadyRow>>,
     /// Mean squared displacement; none unless it was measured.
     pub displacements: Option<Vec<DisplacementRow>>,
+    /// Sources of error; none in folders of earlier versions.
+    pub budget: Option<Vec<ErrorBudgetRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -229,6 +231,7 @@ impl Results {
             dissipation: read::table(folder)?,
             steady: read::table(folder)?,
             displacements: read::table(folder)?,
+            budget: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }

@@ -7,7 +7,7 @@ use super::figures::{
 };
 use super::page::{Column, table};
 use super::plot::{Axis, Chart, Point, Stroke};
-use crate::tables::{DisplacementRow, SteadyRow};
+use crate::tables::{DisplacementRow, ErrorBudgetRow, Mark, SteadyRow};
 
 /// Table of the quarters of a driven run.
 pub(crate) fn steady(rows: &[SteadyRow]) -> Markup {
@@ -35,6 +35,44 @@ pub(crate) fn steady(rows: &[SteadyRow]) -> Markup {
             "at which Enskog’s dissipation equals the heating."
         }
         (table("Quarters of the run", &columns, &lines))
+    }
+}
+
+/// Table of the sources of error.
+pub(crate) fn error_budget(rows: &[ErrorBudgetRow]) -> Markup {
+    let value = |number_of: Option<f64>| number_of.map_or_else(|| "–".to_owned(), |x| number(x, 3));
+    let lines: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let mark = match row.mark {
+                Mark::Green => "● green",
+                Mark::Amber => "◐ amber",
+                Mark::Red => "○ red",
+            };
+            vec![
+                engine_name(&row.engine),
+                row.source.clone(),
+                format!("{} {}", value(row.value), row.unit),
+                value(row.estimate.map(|share| 100.0 * share)),
+                mark.to_owned(),
+                row.reason.clone(),
+            ]
+        })
+        .collect();
+    let columns: [Column; 6] = [
+        ("engine", true),
+        ("source", true),
+        ("measured", true),
+        ("estimate, %", false),
+        ("mark", true),
+        ("why", true),
+    ];
+    html! {
+        p {
+            "Rough estimates of the error of each numerical choice: green up to 1 %, amber up to 5 %, red beyond or unknown. "
+            "They say what to refine next; " code { "stosszahl frontier" } " measures errors."
+        }
+        (table("Error budget", &columns, &lines))
     }
 }
 

@@ -216,6 +216,10 @@ fn summary(results: &Results) -> Markup {
             } @else {
                 p.absent { "The manifest of this run holds no verdict." }
             }
+            @if !manifest.choices.is_empty() {
+                p { "The resolution of the Monte Carlo engines was chosen by a pilot." }
+                ul { @for choice in &manifest.choices { li { (choice) } } }
+            }
             @if !(unequal.is_empty() && urgent.is_empty() && manifest.warnings.is_empty()) {
                 div.warnings role="alert" {
                     strong { "Warnings" }
@@ -405,7 +409,7 @@ fn legend(figure: &Figure) -> Vec<Curve> {
 }
 
 /// The sample of a curve in a legend.
-fn swatch(curve: &Curve) -> Markup {
+pub(crate) fn swatch(curve: &Curve) -> Markup {
     let width = if curve.stroke == Stroke::Thin {
         "1.2"
     } else {
@@ -521,6 +525,10 @@ fn tables(results: &Results) -> Markup {
             @if let Some(rows) = &results.steady {
                 h3 { "Steady state" }
                 (optional::steady(rows))
+            }
+            @if let Some(rows) = &results.budget {
+                h3 { "Error budget" }
+                (optional::error_budget(rows))
             }
             h3 { "Spread of the replicas" }
             (replicas(results.replicas.as_ref()))

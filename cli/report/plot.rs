@@ -10,7 +10,7 @@ pub(crate) mod map;
 use std::fmt::Write as _;
 
 use kuva::backend::svg::SvgBackend;
-use kuva::plot::annotations::ReferenceLine;
+use kuva::plot::annotations::{ReferenceLine, TextAnnotation};
 use kuva::plot::line::{LinePlot, LineStyle};
 use kuva::plot::scatter::{MarkerShape, ScatterPlot};
 use kuva::render::layout::{Layout, TickFormat};
@@ -160,6 +160,17 @@ pub(crate) struct Curve {
     pub points: Vec<Point>,
 }
 
+/// A word at a place.
+#[derive(Clone, Debug)]
+pub(crate) struct Label {
+    /// The word.
+    pub text: String,
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate.
+    pub y: f64,
+}
+
 /// A plot.
 #[derive(Clone, Debug)]
 pub(crate) struct Chart {
@@ -210,6 +221,17 @@ impl Chart {
 
     /// Draws the plot for one of `columns` columns; `number` makes the identifiers in the SVG unique on the page.
     pub fn svg(&self, number: usize, columns: usize, description: &str) -> String {
+        self.labelled_svg(number, columns, description, &[])
+    }
+
+    /// The same with a few words at some places.
+    pub fn labelled_svg(
+        &self,
+        number: usize,
+        columns: usize,
+        description: &str,
+        words: &[Label],
+    ) -> String {
         let size = if columns > 2 { THIRD } else { HALF };
         let points = self
             .curves
@@ -264,6 +286,12 @@ impl Chart {
                 .with_stroke_width(1.2)
                 .with_dasharray("6 4");
             layout = layout.with_reference_line(line);
+        }
+        for label in words {
+            let text = TextAnnotation::new(label.text.clone(), label.x, label.y)
+                .with_color("var(--ink)")
+                .with_font_size(11);
+            layout = layout.with_annotation(text);
         }
         let scene = render_multiple(plots, layout);
         embed(

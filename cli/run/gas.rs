@@ -38,6 +38,8 @@ pub(super) trait Gas: Sized {
     fn kick(&mut self, drive: Drive, number: u64, streams: Streams);
     fn checkpoint(&self) -> Self::Checkpoint;
     fn work(&self) -> BTreeMap<String, f64>;
+    /// Memory of the engine in or after the last leg.
+    fn bytes(&self) -> usize;
 }
 
 /// Exact dynamics, between two legs.
@@ -47,6 +49,7 @@ pub(super) struct Exact<P: Planar> {
     pub(super) limit: Option<u64>,
     pub(super) gas: stosszahl_ed::Checkpoint<P>,
     pub(super) origin: Vec<Vector2<f64>>,
+    pub(super) bytes: usize,
 }
 
 /// Everything needed to continue a run of exact dynamics.
@@ -75,6 +78,7 @@ impl<P: Planar> Gas for Exact<P> {
         let mut engine =
             stosszahl_ed::Engine::<P>::new(self.scene.clone(), self.dissipation, self.gas.clone())?;
         let reached = engine.advance(until, leg, watch);
+        self.bytes = engine.bytes();
         // Also where it cannot go on: that state is what one wants to see.
         self.gas = engine.checkpoint();
         Ok(reached?)
@@ -137,6 +141,9 @@ impl<P: Planar> Gas for Exact<P> {
         ]
         .map(|(name, number)| (name.to_owned(), number))
         .into()
+    }
+    fn bytes(&self) -> usize {
+        self.bytes
     }
 }
 
@@ -216,5 +223,8 @@ impl<P: Planar, F: Follow<Plane>> Gas for stosszahl_dsmc::Engine<P, F> {
         ]
         .map(|(name, number)| (name.to_owned(), number))
         .into()
+    }
+    fn bytes(&self) -> usize {
+        self.bytes()
     }
 }

@@ -24,6 +24,8 @@ use crate::setup::Setup;
 pub struct Work {
     /// Pair collisions, of simulators where those collide.
     pub collisions: u64,
+    /// Largest memory of the engine between legs \[bytes\].
+    pub bytes: usize,
     /// Named numbers.
     pub numbers: BTreeMap<String, f64>,
 }
@@ -84,6 +86,7 @@ pub(super) fn run_engine<P: Planar>(
                     limit: *collision_limit,
                     gas,
                     origin,
+                    bytes: 0,
                 })
             };
             follow(setup, engine, noise, begin, &control.with(), snapshots)
@@ -182,6 +185,7 @@ fn follow<G: Gas>(
         record = Some(Record::new(setup, gas.state().temperature(gas.scene())));
     }
     let mut record = record.expect("just made");
+    let mut bytes = gas.bytes();
     while let Some(moment) = schedule.get(next) {
         let before = gas.collisions();
         let kick = kick_after(setup, &record);
@@ -189,7 +193,8 @@ fn follow<G: Gas>(
         let until = kick.map_or(moment.time_over_t0, |kick| kick.min(moment.time_over_t0));
         let reached = gas
             .leg(until * setup.time, &mut record.windows)
-            .map_err(|error| stopped(setup, engine, &gas, &control.path, error))?;
+            .map_err(|error| stopped(setup, engine, &gas, control.path.as_deref(), error))?;
+        bytes = bytes.max(gas.bytes());
         if reached && until == moment.time_over_t0 {
             if moment.displacement == Some(0.0) {
                 gas.follow_displacements();
@@ -222,6 +227,7 @@ fn follow<G: Gas>(
     seconds += lap();
     let work = Work {
         collisions: gas.collisions(),
+        bytes,
         numbers: gas.work(),
     };
     control.save(&Progress {
@@ -244,9 +250,12 @@ fn stopped<G: Gas>(
     setup: &Setup,
     engine: &Engine,
     gas: &G,
-    checkpoint: &Path,
+    checkpoint: Option<&Path>,
     error: RunError,
 ) -> RunError {
+    let (RunError::EventDriven(_), Some(checkpoint)) = (&error, checkpoint) else {
+        return error;
+    };
     let RunError::EventDriven(source) = error else {
         return error;
     };

@@ -9,6 +9,7 @@ mod gas;
 mod job;
 mod prepare;
 mod record;
+mod unsaved;
 
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ pub use driven::{Driven, PARTS};
 pub use job::{Finished, Work};
 pub use prepare::StartReport;
 pub use record::Record;
+pub(crate) use unsaved::Unsaved;
 
 use crate::dispatch::{Planar, Visit, with_scene};
 use crate::progress::{JobProgress, Progress};
@@ -141,7 +143,8 @@ fn leg_collisions(disks: usize) -> u64 {
 
 /// Saves, stops and tells about one part of one replica.
 pub(crate) struct Control<'a, T> {
-    path: PathBuf,
+    /// The checkpoint; none if nothing is kept.
+    path: Option<PathBuf>,
     fingerprint: &'a Fingerprint,
     interval: Duration,
     last: Mutex<Instant>,
@@ -160,10 +163,12 @@ impl<'a, T> Control<'a, T> {
         progress: &JobProgress,
     ) -> Self {
         Self {
-            path: place
-                .folder
-                .join(CHECKPOINTS)
-                .join(format!("replica-{replica}-{part}.snapshot")),
+            path: Some(
+                place
+                    .folder
+                    .join(CHECKPOINTS)
+                    .join(format!("replica-{replica}-{part}.snapshot")),
+            ),
             fingerprint: place.fingerprint,
             interval: Duration::from_secs_f64(seconds.min(1e9)),
             last: Mutex::new(Instant::now()),
@@ -196,7 +201,10 @@ impl<T> Control<'_, T> {
 impl<T: Serialize + DeserializeOwned> Control<'_, T> {
     /// The last checkpoint, if there is one.
     pub(crate) fn load(&self) -> Result<Option<T>, RunError> {
-        match snapshot::read(&self.path, self.fingerprint) {
+        let Some(path) = &self.path else {
+            return Ok(None);
+        };
+        match snapshot::read(path, self.fingerprint) {
             Ok(content) => Ok(Some(content)),
             Err(SnapshotError::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 Ok(None)
@@ -206,7 +214,10 @@ impl<T: Serialize + DeserializeOwned> Control<'_, T> {
     }
 
     pub(crate) fn save(&self, content: &T) -> Result<(), RunError> {
-        Ok(snapshot::write(&self.path, self.fingerprint, content)?)
+        match &self.path {
+            Some(path) => Ok(snapshot::write(path, self.fingerprint, content)?),
+            None => Ok(()),
+        }
     }
 
     /// After a leg: saves when it is time to, and stops when asked to.

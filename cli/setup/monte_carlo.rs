@@ -36,7 +36,7 @@ impl Setup {
     }
 
     /// Whether the box is wider than the shortest wave of shear that grows while the gas cools.
-    fn has_unstable_modes(&self) -> bool {
+    pub fn has_unstable_modes(&self) -> bool {
         let lengths = self.domain.lengths();
         let widest = lengths[0].max(lengths[1]);
         self.restitution < 1.0
@@ -49,8 +49,26 @@ impl Setup {
                 )
     }
 
+    /// Simulators for each disk.
+    pub fn copies(&self, dsmc: &Dsmc) -> f64 {
+        f64::from(self.dsmc_parameters(dsmc).simulators_per_disk)
+    }
+
+    /// Steps of a Monte Carlo engine up to the end of the run, about.
+    pub fn expected_steps(&self, dsmc: &Dsmc) -> f64 {
+        let parameters = self.dsmc_parameters(dsmc);
+        // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
+        let path = parameters.mean_free_path::<Plane>(self.packing_fraction, 1.0);
+        let mut step = path / 1.25;
+        if dsmc.scheme.within_cells() {
+            step = step.min(self.cell_size(dsmc)[0] / 4.5);
+        }
+        let time = self.expected_collisions(self.case.run.until) / self.collision_rate();
+        time * dsmc.steps_per_crossing / step
+    }
+
     /// Mean number of simulators in a Monte Carlo cell.
-    pub(super) fn simulators_per_cell(&self, dsmc: &Dsmc) -> f64 {
+    pub fn simulators_per_cell(&self, dsmc: &Dsmc) -> f64 {
         let side = self.cell_size(dsmc);
         let share = side[0] * side[1] / self.domain.volume();
         share * self.disks as f64 * f64::from(self.dsmc_parameters(dsmc).simulators_per_disk)

@@ -38,6 +38,24 @@ pub enum ValidateError {
     /// A table cannot be written.
     #[error(transparent)]
     Write(#[from] SnapshotError),
+    /// `--budget` is no time.
+    #[error(
+        "--budget {found}: allowed is a time such as 90s, 5m or 1h, above 0 and at most a year"
+    )]
+    Budget {
+        /// What was found.
+        found: String,
+    },
+    /// Something of the whole does not hold.
+    #[error("{failed} of {claims} claims do not hold, {missing} parts are missing")]
+    Whole {
+        /// How many failed or were not resolved.
+        failed: usize,
+        /// How many were made.
+        claims: usize,
+        /// Parts that were not run to the end.
+        missing: usize,
+    },
     /// A claim of the default scheme does not hold.
     #[error("{failed} of {claims} claims of the default scheme do not hold")]
     Failed {

@@ -20,6 +20,7 @@ mod gas;
 pub mod schemes;
 pub mod table;
 mod unstable;
+pub mod whole;
 
 use rayon::prelude::*;
 
@@ -99,6 +100,12 @@ pub enum Trouble {
     /// A measurement refused.
     #[error(transparent)]
     Measure(#[from] stosszahl_analysis::Error),
+    /// A gas without positions refused.
+    #[error(transparent)]
+    Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
+    /// Theory of a mixture has no answer.
+    #[error(transparent)]
+    Theory(#[from] stosszahl_analysis::theory::TheoryError),
     /// A restitution that is none.
     #[error("restitution {0}; allowed is from 0 to 1")]
     Restitution(f64),

@@ -1,0 +1,188 @@
+//! Whether errors fall at the orders that theory predicts.
+//!
+//! Each sequence of settings is fitted with `limit + slope h^order`, the order being theory's, and with the order free. The
+//! runs of a sequence share their starts, so their common noise goes into the limit, and the fit of the differences is at
+//! worst too careful.
+
+use serde::Serialize;
+use stosszahl_analysis::fit::{self, Point};
+
+use super::front::Measured;
+use super::quantity::Quantity;
+use super::reference::Reference;
+
+/// Standard errors from which a slope is seen.
+const SEEN: f64 = 3.0;
+/// Standard deviations of chi-squared beyond its degrees of freedom from which an order does not hold.
+const BAD: f64 = 3.0;
+
+/// What a sequence shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Verdict {
+    /// The order of theory describes the values, and there is an error to describe.
+    Holds,
+    /// It does not describe them.
+    DoesNotHold,
+    /// No error is seen within the noise.
+    NotSeen,
+}
+
+impl Verdict {
+    /// In words.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::DoesNotHold => "does not hold",
+            Self::NotSeen => "no error seen",
+        }
+    }
+}
+
+/// A row of `orders.csv`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct OrderRow {
+    /// What is refined.
+    pub(crate) sequence: &'static str,
+    /// Quantity.
+    pub(crate) quantity: &'static str,
+    /// When, in units of t0.
+    pub(crate) time_over_t0: f64,
+    /// Settings.
+    pub(crate) settings: usize,
+    /// Order by theory.
+    pub(crate) order: f64,
+    /// Order that fits best; empty where no error is seen or three settings are lacking.
+    pub(crate) found_order: Option<f64>,
+    /// Range of one standard error of it.
+    pub(crate) found_order_low: Option<f64>,
+    /// Range of one standard error of it.
+    pub(crate) found_order_high: Option<f64>,
+    /// Limit at h = 0 less the reference, over the unit of the error.
+    pub(crate) limit_error: f64,
+    /// Its standard error.
+    pub(crate) limit_error_se: f64,
+    /// Slope over the unit of the error.
+    pub(crate) slope: f64,
+    /// Its standard error.
+    pub(crate) slope_se: f64,
+    /// Sum of the squared deviations over the squared errors.
+    pub(crate) chi_squared: f64,
+    /// Degrees of freedom.
+    pub(crate) degrees_of_freedom: usize,
+    /// Whether the order holds.
+    pub(crate) verdict: Verdict,
+}
+
+/// All sequences of the measured settings that can be fitted, with all quantities.
+pub(crate) fn orders(
+    measured: &[Measured],
+    quantities: &[Quantity],
+    references: &[Reference],
+) -> Vec<OrderRow> {
+    let mut sequences: Vec<(&'static str, f64)> = Vec::new();
+    for refinement in measured.iter().flat_map(|one| &one.setting.refinements) {
+        let known = sequences
+            .iter()
+            .any(|(name, _)| *name == refinement.sequence);
+        if !known {
+            sequences.push((refinement.sequence, refinement.order));
+        }
+    }
+    let mut rows = Vec::new();
+    for (sequence, order) in sequences {
+        for (index, quantity) in quantities.iter().enumerate() {
+            let unit = quantity.kind.unit(references[index].known.value).abs();
+            let points: Vec<Point> = measured
+                .iter()
+                .filter_map(|one| {
+                    let mut members = one.setting.refinements.iter();
+                    let here = members.find(|member| member.sequence == sequence)?;
+                    let found = one.accuracies[index]?;
+                    let count = found.repetitions as f64;
+                    Some(Point {
+                        x: here.h,
+                        y: (found.mean - references[index].known.value) / unit,
+                        error: found.statistical / count.sqrt(),
+                    })
+                })
+                .collect();
+            rows.extend(row(
+                sequence,
+                *quantity,
+                order,
+                &points,
+                references[index].known.standard_error / unit,
+            ));
+        }
+    }
+    rows
+}
+
+fn row(
+    sequence: &'static str,
+    quantity: Quantity,
+    order: f64,
+    points: &[Point],
+    reference_error: f64,
+) -> Option<OrderRow> {
+    let line = fit::richardson(points, order).ok()?;
+    if line.degrees_of_freedom == 0 {
+        return None;
+    }
+    let freedom = line.degrees_of_freedom as f64;
+    let bad = line.chi_squared > freedom + BAD * (2.0 * freedom).sqrt();
+    let seen = line.slope.abs() > SEEN * line.slope_error;
+    let verdict = match (bad, seen) {
+        (true, _) => Verdict::DoesNotHold,
+        (false, true) => Verdict::Holds,
+        (false, false) => Verdict::NotSeen,
+    };
+    let free = (seen || bad).then(|| fit::order(points).ok()).flatten();
+    Some(OrderRow {
+        sequence,
+        quantity: quantity.kind.name(),
+        time_over_t0: quantity.time,
+        settings: points.len(),
+        order,
+        found_order: free.map(|free| free.value),
+        found_order_low: free.map(|free| free.range[0]),
+        found_order_high: free.map(|free| free.range[1]),
+        limit_error: line.intercept,
+        limit_error_se: line.intercept_error.hypot(reference_error),
+        slope: line.slope,
+        slope_se: line.slope_error,
+        chi_squared: line.chi_squared,
+        degrees_of_freedom: line.degrees_of_freedom,
+        verdict,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frontier::quantity::Kind;
+
+    fn verdict(order: f64, values: impl Fn(f64) -> f64) -> Verdict {
+        let points = [0.25, 0.5, 1.0, 2.0].map(|x| Point {
+            x,
+            y: values(x),
+            error: 0.01,
+        });
+        let quantity = Quantity {
+            kind: Kind::Energy,
+            time: 1.0,
+        };
+        row("cells", quantity, order, &points, 0.0)
+            .expect("a fit")
+            .verdict
+    }
+
+    #[test]
+    fn orders_hold_only_where_they_describe_the_values() {
+        assert_eq!(verdict(2.0, |h| 0.1 + 0.3 * h * h), Verdict::Holds);
+        assert_eq!(verdict(1.0, |h| 0.1 + 0.3 * h * h), Verdict::DoesNotHold);
+        assert_eq!(verdict(2.0, |h| 0.1 + 0.3 * h), Verdict::DoesNotHold);
+        assert_eq!(verdict(2.0, |h| 0.1 + 1e-4 * h), Verdict::NotSeen);
+    }
+}
