@@ -11,6 +11,7 @@ use std::{fs, io};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::{Fingerprint, SnapshotError, write_whole};
 
+use crate::flow::tables::{BoundaryRow, FieldRow, ProfileRow, SeriesRow};
 use crate::homogeneous::tables::{
     CheckRow, ClusterRow, GasRow, SizeRow, SpeciesRow, TimeAveragedRow,
 };
@@ -26,7 +27,7 @@ use crate::tables::{
 const RUN_FILE: &str = "run.json";
 
 /// Every file that a run of any kind writes at the top of its folder.
-const FILES: [&str; 19] = [
+const FILES: &[&str] = &[
     EnergyRow::FILE,
     ComparisonRow::FILE,
     ImpactParameterRow::FILE,
@@ -44,6 +45,10 @@ const FILES: [&str; 19] = [
     ClusterRow::FILE,
     SizeRow::FILE,
     CheckRow::FILE,
+    SeriesRow::FILE,
+    FieldRow::FILE,
+    ProfileRow::FILE,
+    BoundaryRow::FILE,
     MANIFEST_FILE,
     REPORT_FILE,
 ];

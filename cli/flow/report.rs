@@ -14,6 +14,7 @@ use crate::report::page::{self, Counter};
 use crate::report::plot::map::Map;
 use crate::report::plot::{Axis, Chart, Curve, Point, Stroke};
 use crate::report::{REPORT_FILE, ReportError, read, write_whole};
+use crate::tables::Row;
 
 /// Everything that is read from the folder.
 struct Results {
@@ -85,10 +86,8 @@ fn course(results: &Results, counter: &mut Counter) -> Markup {
     html! {
         section id="course" {
             h2 { "Course of the whole gas" }
-            div.pair {
-                (page::figure(energies(&results.series), counter).unwrap_or_default())
-                (page::figure(temperatures(&results.series), counter).unwrap_or_default())
-            }
+            (page::figure(energies(&results.series), counter).unwrap_or_default())
+            (page::figure(temperatures(&results.series), counter).unwrap_or_default())
             @if !results.species.is_empty() {
                 (page::figure(species(&results.species), counter).unwrap_or_default())
             }
@@ -279,13 +278,19 @@ fn maps(results: &Results, counter: &mut Counter) -> Markup {
     let Some(last) = last else {
         return html! {};
     };
+    let drawn: Vec<Markup> = names
+        .iter()
+        .filter_map(|name| engine_maps(results, name, last, counter))
+        .collect();
     html! {
         section id="fields" {
             h2 { "Fields" }
-            p { "Averages from t = " (number(last.0, 4)) " to " (number(last.1, 4)) "; other windows of time are in the tables." }
-            @for name in &names {
-                (engine_maps(results, name, last, counter))
+            @if drawn.is_empty() {
+                p.absent { "One cell along an axis: see the profiles. The fields are in " code { (FieldRow::FILE) } "." }
+            } @else {
+                p { "Averages from t = " (number(last.0, 4)) " to " (number(last.1, 4)) "; other windows of time are in the tables." }
             }
+            @for figure in drawn { (figure) }
         }
     }
 }
@@ -295,7 +300,7 @@ fn engine_maps(
     engine: &str,
     window: (f64, f64),
     counter: &mut Counter,
-) -> Markup {
+) -> Option<Markup> {
     let rows: Vec<&FieldRow> = (results.fields.iter())
         .filter(|row| row.engine == engine && within(window, row.window_start, row.window_end))
         .collect();
@@ -340,12 +345,14 @@ fn engine_maps(
         })
         .filter(|(_, map)| !map.is_empty())
         .collect();
-    page::maps(
-        &format!("Fields, {}", engine_name(engine)),
-        "Filled contours; the arrows are the mean velocity.",
-        &drawn,
-        counter,
-    )
+    (!drawn.is_empty()).then(|| {
+        page::maps(
+            &format!("Fields, {}", engine_name(engine)),
+            "Filled contours; the arrows are the mean velocity.",
+            &drawn,
+            counter,
+        )
+    })
 }
 
 /// Profiles along both axes in all windows.

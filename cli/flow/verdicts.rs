@@ -273,9 +273,9 @@ impl Said<'_> {
         Some(Verdict {
             topic: self.topic("energy"),
             sentence: format!(
-                "The energy, {}is kept to {worst:.1e} of itself (limit {KEPT:.0e}).",
+                "The energy{} is kept to {worst:.1e} of itself (limit {KEPT:.0e}).",
                 if self.plan.flow.gravity.is_some() {
-                    "with that of height, "
+                    ", with that of height,"
                 } else {
                     ""
                 }

@@ -359,9 +359,6 @@ pub(crate) fn maps(
     maps: &[(&str, Map)],
     counter: &mut Counter,
 ) -> Markup {
-    if maps.is_empty() {
-        return html! {};
-    }
     counter.figures += 1;
     html! {
         figure {
