@@ -538,17 +538,24 @@ impl Said<'_> {
             sentence,
             kind: VerdictKind::Agree,
         };
+        let last = ends[1].clone();
+        let (centre, centre_error) = mean(last.clone(), middle.clone(), &speed);
+        let entering = (flow.inflow.iter())
+            .find(|inflow| inflow.face == FaceName::Left)
+            .map_or(centre, |inflow| inflow.velocity[0]);
         let mut list = vec![informs(
             "along the channel",
             format!(
-                "From the first to the last eighth, in the middle of the channel, the velocity changes by the factor {}, the temperature by {}, the density by {}.",
+                "From the first to the last eighth, in the middle of the channel, the velocity changes by the factor {}, the temperature by {}, the density by {}; at the exit the velocity there is {} of that of the inflow.",
                 written(speed_change, speed_error),
                 written(heat_change, heat_error),
-                written(density_change, density_error)
+                written(density_change, density_error),
+                written(
+                    centre / entering,
+                    centre_error.map(|error| error / entering)
+                )
             ),
         )];
-        let last = ends[1].clone();
-        let (centre, centre_error) = mean(last.clone(), middle.clone(), &speed);
         let edges = [0..1, rows - 1..rows].map(|rows| mean(last.clone(), rows, &speed));
         let slip = 0.5 * (edges[0].0 + edges[1].0) / centre;
         let slip_error = edges[0]

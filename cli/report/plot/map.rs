@@ -39,7 +39,7 @@ const BOTTOM: f64 = 58.0;
 const HEIGHTS: [f64; 2] = [110.0, 420.0];
 
 /// Most arrows along an axis.
-const ARROWS: usize = 20;
+const ARROWS: usize = 14;
 
 /// Levels of the contours.
 const LEVELS: usize = 12;
@@ -109,6 +109,7 @@ impl Map {
             .with_y_tick_format(labels(&y, y_range, y_step));
         layout = layout.with_colorbar_tick_format(scale());
         layout.show_legend = false;
+        layout.show_colorbar = true;
         let scene = render_multiple(plots, layout);
         embed(
             &SvgBackend::new().render_scene(&scene),
@@ -127,7 +128,7 @@ impl Map {
         let stride = |count: usize| count.div_ceil(ARROWS).max(1);
         let (right, up) = (stride(columns), stride(self.places[1].len()));
         let mut plot = QuiverPlot::new()
-            .with_color("var(--arrow)")
+            .with_color("#ffffff")
             .with_pivot(QuiverPivot::Middle)
             .with_auto_scale(0.95)
             .with_clip_to_plot_area();
