@@ -433,7 +433,18 @@ fn only_species_can_flow() {
     .expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let mut kinds = [0; 2];
-    engine.visit(|_, _: Vector2<f64>, (), kind: u32, _| kinds[kind as usize] += 1);
+    let mut light = Vec::new();
+    engine.visit(|position, _: Vector2<f64>, (), kind: u32, _| {
+        kinds[kind as usize] += 1;
+        if kind == 1 {
+            light.push(position);
+        }
+    });
+    // Species follow each other.
+    let state = engine.state();
+    assert_eq!(state.bodies.len(), kinds[0] + kinds[1]);
+    let second = state.bodies[kinds[0]..].iter().map(|body| body.position);
+    assert!(second.eq(light));
     assert!(kinds[0] <= 1 && kinds[1] > 200, "{kinds:?}");
     assert_eq!(
         engine.books().inflows[0].mass,

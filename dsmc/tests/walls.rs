@@ -4,7 +4,8 @@ mod support;
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
-    Boundaries, Clearance, Displacement, Engine, EngineError, Parameters, Scheme,
+    Boundaries, Clearance, Displacement, Engine, EngineError, Neighbourhood, Parameters, Scheme,
+    Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::Vibration;
@@ -401,9 +402,13 @@ fn what_does_not_fit_is_refused() {
         scheme: Scheme::ContactPoint { radius: None },
         ..PARAMETERS
     };
-    let said = start(contact, &state, &boundaries);
+    let weighted = Boundaries {
+        weights: Weights::along(0, vec![1.0, 2.0]).expect("factors"),
+        ..boundaries.clone()
+    };
+    let said = start(contact, &state, &weighted);
     assert!(
-        said.contains("contact-point") && said.contains("walls"),
+        said.contains("contact-point") && said.contains("weights"),
         "{said}"
     );
     let displaced = Parameters {
@@ -436,4 +441,62 @@ fn what_does_not_fit_is_refused() {
         periodic,
         Err(EngineError::UnlikeFaces { axis: 0, .. })
     ));
+}
+
+/// Dense elastic disks with partners across cells in a specular box: the pressure on the walls, and in between by Enskog's
+/// equation of state for the density in the middle, are the same to 2 %; energy is kept.
+#[test]
+fn dense_disks_press_on_their_walls() {
+    let (count, side, copies) = (500, 40.0, 8);
+    let boundaries = Boundaries {
+        clearance: Clearance::Radius,
+        ..boxed(Wall::specular())
+    };
+    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let domain = domain(&boundaries, [side, side]);
+    let state = gas(&scene, domain, 0.5, count, 1.0, 5);
+    for scheme in [
+        Scheme::ContactPoint { radius: None },
+        Scheme::Esmc(Neighbourhood::Cells(2)),
+    ] {
+        let parameters = Parameters {
+            scheme,
+            cell_size: None,
+            simulators_per_disk: copies,
+            ..PARAMETERS
+        };
+        let mut engine: Engine<Disks> =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        let energy = engine.state().kinetic_energy(&scene);
+        engine.advance(20.0, u64::MAX, &mut ());
+        let before = engine.books().walls;
+        let mut middle = 0.0;
+        let samples = 100;
+        for sample in 1..=samples {
+            engine.advance(20.0 + 1.0 * f64::from(sample), u64::MAX, &mut ());
+            engine.visit(|position, _, (), (), weight| {
+                let inside = |x: f64| (8.0..32.0).contains(&x);
+                if inside(position[0]) && inside(position[1]) {
+                    middle += weight / f64::from(samples);
+                }
+            });
+        }
+        let end = engine.state().kinetic_energy(&scene);
+        assert!((end / energy - 1.0).abs() < 1e-11);
+        let mut pressure = 0.0;
+        for (axis, (now, before)) in engine.books().walls.iter().zip(before).enumerate().take(2) {
+            for (now, before) in now.iter().zip(before) {
+                let given = (now.momentum - before.momentum)[axis];
+                pressure += given.abs() / (4.0 * (side - 1.0) * f64::from(samples));
+            }
+        }
+        let density = middle / (24.0 * 24.0);
+        let packing = density * Plane::ball(0.5);
+        let bulk = density * (1.0 + 2.0 * packing * Plane::contact_value(packing));
+        assert!(
+            (pressure / bulk - 1.0).abs() < 0.02,
+            "{scheme:?}: {pressure} {bulk}"
+        );
+    }
 }

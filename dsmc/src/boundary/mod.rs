@@ -83,10 +83,11 @@ impl<S: Space> Boundaries<S> {
                 return Err(EngineError::UnlikeFaces { axis, periodic });
             }
         }
-        if !self.is_periodic() && scheme.is_across() {
+        let is_plain = self.weights.is_uniform() && self.obstacles.is_empty();
+        if !is_plain && scheme.is_across() {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
-                what: "walls, open faces, weights or obstacles",
+                what: "weights or obstacles",
                 allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
             });
         }

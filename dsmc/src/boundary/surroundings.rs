@@ -195,6 +195,31 @@ impl<P: Physics> Surroundings<P> {
         room.max(LEAST_ROOM)
     }
 
+    /// Whether walls and open faces let the centre of a particle be at a position.
+    pub(crate) fn has_room(&self, position: VectorOf<P>, radius: f64) -> bool {
+        let clearance = self.clearance(radius);
+        let is_inside = |&(axis, side): &(usize, usize)| {
+            let inset = self.walls.wall(axis, side).map_or(0.0, |_| clearance);
+            let x = position[axis];
+            if side == 0 {
+                x >= inset
+            } else {
+                x <= self.lengths[axis] - inset && x < self.lengths[axis]
+            }
+        };
+        self.faces.iter().all(is_inside)
+    }
+
+    /// The least of [`Self::room`] of all cells that have some.
+    pub(crate) fn least_room(&self) -> f64 {
+        let columns = self.columns.iter();
+        let least = columns.map(|shares| {
+            let some = shares.iter().copied().filter(|&share| share > 0.0);
+            some.fold(1.0, f64::min)
+        });
+        least.product::<f64>().max(LEAST_ROOM)
+    }
+
     /// Whether flight within a tile, and out of it, is all that happens to simulators that are in it: for a flight that
     /// leaves a straight line by at most `bend` along each axis. Simulators that leave the tile are looked at anyway.
     pub(crate) fn is_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
