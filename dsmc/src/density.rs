@@ -220,13 +220,13 @@ impl<S: Space> Density<S> {
         let crowding: Vec<f64> = crowding
             .map(|(x, line)| {
                 let cell = at(x, line);
-                cells / self.around(cell, room(cell))
+                let factor = cells / self.around(cell, room(cell));
+                // Rooms are added in single precision.
+                if factor > 1.0 + 1e-5 { factor } else { 1.0 }
             })
             .collect();
-        // Rooms are added in single precision.
-        if crowding.iter().any(|&factor| factor > 1.0 + 1e-5) {
-            self.crowding = crowding;
-        }
+        let is_crowded = crowding.iter().any(|&factor| factor != 1.0);
+        self.crowding = if is_crowded { crowding } else { Vec::new() };
     }
 
     /// Whether chi of a cell depends on other cells, so that all must be arranged before any collides.

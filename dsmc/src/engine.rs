@@ -280,6 +280,7 @@ where
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
             + self.pool.bytes()
             + self.density.bytes()
+            + self.surroundings.as_ref().map_or(0, Surroundings::bytes)
             + self.rates.as_ref().map_or(0, Rates::bytes)
             + self.grid.bytes()
     }

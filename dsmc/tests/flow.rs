@@ -351,6 +351,13 @@ fn streams_that_have_no_meaning_are_refused() {
         ),
         (
             Inflow {
+                density: 1e10,
+                ..good
+            },
+            "density = 10000000000; allowed: at most 2^30",
+        ),
+        (
+            Inflow {
                 temperature: f64::NAN,
                 ..good
             },

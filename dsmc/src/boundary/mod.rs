@@ -21,6 +21,7 @@ pub use books::{Books, Transfer};
 pub use inflow::Inflow;
 pub use weights::Weights;
 
+pub(crate) use inflow::MOST_SIMULATORS;
 pub(crate) use passage::{Origin, Passage, enter};
 pub(crate) use surroundings::Surroundings;
 

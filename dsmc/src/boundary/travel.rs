@@ -344,6 +344,7 @@ impl<P: Physics> Motion<'_, '_, P> {
             radius: self.radius,
         };
         let before = (simulator.velocity, self.energy::<F>(simulator));
+        let arrives = (before.0 - touch.wall).inner(&normal) < 0.0;
         wall.rebound.apply(
             self.trip.scene,
             &touch,
@@ -367,7 +368,12 @@ impl<P: Physics> Motion<'_, '_, P> {
             (simulator.velocity - before.0) * self.mass,
             self.energy::<F>(simulator) - before.1,
         );
-        books.walls[axis][side].enter(self.trip.particles, gained.0, gained.1);
+        let book = &mut books.walls[axis][side];
+        book.enter(self.trip.particles, gained.0, gained.1);
+        if !arrives {
+            // It was at rest there already.
+            book.contacts -= self.trip.particles;
+        }
         books.rests += u64::from(too_often);
         if too_often && !rests {
             // To and fro between walls without end: it stays where it is for the rest of the flight.
