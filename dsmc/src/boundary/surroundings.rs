@@ -261,11 +261,38 @@ impl<P: Physics> Surroundings<P> {
             };
             gap > self.depths[axis][side] + bend[axis]
         };
-        let is_clear = |obstacles: &Standing| {
-            let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
-            obstacles.are_far_from(corners, [bend[0], bend[1]])
-        };
-        self.faces.iter().all(far) && self.obstacles.as_ref().is_none_or(is_clear)
+        self.faces.iter().all(far) && self.are_obstacles_far_from(place, bend)
+    }
+
+    /// Corners of the part of the box from which, and to which, simulators of a tile come in a flight without touching
+    /// anything, if they leave a straight line by at most `bend` along each axis; none if obstacles are near.
+    pub(crate) fn clear_part(
+        &self,
+        place: &Place<P::Space>,
+        bend: VectorOf<P>,
+    ) -> Option<[VectorOf<P>; 2]> {
+        if !self.are_obstacles_far_from(place, bend) {
+            return None;
+        }
+        let mut low = P::Space::vector(|_| f64::NEG_INFINITY);
+        let mut high = P::Space::vector(|_| f64::INFINITY);
+        for &(axis, side) in &self.faces {
+            let inset = self.depths[axis][side] + bend[axis];
+            if side == 0 {
+                low[axis] = inset;
+            } else {
+                high[axis] = self.lengths[axis] - inset;
+            }
+        }
+        Some([low, high])
+    }
+
+    /// Whether no obstacle is where simulators of a tile fly that stay in it.
+    fn are_obstacles_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
+        let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
+        self.obstacles
+            .as_ref()
+            .is_none_or(|obstacles| obstacles.are_far_from(corners, [bend[0], bend[1]]))
     }
 
     /// Whether all simulators of a tile weigh the same.
