@@ -5,6 +5,7 @@ mod support;
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{Boundaries, Engine, EngineError, Followed, Inflow, Parameters, Weights};
 use stosszahl_model::random::Streams;
+use stosszahl_model::walls::{Obstacle, Outline, Vibration};
 use stosszahl_model::{
     Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Smooth,
     Space, Species, State, Volume, Wall, Walls,
@@ -247,7 +248,14 @@ fn threads_tiles_and_stops_change_nothing() {
     let density = 400.0;
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
     floor.sliding = vector![0.3, 0.0];
+    floor.vibration = Vibration::new(0.3, 1.1);
+    let disc = Outline::Disc {
+        centre: vector![6.0, 2.5],
+        radius: 0.8,
+    };
+    let disc = Obstacle::new(disc, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
     let boundaries = Boundaries {
+        obstacles: vec![disc.clone()],
         walls: Walls::new(&[
             [Face::Open; 2],
             [Face::Wall(floor), Face::Wall(Wall::specular())],
@@ -268,7 +276,8 @@ fn threads_tiles_and_stops_change_nothing() {
     let surface = Rough::new(0.5, Plane::INERTIA).expect("a surface");
     let scene = grains(disk_for_unit_path(density), 0.9, surface, field);
     let domain = boundaries.walls.domain(vector![12.0, 5.0]).expect("a box");
-    let state = gas(&scene, domain, 0.0, 24_000, 1.0, 4);
+    let mut state = gas(&scene, domain, 0.0, 24_000, 1.0, 4);
+    state.bodies.retain(|body| !disc.holds(body.position));
     let streams = Streams::new(9, 0);
     let run = |threads: usize, per_tile: usize, stop: bool| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
