@@ -467,3 +467,66 @@ fn only_species_can_flow() {
         0.5 * engine.books().inflows[0].particles
     );
 }
+
+/// An atmosphere over a warm floor, with as many simulators in each fifth of its height although the density falls by a
+/// factor of 24 between the lowest and the highest: still barometric and at the temperature of the floor, also at the top,
+/// to 2 %. Forty samples of 4000 simulators in each fifth, which are renewed in some ten samples, have errors below 0.8 %.
+#[test]
+fn weights_do_not_change_an_atmosphere() {
+    let height = 10.0;
+    let pull = 0.4;
+    let share = |fifth: u32| (-pull * 2.0 * f64::from(fifth)).exp();
+    let floor = Wall::still(Rebound::Diffuse { temperature: 1.0 });
+    let boundaries = Boundaries {
+        walls: Walls::new(&[
+            [Face::Periodic; 2],
+            [Face::Wall(floor), Face::Wall(Wall::specular())],
+        ])
+        .expect("fit"),
+        weights: Weights::along(1, (0..5).map(share).collect()).expect("factors"),
+        ..Boundaries::default()
+    };
+    let count = 4000.0 / (1.0 - (-0.8_f64).exp()) * (1.0 - (-4.0_f64).exp());
+    let density = count / (4.0 * height);
+    let field = Gravity::new(vector![0.0, -pull]).expect("finite");
+    let scene = grains(disk_for_unit_path(density), 1.0, Smooth, field);
+    let domain = boundaries
+        .walls
+        .domain(vector![4.0, height])
+        .expect("a box");
+    let mut state: State<Grains<Plane, Smooth, Gravity<Plane>>> =
+        gas(&scene, domain, 0.0, count as usize, 1.0, 8);
+    for body in &mut state.bodies {
+        // Uniform numbers become barometric heights.
+        let below = body.position[1] / height;
+        body.position[1] = -(-below * -(-pull * height).exp_m1()).ln_1p() / pull;
+    }
+    let mut engine: Engine<Grains<Plane, Smooth, Gravity<Plane>>> =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    assert!(engine.simulators() > 18_000);
+    let samples = 40;
+    let mut fifths = [[0.0; 3]; 5];
+    for sample in 0..samples {
+        engine.advance(40.0 + 5.0 * f64::from(sample), u64::MAX, &mut ());
+        engine.visit(|position, velocity: Vector2<f64>, (), (), weight| {
+            let fifth = &mut fifths[(position[1] / 2.0) as usize];
+            fifth[0] += weight;
+            fifth[1] += weight * 0.5 * velocity.norm_squared();
+            fifth[2] += 1.0;
+        });
+    }
+    let total: f64 = fifths.iter().map(|fifth| fifth[0]).sum();
+    for (number, fifth) in fifths.iter().enumerate() {
+        let expected = share(number as u32) / (0..5).map(share).sum::<f64>();
+        let found = fifth[0] / total;
+        assert!(
+            (found / expected - 1.0).abs() < 0.02,
+            "{number}: {found} {expected}"
+        );
+        let temperature = fifth[1] / fifth[0];
+        assert!((temperature - 1.0).abs() < 0.02, "{number}: {temperature}");
+        assert!(fifth[2] / f64::from(samples) > 3000.0, "{fifths:?}");
+    }
+    assert!(engine.books().balanced > 100_000);
+}

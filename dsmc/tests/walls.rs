@@ -234,6 +234,95 @@ fn density_is_that_of_the_room() {
     }
 }
 
+/// A coordinate that goes to and fro between 0 and `length`, mirrored at both.
+fn folded(x: f64, length: f64) -> f64 {
+    let along = x.rem_euclid(2.0 * length);
+    along.min(2.0 * length - along)
+}
+
+/// Free flight in a specular box for thousands of contacts against its mirror images, in short steps and in steps that cross
+/// the box, with tiles of one cell and with one tile: 1e5 roundings of the box at most.
+#[test]
+fn flight_between_walls_is_that_of_mirror_images() {
+    let boundaries = boxed(Wall::specular());
+    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let domain = domain(&boundaries, [10.0, 10.0]);
+    let state = gas(&scene, domain, 0.0, 300, 1.0, 6);
+    let parameters = Parameters {
+        scheme: Scheme::Collisionless,
+        ..PARAMETERS
+    };
+    for (step, per_tile) in [(0.25, 1), (0.25, 100_000), (30.0, 30)] {
+        let mut engine: Engine<Disks> =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        engine.retile(per_tile);
+        engine.hold_step(step);
+        engine.advance(300.0, u64::MAX, &mut ());
+        let mut expected: Vec<Vector2<f64>> = (state.bodies.iter())
+            .map(|body| (body.position + body.velocity * 300.0).map(|x| folded(x, 10.0)))
+            .collect();
+        let end = engine.state();
+        let mut found: Vec<_> = end.bodies.iter().map(|body| body.position).collect();
+        let order = |a: &Vector2<f64>, b: &Vector2<f64>| a[0].total_cmp(&b[0]);
+        expected.sort_by(order);
+        found.sort_by(order);
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(
+                (found - expected).norm() < 1e-10,
+                "{step}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// The same under gravity: each disk bounces on the floor with its own period 2 sqrt(v^2 + 2 g h)/g.
+#[test]
+fn bouncing_is_periodic() {
+    let boundaries = between([[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]);
+    let pull = 2.0;
+    let field = Gravity::<Plane>::new(vector![0.0, -pull]).expect("finite");
+    let scene: Falling = grains(1.0, 1.0, Smooth, field);
+    let domain = domain(&boundaries, [10.0, 10.0]);
+    let mut state = gas(&scene, domain, 0.0, 300, 1.0, 6);
+    for body in &mut state.bodies {
+        body.position[1] *= 0.3;
+    }
+    let parameters = Parameters {
+        scheme: Scheme::Collisionless,
+        ..PARAMETERS
+    };
+    for (step, per_tile) in [(0.0625, 1), (0.25, 30), (20.0, 100_000)] {
+        let mut engine: Engine<Falling> =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        engine.retile(per_tile);
+        engine.hold_step(step);
+        engine.advance(100.0, u64::MAX, &mut ());
+        let mut expected: Vec<f64> = (state.bodies.iter())
+            .map(|body| {
+                let (height, velocity) = (body.position[1], body.velocity[1]);
+                let fastest = (velocity * velocity + 2.0 * pull * height).sqrt();
+                // Since it was thrown up from the floor.
+                let since = (fastest - velocity) / pull + 100.0;
+                let since = since.rem_euclid(2.0 * fastest / pull);
+                fastest * since - 0.5 * pull * since * since
+            })
+            .collect();
+        let end = engine.state();
+        let mut found: Vec<f64> = end.bodies.iter().map(|body| body.position[1]).collect();
+        expected.sort_by(f64::total_cmp);
+        found.sort_by(f64::total_cmp);
+        // Each of some hundred bounces is off by some roundings, times speed and number of those that follow.
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() < 1e-9,
+                "{step}: {found} {expected}"
+            );
+        }
+    }
+}
+
 /// A corner turns a disk around, to the last digit, also where it comes along the diagonal.
 #[test]
 fn a_corner_turns_around() {
