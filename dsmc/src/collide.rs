@@ -122,6 +122,13 @@ where
         (tile.tally, tile.stock) = (tally, stock);
     }
 
+    /// Whether the centre of a particle of the mean radius can be at a position.
+    #[inline]
+    pub(crate) fn has_room(&self, position: VectorOf<P>) -> bool {
+        self.surroundings
+            .is_none_or(|surroundings| surroundings.has_room(position, self.mean_radius))
+    }
+
     /// Notes speeds and energy, and returns the diagonal of the box that holds all velocities: no pair is faster.
     #[inline(always)]
     fn take_stock<F: Follow<P::Space>>(

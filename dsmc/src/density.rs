@@ -220,13 +220,13 @@ impl<S: Space> Density<S> {
         let crowding: Vec<f64> = crowding
             .map(|(x, line)| {
                 let cell = at(x, line);
-                cells / self.around(cell, room(cell))
+                let factor = cells / self.around(cell, room(cell));
+                // Rooms are added in single precision.
+                if factor > 1.0 + 1e-5 { factor } else { 1.0 }
             })
             .collect();
-        // Rooms are added in single precision.
-        if crowding.iter().any(|&factor| factor > 1.0 + 1e-5) {
-            self.crowding = crowding;
-        }
+        let is_crowded = crowding.iter().any(|&factor| factor != 1.0);
+        self.crowding = if is_crowded { crowding } else { Vec::new() };
     }
 
     /// Whether chi of a cell depends on other cells, so that all must be arranged before any collides.
@@ -303,6 +303,17 @@ impl<S: Space> Density<S> {
         f64::from(sum)
     }
 
+    /// Units around a cell, of which the cell itself has `own`, as if all around it were room.
+    #[inline]
+    pub(crate) fn units(&self, cell: [u32; 3], own: f64) -> f64 {
+        let units = self.around(cell, own);
+        if self.crowding.is_empty() {
+            return units;
+        }
+        let [x, y, z] = cell.map(|at| at as usize);
+        units * self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
+    }
+
     /// chi of a cell whose own particles cover `own` units; whether it was limited; and the packing fraction that
     /// it belongs to, none for the dilute gas.
     #[inline]
@@ -310,11 +321,7 @@ impl<S: Space> Density<S> {
         if let Some(chi) = self.mean {
             return (chi.min(self.limit), chi > self.limit, self.mean_packing);
         }
-        let mut units = self.around(cell, own);
-        if !self.crowding.is_empty() {
-            let [x, y, z] = cell.map(|at| at as usize);
-            units *= self.crowding[x + self.counts[0] * (y + self.counts[1] * z)];
-        }
+        let units = self.units(cell, own);
         let known = if units.fract() == 0.0 {
             self.table.get(units as usize)
         } else {

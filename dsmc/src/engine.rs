@@ -29,6 +29,25 @@ pub(crate) struct Constants {
     pub(crate) mean_mass: f64,
 }
 
+/// Finds the places of simulators in a state, one after the other: species follow each other.
+struct Places {
+    /// The next place of each species; empty where there are none.
+    next: Vec<usize>,
+}
+
+impl Places {
+    /// The place of the simulator that comes `order`-th.
+    fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
+        match self.next.get_mut(sizes.kind(tag) as usize) {
+            Some(next) => {
+                *next += 1;
+                *next - 1
+            }
+            None => Z::index(tag, order),
+        }
+    }
+}
+
 /// Direct Simulation Monte Carlo of smooth or rough particles.
 ///
 /// `F` says whether it follows how far simulators come ([`crate::Followed`]) or not.
@@ -68,12 +87,14 @@ where
     F: Follow<P::Space>,
 {
     /// The gas at the present time: one body for each simulator, in the order of the sizes of
-    /// [`Engine::scene`].
+    /// [`Engine::scene`]; species one after the other, as many of each as there are now.
     pub fn state(&self) -> State<P> {
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![Body::new(origin, origin); self.simulators];
+        let mut places = self.places();
         for (order, simulator) in self.ordered().enumerate() {
-            bodies[P::Sizes::index(simulator.tag, order)] = Body {
+            let index = places.index(self.scene.sizes(), simulator.tag, order);
+            bodies[index] = Body {
                 position: simulator.position,
                 velocity: simulator.velocity,
                 spin: simulator.spin,
@@ -83,6 +104,27 @@ where
             time: self.time,
             domain: *self.grid.domain(),
             bodies,
+        }
+    }
+
+    /// The places of simulators in [`Engine::state`].
+    fn places(&self) -> Places {
+        let mut counts = Vec::new();
+        if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
+            for simulator in self.ordered() {
+                let kind = self.scene.sizes().kind(simulator.tag) as usize;
+                if counts.len() <= kind {
+                    counts.resize(kind + 1, 0);
+                }
+                counts[kind] += 1;
+            }
+        }
+        let firsts = counts.iter().scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum - count)
+        });
+        Places {
+            next: firsts.collect(),
         }
     }
 
@@ -144,8 +186,10 @@ where
     /// the scheme counts.
     pub fn displacements(&self) -> Vec<VectorOf<P>> {
         let mut ways = vec![VectorOf::<P>::default(); self.simulators];
+        let mut places = self.places();
         for (order, simulator) in self.ordered().enumerate() {
-            ways[P::Sizes::index(simulator.tag, order)] = F::way(simulator.mark);
+            let index = places.index(self.scene.sizes(), simulator.tag, order);
+            ways[index] = F::way(simulator.mark);
         }
         ways
     }
@@ -153,20 +197,16 @@ where
     /// Adds to the velocity of each simulator, in the order of [`Engine::state`]; further simulators stay as they
     /// are.
     pub fn kick(&mut self, changes: &[VectorOf<P>]) {
-        let [columns, rows, layers] = self.grid.counts();
+        let mut places = self.places();
         let mut order = 0;
-        for z in 0..layers {
-            for y in 0..rows {
-                for x in 0..columns {
-                    let (tile, cell) = self.grid.locate([x, y, z]);
-                    for simulator in self.tiles[tile].members_mut(cell) {
-                        let index = P::Sizes::index(simulator.tag, order);
-                        if let Some(&change) = changes.get(index) {
-                            simulator.velocity += change;
-                        }
-                        order += 1;
-                    }
+        for cell in self.cells_in_order() {
+            let (tile, cell) = self.grid.locate(cell);
+            for simulator in self.tiles[tile].members_mut(cell) {
+                let index = places.index(self.scene.sizes(), simulator.tag, order);
+                if let Some(&change) = changes.get(index) {
+                    simulator.velocity += change;
                 }
+                order += 1;
             }
         }
         self.take_stock();
@@ -240,6 +280,7 @@ where
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
             + self.pool.bytes()
             + self.density.bytes()
+            + self.surroundings.as_ref().map_or(0, Surroundings::bytes)
             + self.rates.as_ref().map_or(0, Rates::bytes)
             + self.grid.bytes()
     }

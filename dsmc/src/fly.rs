@@ -274,6 +274,39 @@ where
         }
     }
 
+    /// The end of the flight of a simulator that stays in the tile, in cells of one weight, and touches nothing, as it
+    /// begins and ends between two corners of the box.
+    #[inline]
+    fn fly_clear(
+        &self,
+        flight: &Flight<'_, P>,
+        simulator: &SimulatorOf<P, F>,
+        clear: Option<[VectorOf<P>; 2]>,
+        cell: u32,
+        passage: &Passage<'_, P>,
+    ) -> Option<SimulatorOf<P, F>> {
+        let [low, high] = clear?;
+        let mut moved = *simulator;
+        let field = flight.scene.field();
+        let way = way::<P>(field, moved.velocity, flight.duration);
+        field.drift(&mut moved.position, &mut moved.velocity, flight.duration);
+        F::moved(&mut moved.mark, way);
+        let (from, to, place) = (simulator.position, moved.position, &self.place);
+        let is_clear = (0..P::Space::DIMENSION).all(|axis| {
+            let within = |x: f64| low[axis] <= x && x <= high[axis];
+            within(from[axis])
+                && within(to[axis])
+                && place.low[axis] <= to[axis]
+                && to[axis] < place.high[axis]
+        });
+        let stays = is_clear && {
+            let surroundings = passage.surroundings;
+            let there = flight.grid.number(flight.grid.cell_at(to));
+            self.is_even || surroundings.factor(there) == surroundings.factor(cell)
+        };
+        stays.then_some(moved)
+    }
+
     /// [`Self::fly`] in a tile at walls or other boundaries.
     fn fly_between(
         &mut self,
@@ -300,6 +333,7 @@ where
         fit(&mut simulators, sorted.len());
         fit(&mut codes, sorted.len());
         let place = self.place;
+        let clear = passage.surroundings.clear_part(&place, flight.bend());
         let width = place.sides[0] as usize;
         for line in 0..self.lines.len() {
             for column in 0..width {
@@ -317,6 +351,10 @@ where
                         cell,
                         order: order as u32,
                     };
+                    if let Some(moved) = self.fly_clear(flight, simulator, clear, cell, passage) {
+                        stay(moved);
+                        continue;
+                    }
                     let mut moved = *simulator;
                     if passage.travel::<F>(&mut moved, origin, &mut books) {
                         let (exits, books) = (&mut exits, &mut books);

@@ -1,4 +1,5 @@
-//! Direct Simulation Monte Carlo of inelastic hard disks and spheres, dilute and dense, in a periodic box.
+//! Direct Simulation Monte Carlo of inelastic hard disks and spheres, smooth or rough, dilute and dense, in a periodic box
+//! or between walls.
 //!
 //! Bird's method (*Molecular Gas Dynamics and the Direct Simulation of Gas Flows*, Oxford 1994):
 //! simulators fly freely for a step, are sorted into cells, and pairs within a cell collide with the
@@ -23,6 +24,25 @@
 //! * **Randomness** is addressed by (seed, replica, step, cell), and the order of simulators within a cell is that of
 //!   the cells they came from: results are the same bytes for any number of threads and,
 //!   for pairs within cells, however cells are grouped.
+//!
+//! # Walls, gravity and flow
+//!
+//! [`Boundaries`] are data. [`Engine::start_between`] takes walls (restitutive with slip, diffuse, sliding, vibrating), open
+//! faces, streams that flow in, obstacles, and weights by region; a field of gravity is a type of the scene.
+//!
+//! * **Flight** is exact: between two collisions a simulator goes from contact to contact, whose times are closed forms, on
+//!   straight lines or parabolas. Only tiles that a boundary can be reached from look for contacts, and simulators that leave
+//!   their tile; a periodic box pays nothing.
+//! * **Rest**: a grain that falls on a floor which gives back less than it gets touches it infinitely often in a finite
+//!   time. After a thousand contacts in one flight it is laid to rest, counted, and borne by the wall until that turns away.
+//! * **Room**: cells that walls, with their clearance, or obstacles cut have less volume; collision rates and packing
+//!   fractions are those of the rest, and neighbourhoods stop at walls.
+//! * **Streams** are drawn from the exact flux of a drifting Maxwellian through each cell of the face, at uniform times of
+//!   the flight.
+//! * **Weights** depend on the cell alone, so that no simulator stores one. What goes from a weight a to b becomes a/b
+//!   simulators on average.
+//! * **Books**: what each wall, obstacle, opening, stream and change of weight gave is kept ([`Books`]), so that mass,
+//!   momentum and energy can be accounted for.
 //!
 //! # Speed
 //!

@@ -6,7 +6,7 @@ use stosszahl_model::walls::Book;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates};
-use crate::boundary::{Books, Boundaries, Surroundings, Transfer, enter};
+use crate::boundary::{Books, Boundaries, MOST_SIMULATORS, Surroundings, Transfer, enter};
 use crate::collide::draw_whole;
 use crate::copies;
 use crate::density::{Density, Gas};
@@ -250,7 +250,8 @@ where
             bounded: [0, 1, 2].map(|axis| !domain.is_periodic(axis)),
         };
         let mut density = Density::new(parameters.scheme, &gas);
-        let surroundings = Surroundings::new(&scene, boundaries, &grid, 0.5 * mean_diameter)?;
+        let means_of_all = [0.5 * mean_diameter, mean_mass];
+        let surroundings = Surroundings::new(&scene, boundaries, &grid, means_of_all, time)?;
         if let Some(surroundings) = &surroundings {
             density.set_room(|cell| surroundings.room(cell));
             let entry = Entry {
@@ -382,6 +383,17 @@ impl<P: Physics> Entry<'_, P> {
         let [inflows, obstacles] = surroundings.numbers();
         books.inflows.resize(inflows, Transfer::default());
         books.obstacles.resize(obstacles, Book::default());
+        let least = surroundings.least_factor();
+        if simulators.len() as f64 > MOST_SIMULATORS * least {
+            return Err(EngineError::BadWeights {
+                found: format!("a factor of {least} for {} simulators", simulators.len()),
+                allowed: "at most 2^30 simulators after it",
+            });
+        }
+        let volume = self.grid.domain().volume();
+        for (number, source) in surroundings.sources().iter().enumerate() {
+            source.check_number(number, volume, self.weight * least)?;
+        }
         let mut placed = Vec::with_capacity(simulators.len());
         for (index, mut simulator) in simulators.into_iter().enumerate() {
             if fresh.is_some_and(|first| index < first) {

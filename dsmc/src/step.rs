@@ -122,6 +122,8 @@ where
 
     /// Collisions of a step, and the flight after them.
     fn step(&mut self, step: f64, flight: f64, watch: &mut impl Observe<P>) {
+        let begin = self.time + 0.5 * step;
+        self.move_walls(begin);
         let parallel = is_parallel(self.simulators);
         let across = self.parameters.scheme.is_across();
         let around = self.density.looks_around();
@@ -132,7 +134,6 @@ where
             self.look_around(parallel);
         }
         let unit = Unit::of(self.stock.twice_energy(self.unit));
-        let begin = self.time + 0.5 * step;
         let timing = Timing {
             number: 2 * self.tally.steps + 1,
             begin,
@@ -196,6 +197,14 @@ where
             }
         }
         self.close_step(unit);
+    }
+
+    /// Puts walls where they are at a time, and the room of cells with them.
+    fn move_walls(&mut self, time: f64) {
+        if let Some(surroundings) = self.surroundings.as_mut().filter(|all| all.vibrates()) {
+            surroundings.set_time(&self.grid, time);
+            self.density.set_room(|cell| surroundings.room(cell));
+        }
     }
 
     /// Adds up what the next step follows.

@@ -189,6 +189,50 @@ fn a_grain_comes_to_rest_on_a_block() {
     assert!(body.velocity.norm() < 1e-6, "{body:?}");
 }
 
+/// A grain that does not rebound slides down a slope of 45 degrees without friction: g t^2/4 along each axis in a time t,
+/// while the slope gives it the momentum g t/2 along each. What is left of rounding, and of the 1e-9 that it begins above
+/// the slope, is below 1e-6.
+#[test]
+fn a_grain_slides_down_a_slope() {
+    let law = Rebound::Restitutive {
+        restitution: 0.0,
+        slip: 1.0,
+    };
+    let points = vec![vector![1.0, 1.0], vector![9.0, 1.0], vector![1.0, 9.0]];
+    let slope = obstacle(Outline::Polygon { points }, law);
+    let boundaries = Boundaries {
+        walls: Walls::new(&[[Face::Wall(Wall::specular()); 2]; 2]).expect("fit"),
+        ..around(vec![slope], Clearance::Radius)
+    };
+    let down = Gravity::<Plane>::new(vector![0.0, -0.5]).expect("finite");
+    let scene = grains(1.0, 1.0, Smooth, down);
+    let aside = 0.5_f64.sqrt() * (0.5 + 1e-9);
+    let begin = vector![3.0 + aside, 7.0 + aside];
+    let state = State {
+        time: 0.0,
+        domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
+        bodies: vec![Body::new(begin, vector![0.0, 0.0])],
+    };
+    let mut engine: Engine<Grains<Plane, Smooth, Gravity<Plane>>> =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    engine.hold_step(0.01);
+    engine.advance(4.0, u64::MAX, &mut ());
+    let body = engine.state().bodies[0];
+    // a t^2/2 along each axis, a = g/2.
+    let way = 0.5 * 0.25 * 16.0;
+    assert!(
+        (body.position - begin - vector![way, -way]).norm() < 1e-6,
+        "{body:?}"
+    );
+    assert!(
+        (body.velocity - vector![1.0, -1.0]).norm() < 1e-6,
+        "{body:?}"
+    );
+    let given = engine.books().obstacles[0].momentum;
+    assert!((given - vector![1.0, 1.0]).norm() < 1e-6, "{given}");
+}
+
 /// In three dimensions obstacles are prisms: spheres around a cylinder keep their energy, stay out, and fill the rest.
 #[test]
 fn spheres_flow_around_a_cylinder() {

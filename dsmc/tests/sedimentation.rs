@@ -187,8 +187,9 @@ fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
     }
 }
 
-/// Section 2.4's units: T_0 = 1/2, so that m g L/T_0 = 2. The formula sheet has T_e/T_0 = 1.0962, n(0)/n_0 = 2.175 and
-/// n(L)/n_0 = 0.351. Around ten mean free times the gas is hotter by more than 2 %: it overshoots.
+/// Section 2.4's units: the first temperature is 1/2, so that a grain's weight times the height is two of it. The formula
+/// sheet has 1.0962 for the final over the first temperature, and 2.175 and 0.351 for the densities at the ends over the
+/// mean. Around ten mean free times the gas is hotter by more than 2 %: it overshoots.
 #[test]
 fn one_species_settles() {
     let count = 16_000;

@@ -9,6 +9,7 @@ use super::arm::{self, Arm};
 use super::partners::Search;
 use super::shared::{Around, At};
 use super::{Bounds, Rates, Report};
+use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered, draw_whole, nearest_image};
 use crate::density::Scheme;
 use crate::grid::{Grid, OFFSETS, offset};
@@ -128,7 +129,7 @@ where
         let (begin, end) = (home.starts[local], home.starts[local + 1]);
         let own = covered::<P, F>(kernel.scene.sizes(), members);
         let (_, limited, packing) = kernel.density.contact_value(at, own);
-        let units = kernel.density.around(at, own);
+        let units = kernel.density.units(at, own);
         self.report.tally.active_cells += 1;
         self.report.tally.limited_cells += u64::from(limited);
         Some(Cell {
@@ -230,6 +231,10 @@ where
                 ..
             } = trial;
             let point = position + normal * (reach * distance);
+            // Beyond a wall there is nobody.
+            if !kernel.has_room(position + normal * distance) {
+                continue;
+            }
             let Some(second) = search.partner(&self.around, point, first, stream) else {
                 self.report.tally.missed += 1;
                 continue;
@@ -249,7 +254,9 @@ where
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         let ceiling = self.pair_ceiling(cell, largest);
         let Bounds { crowd, chi, .. } = self.bounds;
-        let density = f64::from(crowd) * kernel.weight / kernel.grid.cell_volume();
+        // Cells that walls cut are denser than their number says.
+        let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
+        let density = f64::from(crowd) * kernel.weight / (least * kernel.grid.cell_volume());
         let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * chi * density;
         let count = f64::from(cell.end - cell.begin);
         let trials = draw_whole(count * rate * majorant * kernel.step, stream);
@@ -269,9 +276,17 @@ where
             } = trial;
             let domain = kernel.grid.domain();
             let point = domain.wrap(position + normal * distance);
-            let Some((tile, local)) = self.around.find(kernel.grid.cell_at(point)) else {
+            if !kernel.has_room(point) {
+                continue;
+            }
+            let there = kernel.grid.cell_at(point);
+            let Some((tile, local)) = self.around.find(there) else {
                 continue;
             };
+            let room = kernel.surroundings.map_or(1.0, |all| all.room(there));
+            if least < room && stream.random::<f64>() * room >= least {
+                continue;
+            }
             let home = self.around.tile(tile);
             if slot >= home.starts[local + 1] - home.starts[local] {
                 continue;

@@ -127,7 +127,7 @@ impl<'a, P: Physics> Search<'a, P> {
         at: At,
     ) -> f64 {
         let position = around.tile(at.tile).simulators[at.index as usize].position;
-        let lengths = self.grid.domain().lengths();
+        let lengths = self.grid.images();
         let mut square = 0.0;
         for axis in 0..P::Space::DIMENSION {
             // Both are in the box.

@@ -28,6 +28,9 @@ pub struct Inflow<S: Space> {
     pub like: usize,
 }
 
+/// Most simulators that a start or a stream may bring into the box.
+pub(crate) const MOST_SIMULATORS: f64 = (1_u64 << 30) as f64;
+
 /// An inflow, made ready.
 pub(crate) struct Source<P: Physics> {
     inflow: Inflow<P::Space>,
@@ -88,6 +91,24 @@ impl<P: Physics> Source<P> {
             mass,
             radius: sizes.radius(tag),
             flux: inflow.density * flux(drift, inflow.temperature / mass),
+        })
+    }
+
+    /// Refuses a stream of which the box would hold more than can be counted, for simulators of the least weight.
+    pub(crate) fn check_number(
+        &self,
+        number: usize,
+        volume: f64,
+        weight: f64,
+    ) -> Result<(), EngineError> {
+        if self.inflow.density * volume <= MOST_SIMULATORS * weight {
+            return Ok(());
+        }
+        Err(EngineError::BadInflow {
+            inflow: number,
+            name: "density",
+            value: self.inflow.density,
+            allowed: "at most 2^30 simulators in the box",
         })
     }
 

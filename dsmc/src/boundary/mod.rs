@@ -21,6 +21,7 @@ pub use books::{Books, Transfer};
 pub use inflow::Inflow;
 pub use weights::Weights;
 
+pub(crate) use inflow::MOST_SIMULATORS;
 pub(crate) use passage::{Origin, Passage, enter};
 pub(crate) use surroundings::Surroundings;
 
@@ -83,10 +84,11 @@ impl<S: Space> Boundaries<S> {
                 return Err(EngineError::UnlikeFaces { axis, periodic });
             }
         }
-        if !self.is_periodic() && scheme.is_across() {
+        let is_plain = self.weights.is_uniform() && self.obstacles.is_empty();
+        if !is_plain && scheme.is_across() {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
-                what: "walls, open faces, weights or obstacles",
+                what: "weights or obstacles",
                 allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
             });
         }

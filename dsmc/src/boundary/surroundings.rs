@@ -1,5 +1,6 @@
 //! Boundaries, made ready for the cells of a run.
 
+use stosszahl_model::Rebound;
 use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
 
 use super::inflow::{Inflow, Source};
@@ -25,8 +26,9 @@ pub(crate) struct Surroundings<P: Physics> {
     obstacles: Option<Standing>,
     /// Particles of a simulator over those where the factor is one, by the number of the cell; empty where all are one.
     factors: Vec<f64>,
-    /// The share of each column of cells, along each axis, in which centres can be; empty where walls cut none.
+    /// The share of each column of cells, along each axis, in which centres can now be; empty where walls cut none.
     columns: [Vec<f64>; 3],
+    mean_radius: f64,
     /// The share of each cell that obstacles leave to centres, by the number of the cell; empty where there are none.
     left: Vec<f64>,
     /// Cells along each axis.
@@ -36,12 +38,13 @@ pub(crate) struct Surroundings<P: Physics> {
 }
 
 impl<P: Physics> Surroundings<P> {
-    /// Boundaries for the cells of a run; none if the box is periodic, and alike everywhere.
+    /// Boundaries for the cells of a run, at a time; none if the box is periodic, and alike everywhere.
     pub(crate) fn new(
         scene: &P,
         boundaries: &Boundaries<P::Space>,
         grid: &Grid<P::Space>,
-        mean_radius: f64,
+        [mean_radius, mean_mass]: [f64; 2],
+        time: f64,
     ) -> Result<Option<Self>, EngineError> {
         if boundaries.is_periodic() {
             return Ok(None);
@@ -85,18 +88,9 @@ impl<P: Physics> Surroundings<P> {
             .enumerate()
             .map(|(number, inflow)| Source::new(scene, number, inflow, &walls))
             .collect::<Result<_, _>>()?;
-        let still =
-            |axis: usize, side: usize| walls.wall(axis, side).map_or(0.0, |_| room(mean_radius));
         let obstacles = Standing::new(&boundaries.obstacles, grid.domain(), room(largest))?;
         let left =
             (obstacles.as_ref()).map_or(Vec::new(), |all| all.rooms(grid, room(mean_radius)));
-        let columns = [0, 1, 2].map(|axis| {
-            if axis < P::Space::DIMENSION {
-                columns(grid, axis, [0, 1].map(|side| still(axis, side)))
-            } else {
-                Vec::new()
-            }
-        });
         let mut surroundings = Self {
             faces,
             clearance: boundaries.clearance,
@@ -107,15 +101,46 @@ impl<P: Physics> Surroundings<P> {
             left,
             counts: grid.counts(),
             factors: factors(grid, boundaries),
-            columns,
+            columns: [const { Vec::new() }; 3],
+            mean_radius,
             speeds: VectorOf::<P>::default(),
             walls,
         };
         if P::Sizes::INDIVIDUAL && surroundings.is_open() {
             return Err(EngineError::Individuals);
         }
-        surroundings.speeds = surroundings.fastest(scene, &boundaries.inflows);
+        surroundings.speeds = surroundings.fastest(scene, &boundaries.inflows, mean_mass);
+        surroundings.set_time(grid, time);
         Ok(Some(surroundings))
+    }
+
+    /// Whether a wall moves to and fro, so that the room of cells changes.
+    pub(crate) fn vibrates(&self) -> bool {
+        let mut faces = self.faces.iter();
+        faces.any(|&(axis, side)| {
+            let wall = self.walls.wall(axis, side);
+            wall.is_some_and(|wall| wall.vibration.is_some())
+        })
+    }
+
+    /// Puts walls where they are at a time.
+    pub(crate) fn set_time(&mut self, grid: &Grid<P::Space>, time: f64) {
+        let clearance = self.clearance(self.mean_radius);
+        for axis in 0..P::Space::DIMENSION {
+            let insets = [0, 1].map(|side| {
+                let wall = self.walls.wall(axis, side);
+                wall.map_or(0.0, |wall| clearance + wall.displacement(time))
+            });
+            self.columns[axis] = columns(grid, axis, insets);
+        }
+    }
+
+    /// Memory \[bytes\].
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = self.columns.iter().map(Vec::capacity).sum::<usize>()
+            + self.factors.capacity()
+            + self.left.capacity();
+        size_of::<Self>() + 8 * numbers
     }
 
     /// The faces of the box.
@@ -180,6 +205,11 @@ impl<P: Physics> Surroundings<P> {
         self.factors.get(cell as usize).copied().unwrap_or(1.0)
     }
 
+    /// The least of all factors.
+    pub(crate) fn least_factor(&self) -> f64 {
+        self.factors.iter().copied().fold(1.0, f64::min)
+    }
+
     /// The share of a cell in which centres can be.
     #[inline]
     pub(crate) fn room(&self, cell: [u32; 3]) -> f64 {
@@ -195,6 +225,31 @@ impl<P: Physics> Surroundings<P> {
         room.max(LEAST_ROOM)
     }
 
+    /// Whether walls and open faces let the centre of a particle be at a position.
+    pub(crate) fn has_room(&self, position: VectorOf<P>, radius: f64) -> bool {
+        let clearance = self.clearance(radius);
+        let is_inside = |&(axis, side): &(usize, usize)| {
+            let inset = self.walls.wall(axis, side).map_or(0.0, |_| clearance);
+            let x = position[axis];
+            if side == 0 {
+                x >= inset
+            } else {
+                x <= self.lengths[axis] - inset && x < self.lengths[axis]
+            }
+        };
+        self.faces.iter().all(is_inside)
+    }
+
+    /// The least of [`Self::room`] of all cells that have some.
+    pub(crate) fn least_room(&self) -> f64 {
+        let columns = self.columns.iter();
+        let least = columns.map(|shares| {
+            let some = shares.iter().copied().filter(|&share| share > 0.0);
+            some.fold(1.0, f64::min)
+        });
+        least.product::<f64>().max(LEAST_ROOM)
+    }
+
     /// Whether flight within a tile, and out of it, is all that happens to simulators that are in it: for a flight that
     /// leaves a straight line by at most `bend` along each axis. Simulators that leave the tile are looked at anyway.
     pub(crate) fn is_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
@@ -206,11 +261,38 @@ impl<P: Physics> Surroundings<P> {
             };
             gap > self.depths[axis][side] + bend[axis]
         };
-        let is_clear = |obstacles: &Standing| {
-            let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
-            obstacles.are_far_from(corners, [bend[0], bend[1]])
-        };
-        self.faces.iter().all(far) && self.obstacles.as_ref().is_none_or(is_clear)
+        self.faces.iter().all(far) && self.are_obstacles_far_from(place, bend)
+    }
+
+    /// Corners of the part of the box from which, and to which, simulators of a tile come in a flight without touching
+    /// anything, if they leave a straight line by at most `bend` along each axis; none if obstacles are near.
+    pub(crate) fn clear_part(
+        &self,
+        place: &Place<P::Space>,
+        bend: VectorOf<P>,
+    ) -> Option<[VectorOf<P>; 2]> {
+        if !self.are_obstacles_far_from(place, bend) {
+            return None;
+        }
+        let mut low = P::Space::vector(|_| f64::NEG_INFINITY);
+        let mut high = P::Space::vector(|_| f64::INFINITY);
+        for &(axis, side) in &self.faces {
+            let inset = self.depths[axis][side] + bend[axis];
+            if side == 0 {
+                low[axis] = inset;
+            } else {
+                high[axis] = self.lengths[axis] - inset;
+            }
+        }
+        Some([low, high])
+    }
+
+    /// Whether no obstacle is where simulators of a tile fly that stay in it.
+    fn are_obstacles_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
+        let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
+        self.obstacles
+            .as_ref()
+            .is_none_or(|obstacles| obstacles.are_far_from(corners, [bend[0], bend[1]]))
     }
 
     /// Whether all simulators of a tile weigh the same.
@@ -343,7 +425,7 @@ impl<P: Physics> Surroundings<P> {
 
     /// A bound on what boundaries do to the speed of simulators, for the length of a step: the drift of an inflow and three
     /// times its thermal speed, the same for diffuse walls, and twice the speed of a vibrating wall.
-    fn fastest(&self, scene: &P, inflows: &[Inflow<P::Space>]) -> VectorOf<P> {
+    fn fastest(&self, scene: &P, inflows: &[Inflow<P::Space>], mean_mass: f64) -> VectorOf<P> {
         let mut speeds = VectorOf::<P>::default();
         let sizes = scene.sizes();
         for inflow in inflows {
@@ -354,9 +436,17 @@ impl<P: Physics> Surroundings<P> {
             }
         }
         for &(axis, side) in &self.faces {
-            let vibration = self.walls.wall(axis, side).and_then(|wall| wall.vibration);
-            let speed = vibration.map_or(0.0, |vibration| 2.0 * vibration.speed());
+            let Some(wall) = self.walls.wall(axis, side) else {
+                continue;
+            };
+            let speed = wall
+                .vibration
+                .map_or(0.0, |vibration| 2.0 * vibration.speed());
             speeds[axis] = speeds[axis].max(speed);
+            if let Rebound::Diffuse { temperature } = wall.rebound {
+                let thermal = 3.0 * (temperature / mean_mass).sqrt();
+                speeds = P::Space::vector(|axis| speeds[axis].max(thermal));
+            }
         }
         speeds
     }

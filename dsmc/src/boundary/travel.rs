@@ -15,6 +15,9 @@ use crate::simulator::{Follow, Simulator, SimulatorOf};
 /// infinitely often in a finite time; it is laid to rest there instead, and counted.
 const MOST_TOUCHES: u32 = 1000;
 
+/// How steeply a grain that slides along an obstacle rises from it, so that rounding does not lead into it.
+const UPWARDS: f64 = 1e-12;
+
 /// The way of a simulator through a flight.
 pub(crate) struct Trip<'a, P: Physics> {
     pub(crate) scene: &'a P,
@@ -83,6 +86,8 @@ struct Motion<'a, 'b, P: Physics> {
     rests: [Option<Rest>; 3],
     touches: [u32; 3],
     obstacle_touches: u32,
+    /// The obstacle that it slides along, and the acceleration with which that bears it.
+    support: Option<(usize, VectorOf<P>)>,
 }
 
 impl<P: Physics> Trip<'_, P> {
@@ -106,6 +111,7 @@ impl<P: Physics> Trip<'_, P> {
             rests: [None; 3],
             touches: [0; 3],
             obstacle_touches: 0,
+            support: None,
         };
         while let Some((wait, next)) = motion.next::<F>(simulator) {
             motion.drift::<F>(simulator, wait, books);
@@ -251,20 +257,33 @@ impl<P: Physics> Motion<'_, '_, P> {
             mass: self.mass,
             radius: self.radius,
         };
+        if let Some((_, lift)) = self.support.take() {
+            self.acceleration -= lift;
+        }
         let before = (simulator.velocity, self.energy::<F>(simulator));
         let Simulator { velocity, spin, .. } = simulator;
         law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
         self.obstacle_touches += 1;
+        let leaving = simulator.velocity.inner(&normal);
+        let pull = self.acceleration.inner(&normal);
+        let too_often = self.obstacle_touches > MOST_TOUCHES;
+        if pull < 0.0 && (leaving <= 0.0 || too_often) {
+            // It slides along, borne by the obstacle, and is looked at again in the next flight.
+            simulator.velocity -= normal * leaving;
+            let speed = simulator.velocity.square().sqrt();
+            simulator.velocity += normal * (UPWARDS * speed);
+            let lift = normal * (-pull * (1.0 + UPWARDS));
+            self.acceleration += lift;
+            self.support = Some((number, lift));
+        }
         let gained = (
             (simulator.velocity - before.0) * self.mass,
             self.energy::<F>(simulator) - before.1,
         );
         books.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
-        let leaving = simulator.velocity.inner(&normal);
-        let pull = self.acceleration.inner(&normal);
-        if self.obstacle_touches > MOST_TOUCHES || (leaving <= 0.0 && pull < 0.0) {
-            // It stays there for the rest of the flight.
-            books.rests += u64::from(self.obstacle_touches > MOST_TOUCHES);
+        books.rests += u64::from(too_often);
+        if self.obstacle_touches > 2 * MOST_TOUCHES || (too_often && self.support.is_none()) {
+            // In a wedge, to and fro without end: it stays where it is for the rest of the flight.
             self.left = 0.0;
         }
     }
@@ -282,6 +301,10 @@ impl<P: Physics> Motion<'_, '_, P> {
         simulator.velocity += self.acceleration * time;
         self.now += time;
         self.left -= time;
+        if let Some((number, lift)) = self.support {
+            let force = lift * (self.mass * self.trip.particles);
+            books.obstacles[number].momentum += force * time;
+        }
         for (axis, rest) in self.rests.iter().enumerate() {
             if let Some(rest) = rest {
                 // The wall bears the weight.
@@ -344,6 +367,7 @@ impl<P: Physics> Motion<'_, '_, P> {
             radius: self.radius,
         };
         let before = (simulator.velocity, self.energy::<F>(simulator));
+        let arrives = (before.0 - touch.wall).inner(&normal) < 0.0;
         wall.rebound.apply(
             self.trip.scene,
             &touch,
@@ -367,7 +391,12 @@ impl<P: Physics> Motion<'_, '_, P> {
             (simulator.velocity - before.0) * self.mass,
             self.energy::<F>(simulator) - before.1,
         );
-        books.walls[axis][side].enter(self.trip.particles, gained.0, gained.1);
+        let book = &mut books.walls[axis][side];
+        book.enter(self.trip.particles, gained.0, gained.1);
+        if !arrives {
+            // It was at rest there already.
+            book.contacts -= self.trip.particles;
+        }
         books.rests += u64::from(too_often);
         if too_often && !rests {
             // To and fro between walls without end: it stays where it is for the rest of the flight.
