@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bench_mixture::BenchMixture;
+use crate::case::Kind;
 use crate::validate::Part;
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
@@ -40,7 +41,11 @@ pub enum Command {
         folder: PathBuf,
     },
     /// Print the JSON Schema of case files.
-    Schema,
+    Schema {
+        /// Kind of case.
+        #[arg(long, value_enum, default_value_t = Kind::Paired)]
+        kind: Kind,
+    },
     /// Measure the speed of an engine on a defined piece of work.
     #[command(subcommand)]
     Bench(Bench),
@@ -112,6 +117,19 @@ pub enum Stress {
     ///
     /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
     Mixture(StressMixture),
+    /// Walls, obstacles, gravity and openings, exact dynamics and Monte Carlo: sharp corners, wedges, rest on a floor,
+    /// grazing, fast walls, empty channels, supersonic streams.
+    ///
+    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    Walls(StressWalls),
+}
+
+/// `stosszahl stress walls`.
+#[derive(Clone, Debug, Args)]
+pub struct StressWalls {
+    /// Which cases, and how.
+    #[command(flatten)]
+    pub cases: StressCases,
 }
 
 /// `stosszahl stress mixture`.

@@ -198,7 +198,8 @@ impl Tables {
     }
 }
 
-fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), SnapshotError> {
+/// Writes a table so that its file appears only when it is complete.
+pub(crate) fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), SnapshotError> {
     let path = folder.join(R::FILE);
     let failed = |error: std::io::Error| SnapshotError::File {
         path: path.clone(),
@@ -222,7 +223,10 @@ fn write_table<R: Row>(folder: &Path, rows: &[R]) -> Result<(), SnapshotError> {
 }
 
 /// Mean and standard error over replicas of a quantity; empty replicas are left out.
-fn over<T>(runs: &[T], quantity: impl Fn(&T) -> Option<f64>) -> (Option<f64>, Option<f64>) {
+pub(crate) fn over<T>(
+    runs: &[T],
+    quantity: impl Fn(&T) -> Option<f64>,
+) -> (Option<f64>, Option<f64>) {
     let values: Vec<f64> = runs
         .iter()
         .filter_map(quantity)

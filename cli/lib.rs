@@ -20,6 +20,8 @@ pub mod dispatch;
 mod displacement;
 mod driven;
 pub mod export;
+pub mod flow;
+pub mod homogeneous;
 pub mod manifest;
 pub mod progress;
 pub mod report;

@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::case::Kind;
+
 /// Version of the manifest format that this program writes and reads.
 pub const FORMAT: u32 = 1;
 /// Name of the manifest inside a results folder.
@@ -196,6 +198,9 @@ pub struct Sweep {
     pub title: String,
     /// The case file, verbatim.
     pub case_text: String,
+    /// Kind of the case.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
     /// Points of the sweep, in the order of the case file.
     pub points: Vec<SweepPoint>,
 }
@@ -212,7 +217,9 @@ pub struct SweepPoint {
 }
 
 /// Reads a map of numbers in which `null` stands for NaN.
-fn finite_or_null<'de, D: Deserializer<'de>>(source: D) -> Result<BTreeMap<String, f64>, D::Error> {
+pub(crate) fn finite_or_null<'de, D: Deserializer<'de>>(
+    source: D,
+) -> Result<BTreeMap<String, f64>, D::Error> {
     let read = BTreeMap::<String, Option<f64>>::deserialize(source)?;
     Ok(read
         .into_iter()

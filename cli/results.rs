@@ -11,19 +11,22 @@ use std::{fs, io};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::{Fingerprint, SnapshotError, write_whole};
 
+use crate::homogeneous::tables::{
+    CheckRow, ClusterRow, GasRow, SizeRow, SpeciesRow, TimeAveragedRow,
+};
 use crate::manifest::{MANIFEST_FILE, SWEEP_FILE};
 use crate::report::REPORT_FILE;
 use crate::run::{CHECKPOINTS, SNAPSHOTS};
 use crate::tables::{
-    ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
-    PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
+    ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
+    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
 };
 
 /// Marks a results folder.
 const RUN_FILE: &str = "run.json";
 
-/// Every file that a run writes at the top of its folder.
-const FILES: [&str; 10] = [
+/// Every file that a run of any kind writes at the top of its folder.
+const FILES: [&str; 18] = [
     EnergyRow::FILE,
     ComparisonRow::FILE,
     ImpactParameterRow::FILE,
@@ -31,7 +34,15 @@ const FILES: [&str; 10] = [
     StructureFactorRow::FILE,
     PairCorrelationRow::FILE,
     DissipationRow::FILE,
+    SteadyRow::FILE,
+    DisplacementRow::FILE,
     ReplicaRow::FILE,
+    GasRow::FILE,
+    SpeciesRow::FILE,
+    TimeAveragedRow::FILE,
+    ClusterRow::FILE,
+    SizeRow::FILE,
+    CheckRow::FILE,
     MANIFEST_FILE,
     REPORT_FILE,
 ];
@@ -249,9 +260,7 @@ pub fn remove_checkpoints(place: &Path) -> Result<(), ResultsError> {
     remove_all(&place.join(CHECKPOINTS), "snapshot")
 }
 
-/// Whether a run is finished but for its report.
-pub fn is_complete(place: &Path) -> bool {
-    FILES
-        .iter()
-        .all(|file| *file == REPORT_FILE || place.join(file).exists())
+/// Whether a run is finished but for its report; `files` are those that a finished run of its kind has.
+pub fn is_complete(place: &Path, files: &[&str]) -> bool {
+    files.iter().all(|file| place.join(file).exists())
 }

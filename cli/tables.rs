@@ -32,12 +32,13 @@ macro_rules! row {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         pub struct $name { $($(#[$doc])* pub $field: $kind,)+ }
 
-        impl Row for $name {
+        impl $crate::tables::Row for $name {
             const FILE: &'static str = $file;
             const COLUMNS: &'static [&'static str] = &[$(stringify!($field)),+];
         }
     };
 }
+pub(crate) use row;
 
 row! {
     /// Energy and velocity distribution at one sample time, averaged over the replicas (`energy.csv`).

@@ -20,7 +20,7 @@ fn title(engine: &str) -> String {
     }
 }
 
-fn with_error(value: f64, error: Option<f64>) -> String {
+pub(crate) fn with_error(value: f64, error: Option<f64>) -> String {
     match error {
         Some(error) => format!("{value:.4} ± {error:.4}"),
         None => format!("{value:.4} (error unknown)"),

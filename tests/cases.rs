@@ -9,17 +9,19 @@ use std::path::{Path, PathBuf};
 
 use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 use stosszahl::case::{
-    Assignment, Bodies, Case, CaseError, CaseFile, Displacement, Engine, Neighbourhood,
+    Assignment, Bodies, Case, CaseError, CaseFile, Displacement, Engine, Kind, Neighbourhood,
     Restitution, Scheme, Units, Velocities, Warning, schema,
 };
 use stosszahl::setup::Setup;
 use support::bad_cases::GOOD;
 
+/// The cases of the kind that is tested here.
 fn case_files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .expect("the folder of cases")
         .map(|entry| entry.expect("a case").path())
+        .filter(|path| Kind::of_file(path).expect("a case has a kind") == Kind::Paired)
         .collect();
     files.sort();
     assert!(files.len() >= 5);
@@ -312,8 +314,8 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         (
             "",
             &[
-                "format", "title", "units", "seed", "replicas", "gas", "box", "start", "run",
-                "drive", "engine", "measure", "verdict", "sweep",
+                "format", "kind", "title", "units", "seed", "replicas", "gas", "box", "start",
+                "run", "drive", "engine", "measure", "verdict", "sweep",
             ],
         ),
         ("drive.", &["heating", "interval"]),
@@ -689,7 +691,7 @@ fn damaged_cases_never_panic() {
             }
         }
         let text = String::from_utf8_lossy(&bytes);
-        match CaseFile::from_text(Path::new("damaged.toml"), &text, &[]) {
+        match CaseFile::<Case>::from_text(Path::new("damaged.toml"), &text, &[]) {
             Ok(file) => {
                 read += 1;
                 assert!(

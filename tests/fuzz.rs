@@ -16,8 +16,10 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
-use stosszahl::case::Case;
+use stosszahl::case::{Case, CaseFile, Kind};
 use stosszahl::ed::{Checkpoint, Dissipation, Engine};
+use stosszahl::homogeneous::case::Case as Mixture;
+use stosszahl::homogeneous::plan::Plan;
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::snapshot::{self, SnapshotError};
 use stosszahl::setup::Setup;
@@ -250,6 +252,20 @@ fn damaged_cases() {
     let path = folder.path().join("case.toml");
     fuzz(3000, &valid, |bytes| {
         fs::write(&path, bytes).expect("written");
+        if let Ok(Kind::Homogeneous) = Kind::of_file(&path) {
+            return match CaseFile::<Mixture>::read(&path, &[]) {
+                Err(error) => clear(&error.to_string(), &path),
+                Ok(file) => {
+                    for point in file.points.iter().take(2) {
+                        if let Err(error) = Plan::new(&point.case) {
+                            prop_assert!(error.to_string().len() > 12, "{error}");
+                        }
+                        prop_assert!(point.case.sample_times().len() < 1_000_000);
+                    }
+                    Ok(())
+                }
+            };
+        }
         match Case::read(&path, &[]) {
             Err(error) => clear(&error.to_string(), &path),
             Ok(file) => {

@@ -13,6 +13,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use stosszahl::case::Kind;
 use stosszahl::manifest::{
     EngineWork, Machine, Manifest, Program, ReferenceTime, Snapshot, Start, StartTest, Sweep,
     SweepPoint, TimeDefinition, Units, Verdict, VerdictKind,
@@ -692,6 +693,7 @@ fn fabricate_sweep(folder: &Path, size: Size) {
         }
     }
     let sweep = Sweep {
+        kind: Kind::Paired,
         title: "Fabricated sweep".to_owned(),
         case_text: "# invented".to_owned(),
         points,

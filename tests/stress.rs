@@ -131,8 +131,20 @@ short_cases! {
     angular_momentum: "angular-momentum",
 }
 
-fn engines() -> [Vec<Case>; 2] {
-    [cases(), stress::dsmc::cases()]
+short_cases! {
+    between_walls, super::case, super::stress::wall_cases,
+    sharp_corner: "sharp-corner",
+    grain_in_a_wedge: "grain-in-a-wedge",
+    floor: "floor",
+    grazing_walls: "grazing-walls",
+    fast_wall: "fast-wall",
+    inside_an_obstacle: "inside-an-obstacle",
+    empty_channel: "empty-channel",
+    supersonic_inflow: "supersonic-inflow",
+}
+
+fn engines() -> [Vec<Case>; 3] {
+    [cases(), stress::dsmc::cases(), stress::wall_cases()]
 }
 
 /// Names are what the command line asks for.

@@ -68,6 +68,16 @@ pub enum Error {
         /// The weight found.
         found: f64,
     },
+    /// A number has no meaning here.
+    #[error("{quantity} is {found}; allowed is {allowed}")]
+    OutOfRange {
+        /// Which.
+        quantity: &'static str,
+        /// What was found.
+        found: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
     /// No shell was asked for.
     #[error("the largest wave number must be at least 1")]
     WaveNumberInvalid,

@@ -12,6 +12,8 @@
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
+//! | [`fields`] | where is a flow dense, fast, hot? | sums over cells, batch means | O(N) a sample |
+//! | [`steady`] | from when on is it steady? | marginal standard error rule | O(values) |
 //! | [`fit`] | which limit, which slope, which order? | weighted least squares | O(values) |
 //! | [`theory`] | what does kinetic theory say of a mixture? | adaptive Runge-Kutta | O(species²) a step |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
@@ -30,11 +32,13 @@ pub mod compare;
 pub mod energy;
 pub mod equilibrium;
 mod error;
+pub mod fields;
 pub mod fit;
 pub mod modes;
 pub mod pair_correlation;
 pub mod relaxation;
 pub mod statistics;
+pub mod steady;
 pub mod structure_factor;
 pub mod theory;
 pub mod windows;

@@ -208,6 +208,7 @@ mod tests {
         let mut windows = Windows::new(&[[0.0, 1.0], [1.0, 3.0]], 4, 10, 0.0, 2.0);
         let collision = |time: f64, relative: Vector2<f64>| Collision {
             time,
+            position: vector![0.0, 0.0],
             relative,
             line: vector![1.0, 0.0],
             reduced_mass: 0.5,
@@ -244,6 +245,7 @@ mod tests {
         ] {
             let collision = Collision {
                 time,
+                position: vector![0.0, 0.0],
                 relative,
                 line: vector![1.0, 0.0],
                 reduced_mass: 0.5,

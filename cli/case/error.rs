@@ -226,30 +226,44 @@ impl Display for Keys<'_> {
 
 /// Something wrong with a case, before it is known where the key was written.
 #[derive(Debug)]
-pub(super) enum Problem {
+pub enum Problem {
+    /// A format that this program does not know.
     Format {
+        /// The format that was found.
         found: String,
     },
+    /// A key that means nothing.
     Unknown {
+        /// The key.
         key: KeyPath,
+        /// The keys of that table.
         allowed: Vec<String>,
+        /// A known key that is close.
         suggestion: Option<String>,
     },
+    /// A key that has to be there.
     Missing {
+        /// The key.
         key: KeyPath,
+        /// What should be there.
         allowed: String,
     },
+    /// A value that is not allowed.
     Bad {
+        /// The key.
         key: KeyPath,
+        /// The value as found.
         value: String,
+        /// What is allowed.
         allowed: String,
+        /// An allowed value that is close.
         suggestion: Option<String>,
     },
 }
 
 impl Problem {
     /// A value that is not allowed.
-    pub(super) fn bad(key: KeyPath, value: &toml::Value, allowed: impl Into<String>) -> Self {
+    pub(crate) fn bad(key: KeyPath, value: &toml::Value, allowed: impl Into<String>) -> Self {
         let value = super::schema::written(value);
         Self::Bad {
             key,

@@ -23,7 +23,7 @@ pub struct KeyPath(Vec<Step>);
 
 impl KeyPath {
     /// The path of dot-separated plain keys.
-    pub(super) fn of(dotted: &str) -> Self {
+    pub(crate) fn of(dotted: &str) -> Self {
         Self(
             dotted
                 .split('.')
@@ -33,17 +33,17 @@ impl KeyPath {
     }
 
     /// The path of keys from the root.
-    pub(super) fn from_keys(keys: &[String]) -> Self {
+    pub(crate) fn from_keys(keys: &[String]) -> Self {
         Self(keys.iter().cloned().map(Step::Key).collect())
     }
 
     /// The path to a key of this table.
-    pub(super) fn key(&self, key: &str) -> Self {
+    pub(crate) fn key(&self, key: &str) -> Self {
         self.then(Step::Key(key.to_owned()))
     }
 
     /// The path to an element of this list.
-    pub(super) fn element(&self, index: usize) -> Self {
+    pub(crate) fn element(&self, index: usize) -> Self {
         self.then(Step::Element(index))
     }
 

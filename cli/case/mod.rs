@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use stosszahl::case::CaseFile;
+//! use stosszahl::case::{Case, CaseFile};
 //!
 //! let text = r#"
 //! format = 1
@@ -25,7 +25,7 @@
 //! [[sweep]]
 //! "gas.restitution" = [0.8, 0.9]
 //! "#;
-//! let file = CaseFile::from_text(Path::new("cooling.toml"), text, &["replicas=8".to_owned()])?;
+//! let file = CaseFile::<Case>::from_text(Path::new("cooling.toml"), text, &["replicas=8".to_owned()])?;
 //! assert_eq!(file.points.len(), 2);
 //! assert_eq!(file.points[0].name, "restitution=0.8");
 //! assert_eq!(file.points[0].case.replicas, 8);
@@ -33,12 +33,14 @@
 //! ```
 
 mod error;
+mod kind;
 mod locate;
 mod monte_carlo;
 mod nearest;
 mod overrides;
 mod schema;
 mod sweep;
+pub(crate) mod typed;
 mod validate;
 mod warning;
 mod written;
@@ -50,11 +52,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub use error::{CaseError, Place};
+pub use error::{CaseError, Place, Problem};
+pub use kind::{Form, Kind};
 pub use locate::{KeyPath, Step};
 pub use monte_carlo::{Copies, Displacement, Dsmc, Neighbourhood, Scheme};
-pub use overrides::shortened;
-pub use schema::schema;
+pub use schema::{Schema, schema};
 pub use warning::Warning;
 pub use written::{Assignment, Boundary, Units};
 
@@ -66,25 +68,25 @@ const MOST_BYTES: u64 = 1 << 20;
 
 /// A case file as read: its text, and the points that it means.
 #[derive(Clone, Debug)]
-pub struct CaseFile {
+pub struct CaseFile<C = Case> {
     /// The text of the file, byte for byte.
     pub source_text: String,
     /// The file.
     pub path: PathBuf,
     /// The points of the sweeps, each different from the others; one point without settings if there is no
     /// sweep.
-    pub points: Vec<Point>,
+    pub points: Vec<Point<C>>,
 }
 
 /// One point of a sweep.
 #[derive(Clone, Debug, Serialize)]
-pub struct Point {
+pub struct Point<C = Case> {
     /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty without settings.
     pub name: String,
     /// What the sweep sets here.
     pub settings: Vec<Setting>,
     /// The case at this point.
-    pub case: Case,
+    pub case: C,
 }
 
 /// A value that a sweep gives to a key.
@@ -345,8 +347,7 @@ impl Case {
     /// A file that cannot be read, is not UTF-8 or not TOML; a key that is unknown or missing; a value that is not
     /// allowed, alone or beside another; an override that is not `key=value`.
     pub fn read(path: impl AsRef<Path>, overrides: &[String]) -> Result<CaseFile, CaseError> {
-        let path = path.as_ref();
-        CaseFile::from_text(path, &read_text(path)?, overrides)
+        CaseFile::read(path.as_ref(), overrides)
     }
 
     /// Times of the samples in units of `t0`: 0, then a logarithmic grid from the first sample on, and last the
@@ -430,21 +431,47 @@ impl Case {
     }
 }
 
-impl CaseFile {
+impl Form for Case {
+    const KIND: Kind = Kind::Paired;
+
+    fn schema() -> &'static Schema {
+        schema::shared()
+    }
+
+    fn from_table(table: &toml::Table, folder: &Path) -> Result<Self, Problem> {
+        validate::case(table, folder)
+    }
+
+    fn shortened(path: &Path, until: f64) -> Vec<String> {
+        overrides::shortened(path, until)
+    }
+}
+
+impl<C: Form> CaseFile<C> {
+    /// Reads a case file, with overrides `key=value` as given to `--set`.
+    ///
+    /// # Errors
+    /// As [`Case::read`], and a case of another kind.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, CaseError> {
+        Self::from_text(path, &read_text(path)?, overrides)
+    }
+
     /// Reads the text of a case; `path` stands in messages, and files are looked for beside it.
     ///
     /// # Errors
-    /// As [`Case::read`], but for the file itself.
+    /// As [`CaseFile::read`], but for the file itself.
     pub fn from_text(path: &Path, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let mut places = locate::Places::new(path, text);
         let mut table = places.parse()?;
-        check_format(&table).map_err(|problem| problem.locate(&places))?;
+        check_format(&table)
+            .and_then(|()| C::KIND.expect(&table))
+            .map_err(|problem| problem.locate(&places))?;
         let overrides = overrides
             .iter()
             .map(|one| overrides::Override::read(one))
             .collect::<Result<Vec<_>, _>>()?;
-        let points =
-            sweep::expand(&mut table, &overrides).map_err(|problem| problem.locate(&places))?;
+        let points = sweep::expand(C::schema(), &mut table, &overrides)
+            .map_err(|problem| problem.locate(&places))?;
         for one in &overrides {
             overrides::set(&mut table, &one.keys, one.value.clone());
             places.set_override(&one.path(), &one.argument);
@@ -459,7 +486,7 @@ impl CaseFile {
                 overrides::set(&mut table, &one.keys, one.value.clone());
                 places.set_as(&KeyPath::from_keys(&one.keys), &one.source);
             }
-            let case = validate::case(&table, folder).map_err(|problem| problem.locate(&places))?;
+            let case = C::from_table(&table, folder).map_err(|problem| problem.locate(&places))?;
             if seen.insert(format!("{case:?}")) {
                 let name = names.name(&settings);
                 let settings = settings

@@ -34,8 +34,8 @@ impl Override {
         let Some(keys) = split_key(key) else {
             return refuse("the key of an override is dotted, such as engine.ed.contact_time");
         };
-        if matches!(keys[0].as_str(), "format" | "sweep") {
-            return refuse("an override changes any key but format and sweep");
+        if matches!(keys[0].as_str(), "format" | "kind" | "sweep") {
+            return refuse("an override changes any key but format, kind and sweep");
         }
         let value = value.trim();
         if value.is_empty() || value.chars().any(char::is_control) {

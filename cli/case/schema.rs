@@ -1,4 +1,4 @@
-//! The JSON Schema of a case file, and the check of a case against it.
+//! The JSON Schema of a kind of case file, and the check of a case against it.
 //!
 //! Types and ranges are checked against the very schema that is published, so the two cannot drift apart.
 //! A general validator was not taken: it would report JSON pointers, where a reader of TOML needs the key, the
@@ -6,6 +6,7 @@
 
 use std::sync::OnceLock;
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::Value as Json;
 use toml::Value;
@@ -15,26 +16,121 @@ use super::locate::KeyPath;
 use super::nearest::nearest;
 use super::written::Written;
 
-/// The JSON Schema of a case file, with descriptions, defaults and ranges.
+/// The JSON Schema of one kind of case file, with descriptions, defaults and ranges.
 ///
 /// `x-allowed` holds the sentence that an error message gives for a key.
-pub fn schema() -> Json {
-    shared().clone()
+#[derive(Debug)]
+pub struct Schema {
+    json: Json,
 }
 
-/// The schema, built once.
-pub(super) fn shared() -> &'static Json {
-    static SCHEMA: OnceLock<Json> = OnceLock::new();
-    SCHEMA.get_or_init(|| {
+/// The schema of the paired case.
+pub fn schema() -> Json {
+    shared().json().clone()
+}
+
+/// The schema of the paired case, built once.
+pub(super) fn shared() -> &'static Schema {
+    static SCHEMA: OnceLock<Schema> = OnceLock::new();
+    SCHEMA.get_or_init(Schema::of::<Written>)
+}
+
+/// The sentence on what is allowed for a dotted key of the paired case.
+pub(super) fn sentence(dotted: &str) -> String {
+    shared().sentence(dotted)
+}
+
+impl Schema {
+    /// The schema of a case as it is written.
+    pub fn of<W: JsonSchema>() -> Self {
         let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);
-        let mut schema = settings
+        let mut json = settings
             .into_generator()
-            .into_root_schema_for::<Written>()
+            .into_root_schema_for::<W>()
             .to_value();
-        remove_null(&mut schema);
-        schema["title"] = Json::from("stosszahl case");
-        schema
-    })
+        remove_null(&mut json);
+        json["title"] = Json::from("stosszahl case");
+        Self { json }
+    }
+
+    /// The schema itself.
+    pub fn json(&self) -> &Json {
+        &self.json
+    }
+
+    /// Checks that every key is known, has the right type and lies in its range, and that none is missing.
+    pub(super) fn check(&self, table: &toml::Table) -> Result<(), Problem> {
+        let value = Value::Table(table.clone());
+        // A misspelt key explains a missing one, so all keys are compared first.
+        self.known(&self.json, &value, &KeyPath::default())?;
+        within(&self.json, &value, &KeyPath::default(), None)
+    }
+
+    /// Checks one part of a case, such as its sweeps, against its part of the schema.
+    pub(super) fn check_part(&self, key: &str, value: &Value) -> Result<(), Problem> {
+        within(
+            &self.json["properties"][key],
+            value,
+            &KeyPath::of(key),
+            None,
+        )
+    }
+
+    /// Checks that every key is known.
+    fn known(&self, schema: &Json, value: &Value, path: &KeyPath) -> Result<(), Problem> {
+        let Some(schema) = alternatives(schema)
+            .into_iter()
+            .find(|choice| has_type(choice, value))
+        else {
+            return Ok(());
+        };
+        if let (Value::Array(list), Some(items)) = (value, schema.get("items")) {
+            for (i, value) in list.iter().enumerate() {
+                self.known(items, value, &path.element(i))?;
+            }
+        }
+        if let (Value::Table(table), Some(keys)) = (value, schema["properties"].as_object()) {
+            for (key, value) in table {
+                let path = path.key(key);
+                let Some(schema) = keys.get(key) else {
+                    let allowed: Vec<String> = keys.keys().cloned().collect();
+                    let close = nearest(key, keys.keys().map(String::as_str)).map(str::to_owned);
+                    let suggestion = close.or_else(|| self.elsewhere(key));
+                    return Err(Problem::Unknown {
+                        key: path,
+                        allowed,
+                        suggestion,
+                    });
+                };
+                self.known(schema, value, &path)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The full name of a key that belongs into another table.
+    fn elsewhere(&self, key: &str) -> Option<String> {
+        let keys = self.json["properties"].as_object()?;
+        if keys.contains_key(key) {
+            return Some(format!("{key}, which stands before the first [table]"));
+        }
+        keys.iter()
+            .find(|(_, table)| table["properties"].get(key).is_some())
+            .map(|(table, _)| format!("{table}.{key}"))
+    }
+
+    /// The sentence on what is allowed for a dotted key; lists are looked into.
+    pub fn sentence(&self, dotted: &str) -> String {
+        let mut schema = &self.json;
+        for key in dotted.split('.') {
+            let inside = alternatives(schema).into_iter();
+            let holder = inside
+                .flat_map(|choice| [choice, &choice["items"]])
+                .find(|choice| choice["properties"][key].is_object());
+            schema = holder.map_or(&Json::Null, |choice| &choice["properties"][key]);
+        }
+        allowed(schema)
+    }
 }
 
 /// Takes null out of a schema: TOML cannot write it.
@@ -64,19 +160,6 @@ fn remove_null(schema: &mut Json) {
     }
 }
 
-/// Checks that every key is known, has the right type and lies in its range, and that none is missing.
-pub(super) fn check(table: &toml::Table) -> Result<(), Problem> {
-    let value = Value::Table(table.clone());
-    // A misspelt key explains a missing one, so all keys are compared first.
-    known(shared(), &value, &KeyPath::default())?;
-    within(shared(), &value, &KeyPath::default(), None)
-}
-
-/// Checks one part of a case, such as its sweeps, against its part of the schema.
-pub(super) fn check_part(key: &str, value: &Value) -> Result<(), Problem> {
-    within(&shared()["properties"][key], value, &KeyPath::of(key), None)
-}
-
 /// The alternatives of a schema; a schema without any is its own only one.
 fn alternatives(schema: &Json) -> Vec<&Json> {
     let listed = schema
@@ -100,44 +183,6 @@ fn has_type(schema: &Json, value: &Value) -> bool {
         Some("number") => value.is_integer() || value.is_float(),
         _ => true,
     }
-}
-
-/// Checks that every key is known.
-fn known(schema: &Json, value: &Value, path: &KeyPath) -> Result<(), Problem> {
-    let Some(schema) = alternatives(schema)
-        .into_iter()
-        .find(|choice| has_type(choice, value))
-    else {
-        return Ok(());
-    };
-    if let (Value::Table(table), Some(keys)) = (value, schema["properties"].as_object()) {
-        for (key, value) in table {
-            let path = path.key(key);
-            let Some(schema) = keys.get(key) else {
-                let allowed: Vec<String> = keys.keys().cloned().collect();
-                let close = nearest(key, keys.keys().map(String::as_str)).map(str::to_owned);
-                let suggestion = close.or_else(|| elsewhere(key));
-                return Err(Problem::Unknown {
-                    key: path,
-                    allowed,
-                    suggestion,
-                });
-            };
-            known(schema, value, &path)?;
-        }
-    }
-    Ok(())
-}
-
-/// The full name of a key that belongs into another table.
-fn elsewhere(key: &str) -> Option<String> {
-    let keys = shared()["properties"].as_object()?;
-    if keys.contains_key(key) {
-        return Some(format!("{key}, which stands before the first [table]"));
-    }
-    keys.iter()
-        .find(|(_, table)| table["properties"].get(key).is_some())
-        .map(|(table, _)| format!("{table}.{key}"))
 }
 
 /// Checks types, ranges and missing keys. `sentence` says what is allowed around here.
@@ -263,20 +308,8 @@ fn describe(schema: &Json) -> String {
     text.replace('\n', " ")
 }
 
-/// The sentence on what is allowed for a dotted key.
-pub(super) fn sentence(dotted: &str) -> String {
-    let mut schema = shared();
-    for key in dotted.split('.') {
-        let holder = alternatives(schema)
-            .into_iter()
-            .find(|choice| choice["properties"][key].is_object());
-        schema = holder.map_or(&Json::Null, |choice| &choice["properties"][key]);
-    }
-    allowed(schema)
-}
-
 /// A value as TOML on one line, cut if it is long.
-pub(super) fn written(value: &Value) -> String {
+pub(crate) fn written(value: &Value) -> String {
     /// Letters of a value that are shown.
     const WIDTH: usize = 60;
     let all = inline(value, WIDTH);

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use super::error::Problem;
 use super::locate::KeyPath;
 use super::overrides::{Override, split_key};
-use super::schema;
+use super::schema::{self, Schema};
 
 /// Most points of one case.
 const MOST_POINTS: usize = 10_000;
@@ -31,13 +31,14 @@ pub(super) struct Chosen {
 /// Each block is the product of its lists, the last key (in alphabetical order) running fastest. A key that an
 /// override fixes is not swept.
 pub(super) fn expand(
+    schema: &Schema,
     table: &mut Table,
     overrides: &[Override],
 ) -> Result<Vec<Vec<Chosen>>, Problem> {
     let Some(sweep) = table.remove("sweep") else {
         return Ok(vec![Vec::new()]);
     };
-    schema::check_part("sweep", &sweep)?;
+    schema.check_part("sweep", &sweep)?;
     let blocks = sweep.as_array().map(Vec::as_slice).unwrap_or_default();
     if blocks.is_empty() {
         return Ok(vec![Vec::new()]);
@@ -48,10 +49,10 @@ pub(super) fn expand(
         let block = block.as_table().cloned().unwrap_or_default();
         if block.is_empty() {
             let empty = Value::Table(Table::new());
-            return Err(Problem::bad(path, &empty, schema::sentence("sweep")));
+            return Err(Problem::bad(path, &empty, schema.sentence("sweep")));
         }
         let mut product = vec![Vec::new()];
-        for axis in axes(&block, &path)? {
+        for axis in axes(schema, &block, &path)? {
             let target = KeyPath::from_keys(&axis[0].keys);
             let fixed =
                 |set: &Override| target.starts_with(&set.path()) || set.path().starts_with(&target);
@@ -81,18 +82,18 @@ pub(super) fn expand(
 }
 
 /// The values of each key of a block.
-fn axes(block: &Table, path: &KeyPath) -> Result<Vec<Vec<Chosen>>, Problem> {
+fn axes(schema: &Schema, block: &Table, path: &KeyPath) -> Result<Vec<Vec<Chosen>>, Problem> {
     let mut axes: Vec<Vec<Chosen>> = Vec::new();
     for (key, list) in block {
         let path = path.key(key);
         let Some(keys) = split_key(key) else {
-            return Err(Problem::bad(path, list, schema::sentence("sweep")));
+            return Err(Problem::bad(path, list, schema.sentence("sweep")));
         };
-        if matches!(keys[0].as_str(), "format" | "sweep") {
+        if matches!(keys[0].as_str(), "format" | "kind" | "sweep") {
             return Err(Problem::bad(
                 path,
                 list,
-                "a sweep changes any key but format and sweep",
+                "a sweep changes any key but format, kind and sweep",
             ));
         }
         let target = KeyPath::from_keys(&keys);
@@ -108,7 +109,7 @@ fn axes(block: &Table, path: &KeyPath) -> Result<Vec<Vec<Chosen>>, Problem> {
             return Err(Problem::bad(
                 path,
                 &Value::Array(Vec::new()),
-                schema::sentence("sweep"),
+                schema.sentence("sweep"),
             ));
         }
         let values = list.iter().enumerate().map(|(i, value)| Chosen {

@@ -5,14 +5,14 @@
 use std::f64::consts::FRAC_PI_4;
 use std::path::Path;
 
-use toml::{Table, Value};
+use toml::Table;
 
 use super::error::Problem;
-use super::locate::{KeyPath, Step};
+use super::locate::KeyPath;
 use super::written::{self, Written};
 use super::{
     Bodies, Case, Domain, Drive, Engine, EventDriven, Gas, Measure, Restitution, Run, Start,
-    StartFile, StartFileKind, Structure, Units, Velocities, Verdict, monte_carlo, schema,
+    StartFile, StartFileKind, Structure, Units, Velocities, Verdict, monte_carlo, schema, typed,
 };
 
 /// Most kicks of a run.
@@ -20,9 +20,7 @@ const MOST_KICKS: f64 = 1e9;
 
 /// Checks a table and gives the case that it means. `folder` holds the case file.
 pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
-    schema::check(table)?;
-    let written: Written = serde_path_to_error::deserialize(Value::Table(table.clone()))
-        .map_err(|error| misread(table, &error))?;
+    let written: Written = typed::read(schema::shared(), table)?;
     let check = Check { table, folder };
     let start = check.start(&written)?;
     let run = check.run(&written.run)?;
@@ -47,40 +45,6 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
     })
 }
 
-/// What the reader of the typed case refuses although the schema does not.
-fn misread(table: &Table, error: &serde_path_to_error::Error<toml::de::Error>) -> Problem {
-    use serde_path_to_error::Segment;
-    let mut key = KeyPath::default();
-    for segment in error.path() {
-        key = match segment {
-            Segment::Seq { index } => key.element(*index),
-            Segment::Map { key: name } => key.key(name),
-            _ => key,
-        };
-    }
-    let value = value_at(table, &key)
-        .map(schema::written)
-        .unwrap_or_default();
-    Problem::Bad {
-        key,
-        value,
-        allowed: error.inner().message().to_owned(),
-        suggestion: None,
-    }
-}
-
-/// The value of a key.
-fn value_at<'a>(table: &'a Table, key: &KeyPath) -> Option<&'a Value> {
-    let mut steps = key.steps().iter();
-    let Some(Step::Key(first)) = steps.next() else {
-        return None;
-    };
-    steps.try_fold(table.get(first)?, |value, step| match step {
-        Step::Key(key) => value.get(key),
-        Step::Element(index) => value.get(index),
-    })
-}
-
 /// A case under check, and the folder that its files are relative to.
 struct Check<'a> {
     table: &'a Table,
@@ -94,13 +58,7 @@ impl Check<'_> {
     }
 
     fn refuse_at(&self, key: KeyPath, allowed: impl Into<String>) -> Problem {
-        match value_at(self.table, &key) {
-            Some(value) => Problem::bad(key, value, allowed),
-            None => Problem::Missing {
-                key,
-                allowed: allowed.into(),
-            },
-        }
+        typed::refuse(self.table, key, allowed)
     }
 
     fn start(&self, written: &Written) -> Result<Start, Problem> {

@@ -28,6 +28,10 @@ pub struct Written {
     )]
     #[schemars(extend("const" = 1, "x-allowed" = "the only format is 1"))]
     pub format: u64,
+    /// Kind of the case. Without this key it is "paired".
+    #[expect(dead_code, reason = "the kind is checked before anything else is read")]
+    #[schemars(extend("const" = "paired", "x-allowed" = "this is the paired case, whose kind is \"paired\""))]
+    pub kind: Option<String>,
     /// What the case shows, in one line.
     #[schemars(extend("minLength" = 1, "x-allowed" = "a title is a text of at least one character"))]
     pub title: String,

@@ -41,6 +41,7 @@ impl Figure {
 pub(crate) fn engine_name(engine: &str) -> String {
     match engine {
         "ed" => "ED".to_owned(),
+        "dsmc" => "DSMC".to_owned(),
         "dsmc-boltzmann" => "DSMC Boltzmann".to_owned(),
         "dsmc-esmc" => "ESMC".to_owned(),
         other => match other.strip_prefix("dsmc-") {
@@ -66,7 +67,9 @@ fn rank(engine: &str) -> usize {
         "dsmc-stochastic-disks",
         "dsmc-contact-point",
     ];
-    let known = ORDER.iter().position(|known| *known == engine);
+    // Flows have one Monte Carlo engine, which has no scheme in its name.
+    let known = (ORDER.iter())
+        .position(|known| *known == engine || (engine == "dsmc" && *known == "dsmc-boltzmann"));
     known.unwrap_or(ORDER.len())
 }
 

@@ -18,11 +18,11 @@
 //! from anywhere: style, plots, particles and the script of the viewer are inside, at most [`SIZE_LIMIT`] bytes.
 //! Plots are static SVG and not a script library, which would weigh megabytes in every report and print badly.
 
-mod figures;
+pub(crate) mod figures;
 mod optional;
-mod page;
-mod plot;
-mod read;
+pub(crate) mod page;
+pub(crate) mod plot;
+pub(crate) mod read;
 mod sweep;
 mod viewer;
 
@@ -32,7 +32,10 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE};
+use crate::case::Kind;
+use crate::flow;
+use crate::homogeneous::report as homogeneous;
+use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE, Sweep};
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
     ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
@@ -178,15 +181,18 @@ pub(crate) struct Results {
     pub replicas: Option<Vec<ReplicaRow>>,
 }
 
-/// The one field that manifests of every format have.
+/// The fields that manifests of every format have.
 #[derive(serde::Deserialize)]
 struct Stamp {
     /// Version of the format.
     format: u32,
+    /// Kind of the case.
+    #[serde(default)]
+    kind: Kind,
 }
 
-impl Results {
-    /// Reads a results folder.
+impl Stamp {
+    /// Reads the stamp of the manifest in a folder.
     fn read(folder: &Path) -> Result<Self, ReportError> {
         let file = folder.join(MANIFEST_FILE);
         if !file.exists() {
@@ -195,15 +201,23 @@ impl Results {
             });
         }
         // A manifest of another format may lack the fields of this one, so its format is read first.
-        let Stamp { format } = read::json(&file)?;
-        if format != FORMAT {
+        let stamp: Self = read::json(&file)?;
+        if stamp.format != FORMAT {
             return Err(ReportError::Format {
                 file,
-                found: format,
+                found: stamp.format,
                 expected: FORMAT,
             });
         }
-        let manifest = read::json(&file)?;
+        Ok(stamp)
+    }
+}
+
+impl Results {
+    /// Reads a results folder.
+    fn read(folder: &Path) -> Result<Self, ReportError> {
+        Stamp::read(folder)?;
+        let manifest = read::json(&folder.join(MANIFEST_FILE))?;
         Ok(Self {
             manifest,
             energy: read::table(folder)?,
@@ -228,16 +242,26 @@ impl Results {
 /// # Errors
 /// The folder holds no manifest and no sweep index, a table or snapshot is damaged, or the page cannot be written.
 pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
-    let page = if folder.join(SWEEP_FILE).exists() {
-        sweep::build(folder)?
+    let sweep = folder.join(SWEEP_FILE);
+    let page = if sweep.exists() {
+        let sweep: Sweep = read::json(&sweep)?;
+        match sweep.kind {
+            Kind::Paired => sweep::build(folder)?,
+            Kind::Flow => flow::report::build_sweep(folder)?,
+            Kind::Homogeneous => homogeneous::build_sweep(folder)?,
+        }
     } else {
-        page::build(folder, &Results::read(folder)?)?
+        match Stamp::read(folder)?.kind {
+            Kind::Paired => page::build(folder, &Results::read(folder)?)?,
+            Kind::Flow => flow::report::build(folder)?,
+            Kind::Homogeneous => homogeneous::build(folder)?,
+        }
     };
     write_whole(&folder.join(REPORT_FILE), &page)
 }
 
 /// Writes `text` to a temporary file beside `file` and renames it.
-fn write_whole(file: &Path, text: &str) -> Result<PathBuf, ReportError> {
+pub(crate) fn write_whole(file: &Path, text: &str) -> Result<PathBuf, ReportError> {
     let fault = |source| ReportError::Write {
         file: file.to_owned(),
         source,

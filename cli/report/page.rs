@@ -10,10 +10,11 @@ use super::figures::{
     self, Figure, engine_name, engines, number, same, window_name, windows, with_error,
 };
 use super::optional;
+use super::plot::map::Map;
 use super::plot::{Curve, Mark, Stroke};
 use super::viewer::{self, Frames};
 use super::{REPORT_FILE, ReportError, Results, SIZE_LIMIT, origin};
-use crate::manifest::{Manifest, TimeDefinition, Units, VerdictKind};
+use crate::manifest::{Manifest, TimeDefinition, Units, Verdict, VerdictKind};
 use crate::tables::{
     ComparisonRow, DissipationRow, EnergyRow, ImpactParameterRow, ImpactSummaryRow,
     PairCorrelationRow, ReplicaRow, Row, StructureFactorRow,
@@ -211,7 +212,7 @@ fn summary(results: &Results) -> Markup {
         section id="verdict" {
             p.lead { (statement(results)) }
             @if manifest.verdicts.len() > urgent.len() {
-                (verdict_list(manifest))
+                (verdict_list(&manifest.verdicts))
             } @else {
                 p.absent { "The manifest of this run holds no verdict." }
             }
@@ -239,10 +240,10 @@ fn summary(results: &Results) -> Markup {
 }
 
 /// The verdicts that are not warnings.
-pub(crate) fn verdict_list(manifest: &Manifest) -> Markup {
+pub(crate) fn verdict_list(verdicts: &[Verdict]) -> Markup {
     html! {
         ul.verdicts {
-            @for verdict in manifest.verdicts.iter().filter(|v| v.kind != VerdictKind::Warning) {
+            @for verdict in verdicts.iter().filter(|v| v.kind != VerdictKind::Warning) {
                 @let (class, word) = match verdict.kind {
                     VerdictKind::Agree => ("agree", "✓ agree"),
                     VerdictKind::Differ => ("differ", "≠ differ"),
@@ -345,6 +346,32 @@ pub(crate) fn figure(figure: Option<Figure>, counter: &mut Counter) -> Option<Ma
             figcaption { b { "Figure " (counter.figures) ". " (figure.title) "." } " " (figure.caption) }
         }
     })
+}
+
+/// One numbered figure of maps.
+pub(crate) fn maps(
+    title: &str,
+    caption: &str,
+    maps: &[(&str, Map)],
+    counter: &mut Counter,
+) -> Markup {
+    if maps.is_empty() {
+        return html! {};
+    }
+    counter.figures += 1;
+    html! {
+        figure {
+            div.panels.(if maps.len() == 1 { "one" } else { "many" }) {
+                @for (name, map) in maps {
+                    div {
+                        h4 { (name) }
+                        (PreEscaped(map.svg(next(&mut counter.panels), &format!("{title}: {name}"))))
+                    }
+                }
+            }
+            figcaption { b { "Figure " (counter.figures) ". " (title) "." } " " (caption) }
+        }
+    }
 }
 
 /// Counts one further.
@@ -836,4 +863,17 @@ pub(crate) fn last_window<'a>(
     let of_engine = || rows.iter().filter(|row| row.engine == engine);
     let last = *windows(of_engine().map(|row| (row.window_start, row.window_end))).last()?;
     of_engine().find(|row| same(row.window_start, last.0) && same(row.window_end, last.1))
+}
+
+/// A relative link to the report of a point; characters with a meaning in links are encoded.
+pub(crate) fn link_to(folder: &str) -> String {
+    let mut address = String::from("./");
+    for byte in folder.replace('\\', "/").bytes() {
+        if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
+            address.push(char::from(byte));
+        } else {
+            let _ = write!(address, "%{byte:02X}");
+        }
+    }
+    format!("{}/{REPORT_FILE}", address.trim_end_matches('/'))
 }

@@ -1,9 +1,11 @@
-//! Plots as inline SVG. This is the only module that names the plotting library.
+//! Plots as inline SVG. This module and its child are the only ones that name the plotting library.
 //!
 //! The library draws axes, curves and markers. Ranges, tick steps and error bars are decided here: an error bar is a
 //! plain stroke that is cut at the frame, which stays readable where forty of them stand side by side and where the
 //! lower end of one would be negative on a logarithmic axis. Legends are HTML above the plot, so they cannot cover
 //! data. Colours are custom properties of the page's style sheet, so a plot follows the light or dark scheme.
+
+pub(crate) mod map;
 
 use std::fmt::Write as _;
 

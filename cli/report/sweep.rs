@@ -158,7 +158,7 @@ fn overview(points: &[Finished<'_>]) -> Markup {
                         tr {
                             td.text {
                                 @if point.results.is_some() {
-                                    a href=(link(&point.point.folder)) { (point.point.name) }
+                                    a href=(page::link_to(&point.point.folder)) { (point.point.name) }
                                 } @else { (point.point.name) }
                             }
                             @for key in &keys {
@@ -188,19 +188,6 @@ fn summary(manifest: &crate::manifest::Manifest) -> &str {
     impact
         .or(verdicts.first())
         .map_or("–", |verdict| verdict.sentence.as_str())
-}
-
-/// A relative link to the report of a point; characters with a meaning in links are encoded.
-fn link(folder: &str) -> String {
-    let mut address = String::from("./");
-    for byte in folder.replace('\\', "/").bytes() {
-        if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
-            address.push(char::from(byte));
-        } else {
-            let _ = write!(address, "%{byte:02X}");
-        }
-    }
-    format!("{}/{REPORT_FILE}", address.trim_end_matches('/'))
 }
 
 /// The figures of one block.

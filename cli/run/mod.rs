@@ -63,6 +63,12 @@ pub enum RunError {
     /// The Monte Carlo engine cannot start.
     #[error("Monte Carlo engine: {0}")]
     MonteCarlo(#[from] stosszahl_dsmc::EngineError),
+    /// A gas without positions cannot start or go on.
+    #[error("gas without positions: {0}")]
+    Gas(#[from] stosszahl_dsmc::homogeneous::GasError),
+    /// A flow cannot start.
+    #[error(transparent)]
+    Flow(#[from] crate::flow::FlowError),
     /// A measurement cannot be made.
     #[error("measurement: {0}")]
     Measurement(#[from] stosszahl_analysis::Error),
@@ -134,7 +140,7 @@ fn leg_collisions(disks: usize) -> u64 {
 }
 
 /// Saves, stops and tells about one part of one replica.
-struct Control<'a, T> {
+pub(crate) struct Control<'a, T> {
     path: PathBuf,
     fingerprint: &'a Fingerprint,
     interval: Duration,
@@ -142,6 +148,30 @@ struct Control<'a, T> {
     stop: &'a AtomicBool,
     progress: JobProgress,
     content: PhantomData<fn(T)>,
+}
+
+impl<'a, T> Control<'a, T> {
+    /// The control of a part of a replica, with `seconds` between two checkpoints.
+    pub(crate) fn new(
+        place: Place<'a>,
+        replica: usize,
+        part: &str,
+        seconds: f64,
+        progress: &JobProgress,
+    ) -> Self {
+        Self {
+            path: place
+                .folder
+                .join(CHECKPOINTS)
+                .join(format!("replica-{replica}-{part}.snapshot")),
+            fingerprint: place.fingerprint,
+            interval: Duration::from_secs_f64(seconds.min(1e9)),
+            last: Mutex::new(Instant::now()),
+            stop: place.stop,
+            progress: progress.clone(),
+            content: PhantomData,
+        }
+    }
 }
 
 impl<T> Control<'_, T> {
@@ -158,14 +188,14 @@ impl<T> Control<'_, T> {
         }
     }
 
-    fn tell(&self, share: f64, collisions: u64) {
+    pub(crate) fn tell(&self, share: f64, collisions: u64) {
         self.progress.tell(share, collisions);
     }
 }
 
 impl<T: Serialize + DeserializeOwned> Control<'_, T> {
     /// The last checkpoint, if there is one.
-    fn load(&self) -> Result<Option<T>, RunError> {
+    pub(crate) fn load(&self) -> Result<Option<T>, RunError> {
         match snapshot::read(&self.path, self.fingerprint) {
             Ok(content) => Ok(Some(content)),
             Err(SnapshotError::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
@@ -175,7 +205,7 @@ impl<T: Serialize + DeserializeOwned> Control<'_, T> {
         }
     }
 
-    fn save(&self, content: &T) -> Result<(), RunError> {
+    pub(crate) fn save(&self, content: &T) -> Result<(), RunError> {
         Ok(snapshot::write(&self.path, self.fingerprint, content)?)
     }
 
@@ -204,7 +234,7 @@ impl<T: Serialize + DeserializeOwned> Control<'_, T> {
     }
 
     /// As [`Self::pause`], for content that is costly to gather.
-    fn pause_with(&self, gather: impl FnOnce() -> T) -> Result<(), RunError> {
+    pub(crate) fn pause_with(&self, gather: impl FnOnce() -> T) -> Result<(), RunError> {
         let due = self
             .last
             .lock()
@@ -272,19 +302,8 @@ impl Visit for AllReplicas<'_> {
 
 impl AllReplicas<'_> {
     fn control<T>(&self, replica: usize, part: &str, progress: &JobProgress) -> Control<'_, T> {
-        Control {
-            path: self
-                .place
-                .folder
-                .join(CHECKPOINTS)
-                .join(format!("replica-{replica}-{part}.snapshot")),
-            fingerprint: self.place.fingerprint,
-            interval: Duration::from_secs_f64(self.setup.case.run.checkpoint_seconds.min(1e9)),
-            last: Mutex::new(Instant::now()),
-            stop: self.place.stop,
-            progress: progress.clone(),
-            content: PhantomData,
-        }
+        let seconds = self.setup.case.run.checkpoint_seconds;
+        Control::new(self.place, replica, part, seconds, progress)
     }
 
     fn replica<P: Planar>(

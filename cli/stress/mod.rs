@@ -1,5 +1,5 @@
-//! Hard cases: what `stosszahl stress` runs, for the event-driven engine and gases without positions here, and for the Monte
-//! Carlo engine in [`dsmc`].
+//! Hard cases: what `stosszahl stress` runs, for the event-driven engine, gases without positions and walls here, and for
+//! the Monte Carlo engine in [`dsmc`].
 //!
 //! A case says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
 //! several cases share are constants of the module `gas`, with their origin. A case runs in a thread of its own: a panic
@@ -28,6 +28,7 @@ mod resume;
 mod starts;
 mod still;
 mod ties;
+mod walls;
 
 use std::fmt;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -227,9 +228,16 @@ pub fn mixture_cases() -> Vec<Case> {
     homogeneous::CASES.to_vec()
 }
 
+/// All cases of walls, obstacles, gravity and openings, for both engines.
+pub fn wall_cases() -> Vec<Case> {
+    walls::CASES.to_vec()
+}
+
 /// The case of a name.
 pub fn case(name: &str) -> Option<Case> {
-    let mut all = cases().into_iter().chain(mixture_cases());
+    let mut all = (cases().into_iter())
+        .chain(mixture_cases())
+        .chain(wall_cases());
     all.find(|case| case.name == name)
 }
 

@@ -3,10 +3,10 @@
 use rand::{Rng, RngExt};
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
-    Collision, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, Vector, VectorOf,
-    collide, kinetic,
+    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide, kinetic,
 };
 
+use crate::boundary::Surroundings;
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Displacement;
@@ -27,8 +27,10 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
-    /// Particles for each simulator.
+    /// Particles for each simulator, where boundaries say nothing else.
     pub(crate) weight: f64,
+    /// What is at the faces of the box and inside it.
+    pub(crate) surroundings: Option<&'a Surroundings<P>>,
     /// `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
     /// Length of the step \[time\], and its middle.
@@ -53,6 +55,8 @@ struct Report<'a, P: Physics> {
 struct Cell {
     /// Number among all.
     number: u32,
+    /// Particles for each simulator.
+    weight: f64,
     /// Trials expected for each pair and unit of relative speed, for the pairs of the largest cross section.
     rate: f64,
     chi: f64,
@@ -62,9 +66,20 @@ struct Cell {
     ceiling: f64,
 }
 
+/// A pair that collides.
+struct Pair<V> {
+    /// Which members of the cell.
+    who: [usize; 2],
+    /// Velocity of the first against the second, and its square.
+    relative: V,
+    square: f64,
+    /// Particles for each.
+    weight: f64,
+}
+
 impl<P> Kernel<'_, P>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
 {
     /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
     pub(crate) fn collide<F: Follow<P::Space>>(
@@ -92,7 +107,13 @@ where
                     let majorant = self.take_stock::<F>(members, &mut report.stock);
                     if members.len() >= 2 && self.collides {
                         let at = [line[0] + x, line[1], line[2]];
-                        self.collide_cell::<F>(members, at, majorant, &mut report);
+                        let before = (report.tally.collisions, report.tally.virial);
+                        let weight = self.collide_cell::<F>(members, at, majorant, &mut report);
+                        if let Some(count) = tile.counts.get_mut(index - 1) {
+                            let more = report.tally.collisions - before.0;
+                            count.collisions += weight * more as f64;
+                            count.virial += report.tally.virial - before.1;
+                        }
                     }
                 }
             }
@@ -138,6 +159,7 @@ where
         (high - low).square().sqrt()
     }
 
+    /// Collides a cell, and returns what each of its simulators stands for.
     #[inline(always)]
     fn collide_cell<F: Follow<P::Space>>(
         &self,
@@ -145,7 +167,7 @@ where
         at: [u32; 3],
         mut majorant: f64,
         report: &mut Report<'_, P>,
-    ) {
+    ) -> f64 {
         let cell = self.cell::<F>(members, at);
         report.tally.active_cells += 1;
         report.tally.limited_cells += u64::from(cell.limited);
@@ -170,7 +192,13 @@ where
             }
             if square > threshold * threshold {
                 collisions += 1;
-                self.collide_pair::<F>(members, [i, j], relative, square, report, &mut stream);
+                let pair = Pair {
+                    who: [i, j],
+                    relative,
+                    square,
+                    weight: cell.weight,
+                };
+                self.collide_pair::<F>(members, &pair, report, &mut stream);
             }
         }
         let tally = &mut report.tally;
@@ -183,13 +211,22 @@ where
         if each > tally.busiest_cell * count as f64 {
             tally.busiest_cell = each / count as f64;
         }
+        cell.weight
     }
 
     /// Rates of a cell.
     #[inline(always)]
     fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
         let sizes = self.scene.sizes();
-        let own = covered::<P, F>(sizes, members);
+        let number = self.grid.number(at);
+        let mut own = covered::<P, F>(sizes, members);
+        let (mut weight, mut volume) = (self.weight, self.grid.cell_volume());
+        if let Some(surroundings) = self.surroundings {
+            let factor = surroundings.factor(number);
+            own *= factor;
+            weight *= factor;
+            volume *= surroundings.room(at);
+        }
         let (chi, limited, packing) = self.density.contact_value(at, own);
         let packing = packing.min(0.9);
         let largest = 2.0 * sizes.largest_radius();
@@ -200,8 +237,9 @@ where
             ceiling.max(self.pair_factor(chi, packing, [largest; 2]))
         };
         Cell {
-            number: self.grid.number(at),
-            rate: ceiling * self.weight * self.step / self.grid.cell_volume(),
+            number,
+            weight,
+            rate: ceiling * weight * self.step / volume,
             chi,
             limited,
             packing,
@@ -216,14 +254,17 @@ where
             * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
     }
 
-    /// Collides a pair of members whose relative velocity has the given square.
+    /// Collides a pair of members.
     #[inline(always)]
     fn collide_pair<F: Follow<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
-        [i, j]: [usize; 2],
-        relative: VectorOf<P>,
-        square: f64,
+        &Pair {
+            who: [i, j],
+            relative,
+            square,
+            weight,
+        }: &Pair<VectorOf<P>>,
         report: &mut Report<'_, P>,
         stream: &mut impl Rng,
     ) {
@@ -237,18 +278,20 @@ where
         let restitution = self.scene.restitution().normal(-along * speed);
         let pair = Encounter {
             velocities,
-            spins: [(); 2],
+            spins: [i, j].map(|who| members[who].spin),
             masses,
             radii,
             line,
         };
-        let after = collide(self.scene, &pair, restitution).velocities;
+        let outcome = collide(self.scene, &pair, restitution);
+        let after = outcome.velocities;
         let apart = nearest_image::<P>(self.grid, members[i].position - members[j].position);
         report.tally.separation += apart.square().sqrt();
         let gained = (after[0] - velocities[0]) * masses[0];
         let mut virial = apart.inner(&gained);
         members[i].velocity = after[0];
         members[j].velocity = after[1];
+        [members[i].spin, members[j].spin] = outcome.spins;
         let share = match self.displacement {
             Displacement::None => 0.0,
             Displacement::Diameter => 1.0,
@@ -262,15 +305,16 @@ where
                 F::moved(&mut members[who].mark, by);
             }
         }
-        report.tally.virial += self.weight * virial;
+        report.tally.virial += weight * virial;
         if self.looks {
             report.log.push(Collision {
                 time: self.time,
+                position: members[i].position,
                 relative,
                 line,
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution,
-                weight: self.weight,
+                weight,
             });
         }
     }
@@ -298,7 +342,7 @@ pub(crate) fn nearest_image<P: Physics>(
     grid: &Grid<P::Space>,
     difference: VectorOf<P>,
 ) -> VectorOf<P> {
-    let lengths = grid.domain().lengths();
+    let lengths = grid.images();
     P::Space::vector(|axis| {
         let (x, length) = (difference[axis], lengths[axis]);
         if x.abs() > 0.5 * length {

@@ -2,7 +2,7 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Body, Physics, Sizes, Space, State, Vector, VectorOf};
+use stosszahl_model::{Body, Physics, Sizes, Space, State, Surface, Vector, VectorOf};
 
 use crate::parameters::{Copies, Parameters};
 use crate::simulator::{Follow, Simulator, SimulatorOf};
@@ -25,37 +25,32 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
         (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
     for copy in 0..copies {
         let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
-        let bodies: Vec<(VectorOf<P>, VectorOf<P>)> = match &flow {
-            _ if copy == 0 => {
-                let whole = state.bodies.iter();
-                whole.map(|body| (body.position, body.velocity)).collect()
-            }
+        let bodies: Vec<Body<P>> = match &flow {
+            _ if copy == 0 => state.bodies.clone(),
             Some(flow) => flow.copy(scene, state, &mut stream),
-            None => independent(state, &mut stream),
+            None => independent(scene, state, &mut stream),
         };
-        simulators.extend(
-            bodies
-                .into_iter()
-                .enumerate()
-                .map(|(index, (position, velocity))| Simulator {
-                    position: state.domain.wrap(position),
-                    velocity,
-                    tag: sizes.tag(copy * count + index),
-                    mark: F::Mark::default(),
-                }),
-        );
+        let bodies = bodies.into_iter().enumerate();
+        simulators.extend(bodies.map(|(index, body)| Simulator {
+            position: state.domain.wrap(body.position),
+            velocity: body.velocity,
+            tag: sizes.tag(copy * count + index),
+            mark: F::Mark::default(),
+            spin: body.spin,
+        }));
     }
     simulators
 }
 
 /// The whole state, moved and turned at random.
-fn independent<P: Physics>(
-    state: &State<P>,
-    stream: &mut impl Rng,
-) -> Vec<(VectorOf<P>, VectorOf<P>)> {
+fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>> {
     let shift = random_vector::<P>(state.domain.lengths(), stream);
     let turn = P::Space::random_turn(stream);
-    let turned = |body: &Body<P>| (body.position + shift, P::Space::turned(turn, body.velocity));
+    let turned = |body: &Body<P>| Body {
+        position: body.position + shift,
+        velocity: P::Space::turned(turn, body.velocity),
+        spin: scene.surface().turned(turn, body.spin),
+    };
     state.bodies.iter().map(turned).collect()
 }
 
@@ -137,19 +132,23 @@ impl<V: Vector> Flow<V> {
     }
 
     /// The state with its long waves, and all else at random; its energy and momentum are those of the state.
-    fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<(V, V)>
+    fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>>
     where
         P::Space: Space<Vector = V>,
     {
         let shift = random_vector::<P>(self.width, stream) - self.width * 0.5;
-        let mut bodies: Vec<(V, V)> = state
+        let mut bodies: Vec<Body<P>> = state
             .bodies
             .iter()
             .zip(&self.means)
             .map(|(body, &mean)| {
                 let turn = P::Space::random_turn(stream);
                 let own = P::Space::turned(turn, body.velocity - mean);
-                (body.position + shift, mean + own)
+                Body {
+                    position: body.position + shift,
+                    velocity: mean + own,
+                    spin: scene.surface().turned(turn, body.spin),
+                }
             })
             .collect();
         // Turned velocities add up to other sums: shift and stretch them about the mean velocity.
@@ -166,14 +165,14 @@ impl<V: Vector> Flow<V> {
             (mean, twice_energy - total * mean.square())
         };
         let (wanted, heat) = sums(&mut state.bodies.iter().map(|body| body.velocity));
-        let (found, found_heat) = sums(&mut bodies.iter().map(|body| body.1));
+        let (found, found_heat) = sums(&mut bodies.iter().map(|body| body.velocity));
         let stretch = if found_heat > 0.0 {
             (heat / found_heat).max(0.0).sqrt()
         } else {
             1.0
         };
-        for (_, velocity) in &mut bodies {
-            *velocity = wanted + (*velocity - found) * stretch;
+        for body in &mut bodies {
+            body.velocity = wanted + (body.velocity - found) * stretch;
         }
         bodies
     }

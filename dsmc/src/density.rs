@@ -127,6 +127,10 @@ pub(crate) struct Density<S: Space> {
     /// Units in the 2n + 1 cells along the first axis around each cell; integers up to 2^24 are exact. Empty where no
     /// neighbourhood is needed.
     lines: Vec<f32>,
+    /// Axes along which the box is not periodic: neighbourhoods stop at its faces.
+    bounded: [bool; 3],
+    /// Cells of a neighbourhood over those of its room, by the number of the cell; empty where all is room.
+    crowding: Vec<f64>,
     space: std::marker::PhantomData<S>,
 }
 
@@ -145,6 +149,8 @@ pub(crate) struct Gas {
     pub(crate) unit: f64,
     /// Packing fraction of the whole box.
     pub(crate) packing_fraction: f64,
+    /// Axes along which the box is not periodic.
+    pub(crate) bounded: [bool; 3],
 }
 
 impl<S: Space> Density<S> {
@@ -188,7 +194,38 @@ impl<S: Space> Density<S> {
             mean_packing,
             counts,
             lines: vec![0.0; cells],
+            bounded: gas.bounded,
+            crowding: Vec::new(),
             space: std::marker::PhantomData,
+        }
+    }
+
+    /// Notes which share of each cell is room for centres: packing fractions are of that.
+    pub(crate) fn set_room(&mut self, room: impl Fn([u32; 3]) -> f64 + Sync) {
+        let [columns, rows, layers] = self.counts;
+        let rows_of = |line: usize| [line % rows, line / rows];
+        let at = |x: usize, line: usize| {
+            let [y, z] = rows_of(line);
+            [x as u32, y as u32, z as u32]
+        };
+        if self.reach > 0 {
+            self.update(false, |line, values| {
+                for (x, value) in values.iter_mut().enumerate() {
+                    *value = room(at(x, line)) as f32;
+                }
+            });
+        }
+        let cells = ((2 * self.reach + 1) as f64).powi(S::DIMENSION as i32);
+        let crowding = (0..rows * layers).flat_map(|line| (0..columns).map(move |x| (x, line)));
+        let crowding: Vec<f64> = crowding
+            .map(|(x, line)| {
+                let cell = at(x, line);
+                cells / self.around(cell, room(cell))
+            })
+            .collect();
+        // Rooms are added in single precision.
+        if crowding.iter().any(|&factor| factor > 1.0 + 1e-5) {
+            self.crowding = crowding;
         }
     }
 
@@ -214,12 +251,14 @@ impl<S: Space> Density<S> {
 
     /// Takes the covered units of all cells: `fill` writes those of one line along the first axis, given its number.
     pub(crate) fn update(&mut self, parallel: bool, fill: impl Fn(usize, &mut [f32]) + Sync) {
-        let (columns, reach) = (self.counts[0], self.reach);
+        let (columns, reach, bounded) = (self.counts[0], self.reach, self.bounded[0]);
         let line = |padded: &mut Vec<f32>, (number, sums): (usize, &mut [f32])| {
             padded.resize(columns + 2 * reach, 0.0);
             fill(number, &mut padded[reach..reach + columns]);
-            padded.copy_within(columns..columns + reach, 0);
-            padded.copy_within(reach..2 * reach, reach + columns);
+            if !bounded {
+                padded.copy_within(columns..columns + reach, 0);
+                padded.copy_within(reach..2 * reach, reach + columns);
+            }
             sums.fill(0.0);
             for shift in 0..=2 * reach {
                 for (sum, &value) in sums.iter_mut().zip(&padded[shift..]) {
@@ -249,8 +288,14 @@ impl<S: Space> Density<S> {
         let depth = if S::DIMENSION == 2 { 0 } else { self.reach };
         let mut sum = 0.0;
         for z in 0..=2 * depth {
+            if self.bounded[2] && is_outside(cell[2] + z, depth, layers) {
+                continue;
+            }
             let layer = wrapped(cell[2] + z, depth, layers);
             for y in 0..=2 * self.reach {
+                if self.bounded[1] && is_outside(cell[1] + y, self.reach, rows) {
+                    continue;
+                }
                 let row = wrapped(cell[1] + y, self.reach, rows);
                 sum += self.lines[cell[0] + columns * (row + rows * layer)];
             }
@@ -265,7 +310,11 @@ impl<S: Space> Density<S> {
         if let Some(chi) = self.mean {
             return (chi.min(self.limit), chi > self.limit, self.mean_packing);
         }
-        let units = self.around(cell, own);
+        let mut units = self.around(cell, own);
+        if !self.crowding.is_empty() {
+            let [x, y, z] = cell.map(|at| at as usize);
+            units *= self.crowding[x + self.counts[0] * (y + self.counts[1] * z)];
+        }
         let known = if units.fract() == 0.0 {
             self.table.get(units as usize)
         } else {
@@ -279,8 +328,14 @@ impl<S: Space> Density<S> {
 
     /// Memory \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        8 * self.table.capacity() + 4 * self.lines.capacity()
+        8 * (self.table.capacity() + self.crowding.capacity()) + 4 * self.lines.capacity()
     }
+}
+
+/// Whether `shifted - reach` is not a number below `count`.
+#[inline]
+fn is_outside(shifted: usize, reach: usize, count: usize) -> bool {
+    shifted < reach || shifted - reach >= count
 }
 
 /// The number `shifted - reach`, around a ring of `count`; both are at most `count`.
@@ -310,6 +365,7 @@ mod tests {
             simulators_per_particle: 1.0,
             unit: 0.1,
             packing_fraction: 0.25,
+            bounded: [false; 3],
         };
         let scheme = Scheme::Enskog(Neighbourhood::Cells(2));
         let columns = counts[0] as usize;
@@ -361,6 +417,7 @@ mod tests {
             simulators_per_particle: 1.0,
             unit: Plane::ball(0.5),
             packing_fraction: 0.25,
+            bounded: [false; 3],
         };
         let density = Density::<Plane>::new(Scheme::FreeVolume, &gas);
         let (chi, limited, packing) = density.contact_value([0; 3], 2.0);

@@ -1,15 +1,17 @@
 //! The engine: what it holds, and what can be asked of it.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Free, Physics, Sizes, Smooth, State, VectorOf};
+use stosszahl_model::{Body, Physics, Sizes, SpinOf, State, VectorOf};
 
 use crate::across::{Arm, Rates};
+use crate::boundary::{Books, Surroundings};
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
+use crate::start::Means;
 use crate::sweep::Pool;
-use crate::tally::{Stock, Tally, Unit};
+use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile, Traveller};
 
 /// What of the gas never changes.
@@ -23,9 +25,11 @@ pub(crate) struct Constants {
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
+    /// Mean mass of the particles.
+    pub(crate) mean_mass: f64,
 }
 
-/// Direct Simulation Monte Carlo of smooth particles in a periodic box.
+/// Direct Simulation Monte Carlo of smooth or rough particles.
 ///
 /// `F` says whether it follows how far simulators come ([`crate::Followed`]) or not.
 pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
@@ -47,15 +51,20 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) far: Vec<(u32, Traveller<P, F>)>,
     pub(crate) pool: Pool<P, F>,
     pub(crate) held_step: Option<f64>,
+    pub(crate) counts_cells: bool,
     pub(crate) time: f64,
     pub(crate) stock: Stock<P::Space>,
     pub(crate) unit: Unit,
     pub(crate) tally: Tally,
+    pub(crate) books: Books<P::Space>,
+    /// What is at the faces of the box and inside it; none if it is periodic.
+    pub(crate) surroundings: Option<Surroundings<P>>,
+    pub(crate) means: Means,
 }
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// The gas at the present time: one body for each simulator, in the order of the sizes of
@@ -64,8 +73,11 @@ where
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![Body::new(origin, origin); self.simulators];
         for (order, simulator) in self.ordered().enumerate() {
-            bodies[P::Sizes::index(simulator.tag, order)] =
-                Body::new(simulator.position, simulator.velocity);
+            bodies[P::Sizes::index(simulator.tag, order)] = Body {
+                position: simulator.position,
+                velocity: simulator.velocity,
+                spin: simulator.spin,
+            };
         }
         State {
             time: self.time,
@@ -76,13 +88,42 @@ where
 
     /// All simulators, in the order of the numbers of their cells.
     pub(crate) fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
-        let [columns, rows, layers] = self.grid.counts();
-        let cells = (0..layers)
-            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])));
-        cells.flat_map(|cell| {
+        self.cells_in_order().flat_map(|cell| {
             let (tile, local) = self.grid.locate(cell);
             self.tiles[tile].members(local)
         })
+    }
+
+    /// The coordinates of all cells, in the order of their numbers.
+    fn cells_in_order(&self) -> impl Iterator<Item = [u32; 3]> + use<P, F> {
+        let [columns, rows, layers] = self.grid.counts();
+        (0..layers)
+            .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
+    }
+
+    /// Shows each simulator, in the order of the numbers of their cells: position, velocity, spin, the tag of its size in
+    /// [`Engine::scene`], and how many particles it stands for.
+    pub fn visit(
+        &self,
+        mut each: impl FnMut(VectorOf<P>, VectorOf<P>, SpinOf<P>, <P::Sizes as Sizes>::Tag, f64),
+    ) {
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            let weight = self.weight_in(self.grid.number(cell));
+            for simulator in self.tiles[tile].members(local) {
+                let (position, velocity) = (simulator.position, simulator.velocity);
+                each(position, velocity, simulator.spin, simulator.tag, weight);
+            }
+        }
+    }
+
+    /// Particles for each simulator in a cell, by its number in [`Engine::grid`].
+    pub fn weight_in(&self, cell: u32) -> f64 {
+        let factor = self
+            .surroundings
+            .as_ref()
+            .map_or(1.0, |all| all.factor(cell));
+        self.constants.weight * factor
     }
 
     /// The scene with the sizes of all simulators.
@@ -131,9 +172,36 @@ where
         self.take_stock();
     }
 
+    /// Counts collisions by cell from now on.
+    pub fn count_cells(&mut self) {
+        self.counts_cells = true;
+        for tile in &mut self.tiles {
+            tile.counts = vec![CellCount::default(); tile.cells()];
+        }
+    }
+
+    /// What happened in each cell, by its number in [`Engine::grid`], since [`Engine::count_cells`] or the last call: across
+    /// cells, in that of the simulator that looked for a partner. Empty if nothing is counted. Not part of a checkpoint.
+    pub fn take_cell_counts(&mut self) -> Vec<CellCount> {
+        if !self.counts_cells {
+            return Vec::new();
+        }
+        let mut all = Vec::with_capacity(self.grid.cells());
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            all.push(std::mem::take(&mut self.tiles[tile].counts[local]));
+        }
+        all
+    }
+
     /// What was done so far.
     pub fn tally(&self) -> Tally {
         self.tally
+    }
+
+    /// What boundaries gave to the gas so far.
+    pub fn books(&self) -> &Books<P::Space> {
+        &self.books
     }
 
     /// The present time.
@@ -146,7 +214,7 @@ where
         self.simulators
     }
 
-    /// Particles for each simulator.
+    /// Particles for each simulator, where the factor of its region is one.
     pub fn weight(&self) -> f64 {
         self.constants.weight
     }
@@ -177,7 +245,7 @@ where
     }
 
     /// Groups the cells in tiles that hold about so many simulators. It changes speed and memory, and no result of pairs
-    /// within cells; across cells, also the order in which pairs collide.
+    /// within cells; across cells, also the order in which pairs collide. Counts by cell begin anew.
     pub fn retile(&mut self, simulators_per_tile: usize) {
         let simulators: Vec<_> = self.ordered().copied().collect();
         let counts = self.grid.counts().map(|count| count as usize);

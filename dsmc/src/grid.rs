@@ -18,6 +18,8 @@ pub struct Grid<S: Space> {
     domain: Domain<S>,
     /// How far beyond its own cells work on a tile reaches \[length\].
     reach: f64,
+    /// Distance of images along each axis: the side of the box, or infinite where it is not periodic.
+    images: S::Vector,
     /// Cells along each axis.
     counts: [u32; 3],
     /// Cells for each unit of length.
@@ -79,6 +81,13 @@ impl<S: Space> Grid<S> {
             let exact = f64::from(counts[axis]) / domain.lengths()[axis];
             scale[axis] = exact * (1.0 - 4.0 * f64::EPSILON);
         }
+        let images = S::vector(|axis| {
+            if domain.is_periodic(axis) {
+                domain.lengths()[axis]
+            } else {
+                f64::INFINITY
+            }
+        });
         let axes = [0, 1, 2];
         let firsts = axes.map(|axis| {
             let [count, tiles] = [counts[axis], tiles[axis]].map(u64::from);
@@ -89,6 +98,7 @@ impl<S: Space> Grid<S> {
         let mut grid = Self {
             domain,
             reach,
+            images,
             counts,
             scale,
             tiles,
@@ -168,6 +178,14 @@ impl<S: Space> Grid<S> {
         width
     }
 
+    /// Narrowest side of a cell \[length\].
+    pub(crate) fn narrowest(&self) -> f64 {
+        let width = self.width();
+        (0..S::DIMENSION)
+            .map(|axis| width[axis])
+            .fold(f64::MAX, f64::min)
+    }
+
     /// Area or volume of a cell.
     pub fn cell_volume(&self) -> f64 {
         (0..S::DIMENSION).map(|axis| self.width()[axis]).product()
@@ -176,6 +194,12 @@ impl<S: Space> Grid<S> {
     /// The box.
     pub fn domain(&self) -> &Domain<S> {
         &self.domain
+    }
+
+    /// Distance of images along each axis: the side of the box, or infinite where it is not periodic.
+    #[inline]
+    pub(crate) fn images(&self) -> S::Vector {
+        self.images
     }
 
     /// Number of tiles along each axis; one beyond the dimension.

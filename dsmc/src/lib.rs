@@ -45,6 +45,7 @@
 //! needs many simulators only for chaos.
 
 mod across;
+mod boundary;
 mod collide;
 mod copies;
 mod density;
@@ -62,13 +63,14 @@ mod tally;
 mod tests;
 mod tile;
 
+pub use boundary::{Books, Boundaries, Clearance, Inflow, Transfer, Weights};
 pub use density::{Neighbourhood, Scheme};
 pub use engine::Engine;
 pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
 pub use start::Checkpoint;
-pub use tally::Tally;
+pub use tally::{CellCount, Tally};
 
 /// Number of components of a position.
 const fn dimension<P: stosszahl_model::Physics>() -> usize {

@@ -1,6 +1,7 @@
 //! The numerical choices of a run, and why an engine cannot start.
 
 use serde::{Deserialize, Serialize};
+use stosszahl_model::walls::ObstacleError;
 use stosszahl_model::{Domain, Space};
 
 use crate::density::Scheme;
@@ -256,7 +257,104 @@ pub enum EngineError {
         /// Its name.
         scheme: &'static str,
     },
-    /// A position or velocity is no finite number, or too large to be squared.
+    /// Weights that have no meaning.
+    #[error("weights: {found}; allowed: {allowed}")]
+    BadWeights {
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The box is periodic along other axes than its faces are.
+    #[error(
+        "axis {axis}: the box is {}, its faces are {}; allowed: both alike",
+        if *.periodic { "periodic" } else { "not periodic" },
+        if *.periodic { "not" } else { "periodic" }
+    )]
+    UnlikeFaces {
+        /// Which, from 0.
+        axis: usize,
+        /// Whether the box is.
+        periodic: bool,
+    },
+    /// Walls that leave no room between them.
+    #[error(
+        "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that"
+    )]
+    NoRoom {
+        /// Which, from 0.
+        axis: usize,
+        /// Side of the box \[length\].
+        length: f64,
+        /// What is taken of it \[length\].
+        needed: f64,
+    },
+    /// A simulator starts beyond a wall.
+    #[error(
+        "simulator {simulator} is at {coordinate} along axis {axis}, beyond a wall; allowed: {} to {}",
+        allowed[0],
+        allowed[1]
+    )]
+    BeyondWall {
+        /// Index.
+        simulator: usize,
+        /// Which axis, from 0.
+        axis: usize,
+        /// Its coordinate \[length\].
+        coordinate: f64,
+        /// The lowest and the highest that is allowed \[length\].
+        allowed: [f64; 2],
+    },
+    /// An obstacle that is not in the box.
+    #[error("obstacle {obstacle}: {source}")]
+    Obstacle {
+        /// Its number, from 0.
+        obstacle: usize,
+        /// What is wrong with it.
+        source: ObstacleError,
+    },
+    /// A simulator starts inside an obstacle.
+    #[error(
+        "simulator {simulator} at ({:.6}, {:.6}) overlaps obstacle {obstacle}; allowed: all outside of it",
+        place[0],
+        place[1]
+    )]
+    InObstacle {
+        /// Index.
+        simulator: usize,
+        /// Number of the obstacle, from 0.
+        obstacle: usize,
+        /// Where it is \[length\].
+        place: [f64; 2],
+    },
+    /// An inflow that has no meaning.
+    #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}")]
+    BadInflow {
+        /// Its number, from 0.
+        inflow: usize,
+        /// What.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Simulators come and go, and each particle has a size of its own.
+    #[error(
+        "open faces or weights, and a size of its own for each particle; allowed: equal particles, or species"
+    )]
+    Individuals,
+    /// A scheme that cannot do with what stands at the boundaries.
+    #[error("the scheme {scheme} with {what}; allowed: {allowed}")]
+    Boundary {
+        /// Its name.
+        scheme: &'static str,
+        /// What it cannot do with.
+        what: &'static str,
+        /// What can.
+        allowed: &'static str,
+    },
+    /// A position, velocity or spin is no finite number, or too large to be squared.
     #[error(
         "simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150"
     )]

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{Physics, Sizes, Space, SpinOf, Vector, VectorOf};
 
 /// Whether an engine follows how far its simulators come. A type, because it changes what is stored for each:
 /// nothing, or one vector.
@@ -45,9 +45,10 @@ impl<S: Space> Follow<S> for Followed {
     }
 }
 
-/// One simulator: 32 bytes in the plane, and its index where particles are unlike, and its mark where it is followed.
+/// One simulator: 32 bytes in the plane, and its index where particles are unlike, its mark where it is followed, and its
+/// spin where particles spin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Simulator<V, T, M> {
+pub struct Simulator<V, T, M, W> {
     /// Position \[length\].
     pub position: V,
     /// Velocity \[length/time\].
@@ -56,6 +57,8 @@ pub struct Simulator<V, T, M> {
     pub tag: T,
     /// How far it has come, or nothing.
     pub mark: M,
+    /// Angular velocity \[1/time\], or nothing.
+    pub spin: W,
 }
 
 /// The simulators of a physics.
@@ -63,6 +66,7 @@ pub type SimulatorOf<P, F> = Simulator<
     VectorOf<P>,
     <<P as Physics>::Sizes as Sizes>::Tag,
     <F as Follow<<P as Physics>::Space>>::Mark,
+    SpinOf<P>,
 >;
 
 /// True if all components can be squared.

@@ -1,10 +1,13 @@
 //! How an engine starts, stops and goes on.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::random::Streams;
-use stosszahl_model::{Domain, Free, Physics, Restitution, Sizes, Smooth, Space, State, VectorOf};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::walls::Book;
+use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates};
+use crate::boundary::{Books, Boundaries, Surroundings, Transfer, enter};
+use crate::collide::draw_whole;
 use crate::copies;
 use crate::density::{Density, Gas};
 use crate::engine::{Constants, Engine};
@@ -12,7 +15,7 @@ use crate::grid::Grid;
 use crate::parameters::{Displacement, EngineError, Parameters};
 use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
 use crate::sweep::Pool;
-use crate::tally::{Stock, Tally, Unit};
+use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile};
 
 /// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
@@ -34,11 +37,60 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     unit: Unit,
     tally: Tally,
     arm: Arm,
+    books: Books<P::Space>,
+    means: Means,
+}
+
+/// Sums over the particles of the start. Simulators may come and go; cells and steps stay as they were chosen.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Means {
+    /// How many simulators there were.
+    count: usize,
+    /// Sums of their diameters d, of d^(D-1), of d^D, of their areas or volumes, and of their masses.
+    diameters: f64,
+    lower: f64,
+    upper: f64,
+    covered: f64,
+    mass: f64,
+}
+
+impl Means {
+    /// Mean diameter, `M_(D-1)/M_D` of the diameters, and mean mass; of an empty box, those of the first size.
+    fn averages<P: Physics>(&self, sizes: &P::Sizes) -> [f64; 3] {
+        if self.count == 0 {
+            return [2.0 * sizes.largest_radius(), 1.0, sizes.mass(sizes.tag(0))];
+        }
+        let count = self.count as f64;
+        [
+            self.diameters / count,
+            self.lower / self.upper,
+            self.mass / count,
+        ]
+    }
+
+    /// Of the first `count` sizes.
+    fn of<P: Physics>(sizes: &P::Sizes, count: usize) -> Self {
+        let dimension = P::Space::DIMENSION as i32;
+        let mut means = Self {
+            count,
+            ..Self::default()
+        };
+        for index in 0..count {
+            let tag = sizes.tag(index);
+            let radius = sizes.radius(tag);
+            means.diameters += 2.0 * radius;
+            means.lower += (2.0 * radius).powi(dimension - 1);
+            means.upper += (2.0 * radius).powi(dimension);
+            means.covered += P::Space::ball(radius);
+            means.mass += sizes.mass(tag);
+        }
+        means
+    }
 }
 
 impl<P> Engine<P>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
 {
     /// [`Engine::start`] where displacements are not followed.
     ///
@@ -56,7 +108,7 @@ where
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Starts from a state of particles.
@@ -72,8 +124,26 @@ where
         state: &State<P>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
+        Self::start_between(scene, parameters, state, &Boundaries::default(), streams)
+    }
+
+    /// [`Engine::start`] in a box whose faces are as told.
+    ///
+    /// # Errors
+    /// As [`Engine::start`], and if boundaries do not fit the box, the scheme or each other.
+    pub fn start_between(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
         parameters.check()?;
         let simulators = copies::simulators::<P, F>(scene, &parameters, state, streams);
+        let sizes = scene
+            .sizes()
+            .repeated(parameters.simulators_per_disk as usize);
+        let means = Means::of::<P>(&sizes, simulators.len());
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
@@ -81,8 +151,14 @@ where
             unit: Unit::of(0.0),
             tally: Tally::default(),
             arm: Arm::default(),
+            books: Books::default(),
+            means,
         };
-        let mut engine = Self::resume(scene, parameters, state.domain, checkpoint, streams)?;
+        let domain = state.domain;
+        let fresh = Some(state.bodies.len());
+        let mut engine = Self::build(
+            scene, parameters, domain, checkpoint, boundaries, streams, fresh,
+        )?;
         engine.take_stock();
         Ok(engine)
     }
@@ -98,40 +174,61 @@ where
         checkpoint: Checkpoint<P, F>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
+        let boundaries = Boundaries::default();
+        Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
+    }
+
+    /// [`Engine::resume`] in a box whose faces are as told.
+    ///
+    /// # Errors
+    /// As [`Engine::start_between`].
+    pub fn resume_between(
+        scene: &P,
+        parameters: Parameters,
+        domain: Domain<P::Space>,
+        checkpoint: Checkpoint<P, F>,
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        Self::build(
+            scene, parameters, domain, checkpoint, boundaries, streams, None,
+        )
+    }
+
+    /// An engine with what a checkpoint holds; `fresh`: if it is a start, the number of particles in its state.
+    fn build(
+        scene: &P,
+        parameters: Parameters,
+        domain: Domain<P::Space>,
+        checkpoint: Checkpoint<P, F>,
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+        fresh: Option<usize>,
+    ) -> Result<Self, EngineError> {
         parameters.check()?;
-        let inelastic = parameters.displacement == Displacement::Inelastic;
-        if inelastic {
+        boundaries.check(&domain, parameters)?;
+        if parameters.displacement == Displacement::Inelastic {
             check_displacement(scene, &domain)?;
         }
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let Checkpoint {
             time,
-            simulators,
+            mut simulators,
             stock,
             unit,
             tally,
             arm,
+            mut books,
+            means,
         } = checkpoint;
-        check_numbers::<P, F>(&simulators)?;
+        check_numbers::<P, F>(&scene, &simulators)?;
         let weight = 1.0 / copies as f64;
         let sizes = scene.sizes();
-        let dimension = P::Space::DIMENSION as i32;
-        let [mut first, mut lower, mut upper, mut covered] = [0.0; 4];
-        // In the order of the sizes, which unlike that of the simulators is the same after a restart.
-        for index in 0..simulators.len() {
-            let radius = sizes.radius(sizes.tag(index));
-            first += 2.0 * radius;
-            lower += (2.0 * radius).powi(dimension - 1);
-            upper += (2.0 * radius).powi(dimension);
-            covered += P::Space::ball(radius);
-        }
-        let packing_fraction = weight * covered / domain.volume();
-        let (mean_diameter, moment_ratio) = if upper > 0.0 {
-            (first / simulators.len() as f64, lower / upper)
-        } else {
-            (2.0 * sizes.largest_radius(), 1.0)
-        };
+        let packing_fraction = weight * means.covered / domain.volume();
+        let [mean_diameter, moment_ratio, mean_mass] = means.averages::<P>(sizes);
+        // What flows in may be denser than what is there.
+        let packing_fraction = packing_fraction.max(boundaries.densest(scene.sizes()));
         let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
         let grid = grid(
@@ -145,19 +242,30 @@ where
             limit: parameters.largest_contact_value,
             counts: grid.counts(),
             cell: grid.cell_volume(),
-            width: (0..P::Space::DIMENSION)
-                .map(|axis| grid.width()[axis])
-                .fold(f64::MAX, f64::min),
+            width: grid.narrowest(),
             diameter: mean_diameter,
             simulators_per_particle: copies as f64,
             unit: weight * P::Space::ball(sizes.largest_radius()),
             packing_fraction,
+            bounded: [0, 1, 2].map(|axis| !domain.is_periodic(axis)),
         };
-        let density = Density::new(parameters.scheme, &gas);
-        let rates = parameters.scheme.is_across().then(|| {
-            let ball = covered / simulators.len().max(1) as f64;
-            Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM)
-        });
+        let mut density = Density::new(parameters.scheme, &gas);
+        let surroundings = Surroundings::new(&scene, boundaries, &grid, 0.5 * mean_diameter)?;
+        if let Some(surroundings) = &surroundings {
+            density.set_room(|cell| surroundings.room(cell));
+            let entry = Entry {
+                scene: &scene,
+                surroundings,
+                grid: &grid,
+                streams,
+                weight,
+                time,
+            };
+            simulators = entry.place::<F>(simulators, fresh, &mut books)?;
+        }
+        let ball = means.covered / means.count.max(1) as f64;
+        let rates = (parameters.scheme.is_across())
+            .then(|| Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM));
         let mut engine = Self {
             density,
             rates,
@@ -169,6 +277,7 @@ where
                 moment_ratio,
                 partner_radius: radius,
                 mean_radius: 0.5 * mean_diameter,
+                mean_mass,
             },
             scene,
             parameters,
@@ -181,10 +290,14 @@ where
             far: Vec::new(),
             pool: Pool::default(),
             held_step: None,
+            counts_cells: false,
             time,
             stock,
             unit,
             tally,
+            books,
+            surroundings,
+            means,
         };
         engine.fill(&simulators);
         Ok(engine)
@@ -216,6 +329,14 @@ where
             rest = &rest[end..];
             let mut tile = Tile::new(place);
             tile.take(&members);
+            if self.counts_cells {
+                tile.counts = vec![CellCount::default(); tile.cells()];
+            }
+            if let Some(surroundings) = &self.surroundings {
+                tile.is_even = surroundings.is_even(&self.grid, &tile.place);
+                let [inflows, obstacles] = surroundings.numbers();
+                tile.books = Some(Box::new(Books::of(inflows, obstacles)));
+            }
             self.tiles.push(tile);
         }
         let boxes = || (0..self.tiles.len()).map(|_| Outbox::default()).collect();
@@ -232,7 +353,57 @@ where
             unit: self.unit,
             tally: self.tally,
             arm: self.arm.clone(),
+            books: self.books.clone(),
+            means: self.means,
         }
+    }
+}
+
+/// Puts the simulators of a start where boundaries let them be.
+struct Entry<'a, P: Physics> {
+    scene: &'a P,
+    surroundings: &'a Surroundings<P>,
+    grid: &'a Grid<P::Space>,
+    streams: Streams,
+    weight: f64,
+    time: f64,
+}
+
+impl<P: Physics> Entry<'_, P> {
+    /// Of a fresh start, the first set of simulators must be where it may be, further ones are mirrored at walls, and all
+    /// become as many as they count in their cells. Others are as they were.
+    fn place<F: Follow<P::Space>>(
+        &self,
+        simulators: Vec<SimulatorOf<P, F>>,
+        fresh: Option<usize>,
+        books: &mut Books<P::Space>,
+    ) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
+        let surroundings = self.surroundings;
+        let [inflows, obstacles] = surroundings.numbers();
+        books.inflows.resize(inflows, Transfer::default());
+        books.obstacles.resize(obstacles, Book::default());
+        let mut placed = Vec::with_capacity(simulators.len());
+        for (index, mut simulator) in simulators.into_iter().enumerate() {
+            if fresh.is_some_and(|first| index < first) {
+                surroundings.check_place::<F>(self.scene, index, &simulator, self.time)?;
+            }
+            let radius = self.scene.sizes().radius(simulator.tag);
+            surroundings.fold(&mut simulator.position, radius);
+            let cell = self.grid.cell_at(simulator.position);
+            let factor = surroundings.factor(self.grid.number(cell));
+            let copies = if fresh.is_some() && factor != 1.0 {
+                let mut stream = self.streams.at(Purpose::Balance, [u64::MAX, index as u64]);
+                books.balanced += 1;
+                let copies = draw_whole(1.0 / factor, &mut stream);
+                let more = self.weight * (copies as f64 * factor - 1.0);
+                enter::<P, F>(self.scene, &simulator, more, &mut books.balance);
+                copies
+            } else {
+                1
+            };
+            placed.extend((0..copies).map(|_| simulator));
+        }
+        Ok(placed)
     }
 }
 
@@ -279,11 +450,16 @@ fn check_displacement<P: Physics>(scene: &P, domain: &Domain<P::Space>) -> Resul
 }
 
 fn check_numbers<P: Physics, F: Follow<P::Space>>(
+    scene: &P,
     simulators: &[SimulatorOf<P, F>],
 ) -> Result<(), EngineError> {
     let dimension = P::Space::DIMENSION;
     let bad = simulators.iter().position(|simulator| {
-        !is_good(dimension, simulator.position) || !is_good(dimension, simulator.velocity)
+        // Of a particle with the radius one: the square of its spin, or nothing.
+        let turning = scene.surface().spin_energy(1.0, 1.0, simulator.spin);
+        !is_good(dimension, simulator.position)
+            || !is_good(dimension, simulator.velocity)
+            || !turning.is_finite()
     });
     bad.map_or(Ok(()), |index| {
         let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();

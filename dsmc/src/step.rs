@@ -1,18 +1,19 @@
 //! How steps follow each other.
 
 use stosszahl_model::random::Purpose;
-use stosszahl_model::{Free, Observe, Physics, Sizes, Smooth, Space, Vector};
+use stosszahl_model::{Field, Observe, Physics, Sizes, Space, Vector};
 
 use crate::collide::{Kernel, covered};
 use crate::engine::Engine;
+use crate::fly::{Flight, Timing};
 use crate::simulator::Follow;
 use crate::sweep::{is_parallel, sweep};
 use crate::tally::{Stock, Unit};
-use crate::tile::{Arrivals, Traveller};
+use crate::tile::{Arrivals, Outbox, Traveller};
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or
@@ -22,7 +23,8 @@ where
         let Some(mut step) = self.next_step(self.time, until, left) else {
             return until <= self.time;
         };
-        self.fly_only(0.5 * step);
+        let before = self.flight_before(0.5 * step);
+        self.fly_only(before);
         loop {
             left -= 1;
             let end = if step >= until - self.time {
@@ -75,8 +77,22 @@ where
         } else {
             P::Space::DIMENSION
         };
+        let acceleration = self.scene.field().acceleration();
+        let forced = |axis: usize| match &self.surroundings {
+            Some(surroundings) => surroundings.speeds()[axis],
+            None => 0.0,
+        };
         let crossing = (0..axes)
-            .map(|axis| width[axis] / self.stock.speeds[axis])
+            .map(|axis| {
+                let (speed, width) = (self.stock.speeds[axis], width[axis]);
+                let pull = acceleration[axis].abs();
+                if P::Field::FREE && self.surroundings.is_none() {
+                    return width / speed;
+                }
+                // The time t with v t + a t^2/2 = width.
+                let speed = speed.max(forced(axis));
+                2.0 * width / (speed + (speed * speed + 2.0 * pull * width).sqrt())
+            })
             .fold(f64::MAX, f64::min);
         let degrees = P::Space::DIMENSION * self.simulators.max(1);
         let temperature = self.stock.twice_energy(self.unit) / degrees as f64;
@@ -116,6 +132,12 @@ where
             self.look_around(parallel);
         }
         let unit = Unit::of(self.stock.twice_energy(self.unit));
+        let begin = self.time + 0.5 * step;
+        let timing = Timing {
+            number: 2 * self.tally.steps + 1,
+            begin,
+            duration: flight,
+        };
         let kernel = Kernel {
             scene: &self.scene,
             grid: &self.grid,
@@ -127,7 +149,8 @@ where
             partner_radius: self.constants.partner_radius,
             mean_radius: self.constants.mean_radius,
             step,
-            time: self.time + 0.5 * step,
+            surroundings: self.surroundings.as_ref(),
+            time: begin,
             streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
             units: unit.inverse(),
             looks: looks::<P, _>(watch),
@@ -137,7 +160,7 @@ where
             for collision in kernel.collide_across(parallel, tiles, rates, arm, tally) {
                 watch.collision(&collision);
             }
-            self.fly_only(flight);
+            self.fly_only(timing);
             self.close_step(unit);
             return;
         }
@@ -145,7 +168,10 @@ where
             boxes: &self.arriving,
             far: &self.far,
         };
-        let (scene, grid) = (&self.scene, &self.grid);
+        let grid = &self.grid;
+        let boundaries = self.surroundings.as_ref();
+        let weight = self.constants.weight;
+        let flight = Flight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
         sweep(
             parallel,
             &mut self.tiles,
@@ -159,7 +185,7 @@ where
                     tile.arrange(grid, &arrivals, scratch);
                 }
                 kernel.collide(tile, &mut scratch.sorted);
-                tile.fly(scene, grid, flight, scratch, outbox);
+                tile.fly(&flight, scratch, outbox);
             },
         );
         self.exchange();
@@ -179,12 +205,31 @@ where
         for tile in &self.tiles {
             self.stock.add(&tile.stock);
         }
+        if self.stock.is_full() {
+            // From rest, or from emptiness: an upper bound, which the next step knows better.
+            let total = self.simulators as f64 * self.constants.mean_mass;
+            let most = total * self.stock.speeds.square();
+            self.unit = Unit::of(most);
+            self.stock.set_twice_energy(most, self.unit);
+        }
         self.tally.steps += 1;
     }
 
+    /// The flight from the present time on that comes before a step. Each step has a flight after it, and may have one
+    /// before it, where a run goes on.
+    fn flight_before(&self, duration: f64) -> Timing {
+        Timing {
+            number: 2 * self.tally.steps,
+            begin: self.time,
+            duration,
+        }
+    }
+
     /// A flight from arranged tiles, with no collisions before.
-    fn fly_only(&mut self, duration: f64) {
-        let (scene, grid) = (&self.scene, &self.grid);
+    fn fly_only(&mut self, timing: Timing) {
+        let (grid, boundaries) = (&self.grid, self.surroundings.as_ref());
+        let weight = self.constants.weight;
+        let flight = Flight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
         sweep(
             is_parallel(self.simulators),
             &mut self.tiles,
@@ -193,7 +238,7 @@ where
             |tile, outbox, scratch| {
                 scratch.sorted.clear();
                 scratch.sorted.extend_from_slice(&tile.simulators);
-                tile.fly(scene, grid, duration, scratch, outbox);
+                tile.fly(&flight, scratch, outbox);
             },
         );
         self.exchange();
@@ -227,11 +272,22 @@ where
         }
         let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
         self.far.sort_by_key(order);
+        if self.surroundings.is_some() {
+            let travelling = self.arriving.iter().map(Outbox::near).sum::<usize>();
+            self.simulators = self.far.len() + travelling;
+            for tile in &mut self.tiles {
+                self.simulators += tile.simulators.len();
+                if let Some(books) = &mut tile.books {
+                    self.books.take(books);
+                }
+            }
+        }
     }
 
     /// Lets the density see all cells.
     fn look_around(&mut self, parallel: bool) {
         let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
+        let surroundings = self.surroundings.as_ref();
         let rows = grid.counts()[1];
         self.density.update(parallel, |line, values| {
             let line = line as u32;
@@ -241,7 +297,12 @@ where
                 let (tile, first) = grid.locate(cell);
                 let tile = &tiles[tile];
                 for local in 0..tile.place.sides[0] as usize {
-                    values[x] = covered::<P, F>(sizes, tile.members(first + local)) as f32;
+                    let mut units = covered::<P, F>(sizes, tile.members(first + local));
+                    if let Some(surroundings) = surroundings {
+                        let cell = [x as u32, cell[1], cell[2]];
+                        units *= surroundings.factor(grid.number(cell));
+                    }
+                    values[x] = units as f32;
                     x += 1;
                 }
             }

@@ -32,6 +32,15 @@ pub struct Tally {
     pub busiest_cell: f64,
 }
 
+/// What happened in one cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellCount {
+    /// Collisions of pairs of particles: of simulators, times what each stands for.
+    pub collisions: f64,
+    /// Their share of [`Tally::virial`] \[energy\].
+    pub virial: f64,
+}
+
 impl Tally {
     /// Adds what was done elsewhere in the same steps. Sums of floating-point numbers depend on the order of adding.
     pub(crate) fn add(&mut self, other: &Self) {
@@ -98,6 +107,16 @@ impl<S: Space> Stock<S> {
     pub(crate) fn add(&mut self, other: &Self) {
         self.speeds = S::vector(|axis| larger(self.speeds[axis], other.speeds[axis]));
         self.energy = self.energy.saturating_add(other.energy);
+    }
+
+    /// Whether more energy was added than it can hold.
+    pub(crate) fn is_full(&self) -> bool {
+        self.energy == u64::MAX
+    }
+
+    /// Sets the sum of m v^2 \[energy\].
+    pub(crate) fn set_twice_energy(&mut self, twice_energy: f64, unit: Unit) {
+        self.energy = (twice_energy * unit.inverse()) as u64;
     }
 
     /// Sum of m v^2 \[energy\].

@@ -10,9 +10,10 @@
 
 use stosszahl_model::{Collision, Physics, VectorOf};
 
+use crate::boundary::Books;
 use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::simulator::{Follow, SimulatorOf};
-use crate::tally::{Stock, Tally};
+use crate::tally::{CellCount, Stock, Tally};
 
 /// A simulator that left its tile, and the number of the cell that it was in.
 #[derive(Clone, Copy)]
@@ -77,6 +78,11 @@ impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
         self.ends = starts;
     }
 
+    /// How many enter tiles next to this one.
+    pub(crate) fn near(&self) -> usize {
+        self.near.len()
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         self.near.capacity() * size_of::<Traveller<P, F>>()
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
@@ -109,6 +115,12 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) stock: Stock<P::Space>,
     /// Collisions that somebody wants to look at.
     pub(crate) log: Vec<Collision<VectorOf<P>>>,
+    /// What happened in each cell, where somebody wants to know.
+    pub(crate) counts: Vec<CellCount>,
+    /// Whether simulators weigh the same in all its cells.
+    pub(crate) is_even: bool,
+    /// What boundaries gave since the last exchange, where there are some.
+    pub(crate) books: Option<Box<Books<P::Space>>>,
 }
 
 /// Working memory of a thread.
@@ -162,6 +174,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             tally: Tally::default(),
             stock: Stock::default(),
             log: Vec::new(),
+            counts: Vec::new(),
+            is_even: true,
+            books: None,
         };
         tile.starts = vec![0; tile.cells() + 1];
         tile
@@ -346,6 +361,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             + 2 * self.codes.capacity()
             + 4 * (self.starts.capacity() + self.lines.capacity())
             + self.log.capacity() * size_of::<Collision<VectorOf<P>>>()
+            + self.counts.capacity() * size_of::<CellCount>()
     }
 }
 

@@ -605,6 +605,7 @@ where
         self.disks.all[second as usize].velocity = pair.velocities[1];
         watch.collision(&Collision {
             time: self.epoch + now / self.speed,
+            position: self.disks.place(first, now),
             relative: relative * self.speed,
             line,
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),

@@ -47,6 +47,7 @@ fn law(radius: f64, dimension: usize, k: u32) -> f64 {
 
 impl Sizes for Clusters {
     const UNIFORM: bool = false;
+    const INDIVIDUAL: bool = false;
     type Tag = u32;
 
     #[inline]

@@ -34,6 +34,9 @@ pub struct After<V, W = ()> {
 pub struct Collision<V> {
     /// When it happened \[time\].
     pub time: f64,
+    /// Where the first partner was \[length\], perhaps in another image of a periodic box; the origin in gases without
+    /// positions.
+    pub position: V,
     /// Relative velocity before, first minus second \[length/time\].
     pub relative: V,
     /// The line of centres, from the second to the first partner, with the length of their distance
@@ -169,6 +172,7 @@ mod tests {
             };
             let collision = Collision {
                 time: 0.0,
+                position: Vector3::zeros(),
                 relative: before,
                 line: pair.line,
                 reduced_mass: pair.masses[0] * pair.masses[1] / (pair.masses[0] + pair.masses[1]),
@@ -185,6 +189,7 @@ mod tests {
     fn impact_parameter_of_central_and_grazing_pairs() {
         let collision = |relative: Vector2<f64>| Collision {
             time: 0.0,
+            position: Vector2::zeros(),
             relative,
             line: vector![0.0, 1.0],
             reduced_mass: 0.5,

@@ -37,8 +37,8 @@ impl<S: Space> Field<S> for Free {
     }
 }
 
-/// Parabolas: the same acceleration for all particles, at all places and times.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Parabolas: the same acceleration for all particles, at all places and times; by default none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gravity<S: Space> {
     acceleration: S::Vector,
 }

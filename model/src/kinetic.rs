@@ -100,6 +100,15 @@ pub fn fourth_cumulant(dimension: usize, restitution: f64) -> f64 {
         / (9.0 + 24.0 * d + (8.0 * d - 41.0) * r + 30.0 * r * r * (1.0 - r))
 }
 
+/// The same in the linearisation of Montanero & Santos, Granular Matter 2, 53 (2000), doi:10.1007/s100350050035, which
+/// is closer to simulations where dissipation is strong:
+/// `a2 = 16(1 - r)(1 - 2 r^2)/(25 + 24 D + (8 D - 57) r - 2 (1 - r) r^2)`.
+pub fn fourth_cumulant_of_montanero_santos(dimension: usize, restitution: f64) -> f64 {
+    let (d, r) = (dimension as f64, restitution);
+    16.0 * (1.0 - r) * (1.0 - 2.0 * r * r)
+        / (25.0 + 24.0 * d + (8.0 * d - 57.0) * r - 2.0 * r * r * (1.0 - r))
+}
+
 /// Collisions per particle and time of equal disks,
 /// omega = 2 sqrt(pi) n d chi sqrt(T/m)(1 - a2/16), in units of sqrt(T/m)/d:
 /// the factor that multiplies sqrt(T/m)/d, with n d^2 = 4 phi/pi.

@@ -13,6 +13,8 @@ use serde::de::DeserializeOwned;
 pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     /// True where all particles are alike, so that pair factors are compile-time ones.
     const UNIFORM: bool;
+    /// True where a tag belongs to one particle only, so that none can be added.
+    const INDIVIDUAL: bool;
     /// What a particle must carry for its size to be found again.
     type Tag: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
@@ -48,6 +50,7 @@ pub struct Monodisperse {
 
 impl Sizes for Monodisperse {
     const UNIFORM: bool = true;
+    const INDIVIDUAL: bool = false;
     type Tag = ();
 
     #[inline]
@@ -101,6 +104,7 @@ impl Polydisperse {
 
 impl Sizes for Polydisperse {
     const UNIFORM: bool = false;
+    const INDIVIDUAL: bool = true;
     type Tag = u32;
 
     #[inline]

@@ -89,6 +89,8 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     fn random_turn(stream: &mut impl Rng) -> Self::Turn;
     /// A vector, rotated.
     fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
+    /// An angular velocity, rotated.
+    fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin;
     /// Pair correlation of equal particles at contact.
     fn contact_value(packing_fraction: f64) -> f64;
     /// Structure factor at long waves of an elastic gas of equal particles.
@@ -165,6 +167,9 @@ impl Space for Plane {
     }
     fn turned((sine, cosine): Self::Turn, v: Self::Vector) -> Self::Vector {
         vector![cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1]]
+    }
+    fn turned_spin(_turn: Self::Turn, spin: Self::Spin) -> Self::Spin {
+        spin
     }
     fn contact_value(packing_fraction: f64) -> f64 {
         kinetic::contact_value(packing_fraction)
@@ -265,6 +270,9 @@ impl Space for Volume {
     fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector {
         turn * vector
     }
+    fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin {
+        turn * spin
+    }
     fn contact_value(packing_fraction: f64) -> f64 {
         spheres::contact_value(packing_fraction)
     }
@@ -329,6 +337,11 @@ mod tests {
             let turn = Volume::random_turn(&mut stream);
             let v = Volume::turned(turn, vector![0.0, 0.0, 2.0]);
             assert!((v.norm() - 2.0).abs() < 1e-14);
+            // A rotation turns w x r as it turns w and r.
+            let (spin, arm) = (vector![0.3, -1.0, 0.5], vector![0.0, 0.0, 2.0]);
+            let whole = Volume::turned(turn, Volume::cross(spin, arm));
+            let parts = Volume::cross(Volume::turned_spin(turn, spin), v);
+            assert!((whole - parts).norm() < 1e-14);
             sum += v;
         }
         // Each component has the variance 4/3.

@@ -70,6 +70,7 @@ impl Species {
 
 impl Sizes for Species {
     const UNIFORM: bool = false;
+    const INDIVIDUAL: bool = false;
     type Tag = u32;
 
     fn tag(&self, index: usize) -> u32 {

@@ -54,6 +54,9 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
 
     /// A spin times a number: engines have units of their own.
     fn scaled(spin: Self::Spin, factor: f64) -> Self::Spin;
+
+    /// A spin, rotated.
+    fn turned(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
 }
 
 /// No tangential impulse: spins never change, so none is stored.
@@ -94,6 +97,9 @@ impl<S: Space> Surface<S> for Smooth {
 
     #[inline(always)]
     fn scaled((): (), _factor: f64) {}
+
+    #[inline]
+    fn turned(&self, _turn: S::Turn, (): ()) {}
 }
 
 /// Grains that turn each other: a contact multiplies the tangential velocity of the two surfaces with minus the
@@ -206,6 +212,11 @@ impl<S: Space> Surface<S> for Rough {
     #[inline(always)]
     fn scaled(spin: S::Spin, factor: f64) -> S::Spin {
         spin * factor
+    }
+
+    #[inline]
+    fn turned(&self, turn: S::Turn, spin: S::Spin) -> S::Spin {
+        S::turned_spin(turn, spin)
     }
 }
 

@@ -323,6 +323,10 @@ pub const BAD_CASES: &[BadCase] = &[
     append("drive without kicks", "[drive]\nheating = 2\ninterval = 40\n", 43, &["drive.interval = 40", "run.until = 40"]),
     append("endless kicks", "[drive]\nheating = 2\ninterval = 1e-9\n", 43, &["drive.interval = 1e-9", "1000000000 kicks"]),
     append("misspelt heating", "[drive]\nheatin = 2\ninterval = 1\n", 42, &["unknown key drive.heatin", "did you mean heating?"]),
+    // Kinds.
+    replace("unknown kind", "title = \"a test\"", "title = \"a test\"\nkind = \"pared\"", 4, &["kind = \"pared\"", "did you mean \"paired\"?", "the kind of a case is one of"]),
+    replace("kind of another type", "title = \"a test\"", "title = \"a test\"\nkind = 3", 4, &["kind = 3", "without this key it is \"paired\""]),
+    set("override of the kind", &["kind=paired"], &["--set kind=paired", "any key but format, kind"]),
     // Sweeps.
     append("bad value in a sweep", "[[sweep]]\n\"gas.mass\" = [1, 2]\n\"gas.packing_fraction\" = [0.1, 1.2]\n", 43, &["gas.packing_fraction = 1.2", "0.9069"]),
     append("unknown key in a sweep", "[[sweep]]\n\"gas.masss\" = [1]\n", 42, &["unknown key gas.masss", "did you mean mass?"]),

@@ -185,8 +185,8 @@ impl<R: Restitution> Mixture<R> {
         rates
     }
 
-    /// Temperatures, velocity-displacement correlations `C_k = <R.v>` and mean squared displacements at the given times,
-    /// which do not fall, from given temperatures at time zero, when all displacements are zero.
+    /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements, decays of the velocity
+    /// and collisions at the given times, which do not fall, from given temperatures at time zero, when all others are zero.
     ///
     /// `dC_k/dt = D T_k/m_k - nu_k C_k` and `d<R_k^2>/dt = 2 C_k`, which is exact for velocity correlations that decay
     /// exponentially in the number of collisions.
@@ -213,7 +213,7 @@ impl<R: Restitution> Mixture<R> {
         }
         // Logarithms of temperatures: they fall by many orders, and never below zero.
         let mut start: Vec<f64> = temperatures.iter().map(|t| t.ln()).collect();
-        start.extend(vec![0.0; 2 * count]);
+        start.extend(vec![0.0; 4 * count]);
         let fastest = (0..count)
             .map(|k| self.rates(k, temperatures).velocity)
             .fold(0.0, f64::max);
@@ -229,6 +229,8 @@ impl<R: Restitution> Mixture<R> {
                 slope[k] = -rates.cooling;
                 slope[count + k] = thermal - rates.velocity * y[count + k];
                 slope[2 * count + k] = 2.0 * y[count + k];
+                slope[3 * count + k] = rates.velocity;
+                slope[4 * count + k] = rates.collisions;
             }
         };
         let tolerance = Tolerance {
@@ -243,7 +245,9 @@ impl<R: Restitution> Mixture<R> {
                 time,
                 temperatures: y[..count].iter().map(|log| log.exp()).collect(),
                 correlations: y[count..2 * count].to_vec(),
-                displacements: y[2 * count..].to_vec(),
+                displacements: y[2 * count..3 * count].to_vec(),
+                decays: y[3 * count..4 * count].to_vec(),
+                collisions: y[4 * count..].to_vec(),
             });
         }
         Ok(found)
@@ -273,4 +277,8 @@ pub struct Moment {
     pub correlations: Vec<f64>,
     /// `<R_k^2>`.
     pub displacements: Vec<f64>,
+    /// `integral nu_k dt`: velocities of species k have kept `exp(-decay)` of their correlation with the start.
+    pub decays: Vec<f64>,
+    /// Collisions of one particle of species k since time zero.
+    pub collisions: Vec<f64>,
 }

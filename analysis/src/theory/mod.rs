@@ -5,19 +5,25 @@
 //! | [`mixture`] | how do the species of a mixture cool, and how far do they get? |
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
 //! | [`contact`] | how does density raise collision rates? |
+//! | [`barometric`] | what becomes of a gas that falls to the floor of its box? |
+//! | [`rough`] | how do grains that turn each other share and lose their energy? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
 //! All of it is exact for Maxwellian velocities (first Sonine order); how far a gas is from that is measured by its fourth
 //! cumulant, [`stosszahl_model::kinetic::fourth_cumulant`] for one species.
 
+pub mod barometric;
 pub mod contact;
 pub mod cooling_state;
 pub mod integrate;
 pub mod mixture;
+pub mod rough;
 
+pub use barometric::{Column, Layer};
 pub use contact::Contact;
 pub use cooling_state::CoolingState;
 pub use mixture::{Component, Mixture, Moment, Rates};
+pub use rough::{RoughGas, Temperatures};
 
 /// Why a curve cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

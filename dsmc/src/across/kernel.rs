@@ -2,8 +2,7 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{
-    Collision, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, Vector, VectorOf,
-    collide,
+    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
 };
 
 use super::arm::{self, Arm};
@@ -77,7 +76,7 @@ pub(super) fn around<S: Space>(
 
 impl<P, F> Worker<'_, '_, '_, P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Collides the simulators of the tile with each other and with those around it.
@@ -92,7 +91,7 @@ where
                 continue;
             };
             let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
-            let before = self.report.tally.collisions;
+            let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
             match scheme {
                 Scheme::ContactPoint { .. } => self.around_points(cell, &mut search, &mut stream),
                 Scheme::Esmc(_) => self.in_cells(cell, &mut stream),
@@ -106,6 +105,9 @@ where
             if cell.limited {
                 tally.limited_collisions += collisions;
             }
+            let virial = tally.virial - virial;
+            (self.around).count(number, local, kernel.weight * collisions as f64, virial);
+            let tally = &mut self.report.tally;
             let each = 2.0 * collisions as f64;
             tally.busiest_cell = tally
                 .busiest_cell
@@ -331,15 +333,16 @@ where
         let restitution = kernel.scene.restitution().normal(relative.inner(&normal));
         let encounter = Encounter {
             velocities,
-            spins: [(); 2],
+            spins: pair.map(|simulator| simulator.spin),
             masses,
             radii: pair.map(|simulator| sizes.radius(simulator.tag)),
             line,
         };
-        let after = collide(kernel.scene, &encounter, restitution).velocities;
+        let outcome = collide(kernel.scene, &encounter, restitution);
+        let after = outcome.velocities;
         let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
-        for (place, velocity) in places.into_iter().zip(after) {
-            self.around.set_velocity(place, velocity);
+        for ((place, velocity), spin) in places.into_iter().zip(after).zip(outcome.spins) {
+            self.around.set(place, velocity, spin);
         }
         let tally = &mut self.report.tally;
         tally.collisions += 1;
@@ -348,6 +351,7 @@ where
         if kernel.looks {
             self.report.log.push(Collision {
                 time: kernel.time,
+                position: pair[0].position,
                 relative,
                 line,
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),

@@ -14,7 +14,7 @@ mod shared;
 mod tests;
 
 use rayon::prelude::*;
-use stosszahl_model::{Collision, Free, Physics, Sizes, Smooth, Space, Vector, VectorOf};
+use stosszahl_model::{Collision, Physics, Sizes, Space, Vector, VectorOf};
 
 pub(crate) use arm::Arm;
 pub(crate) use rate::Rates;
@@ -69,7 +69,7 @@ pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f6
 
 impl<P> Kernel<'_, P>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
 {
     /// Collides all pairs of a step; all tiles are arranged. Returns the collisions that somebody wants to look at.
     pub(crate) fn collide_across<F: Follow<P::Space>>(

@@ -1,7 +1,7 @@
 //! Collisions of overlapping disks along their line of centres.
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Free, Physics, Sizes, Smooth, Space, Vector};
+use stosszahl_model::{Physics, Sizes, Space, Vector};
 
 use super::kernel::{Cell, Worker};
 use super::shared::At;
@@ -10,7 +10,7 @@ use crate::simulator::Follow;
 
 impl<P, F> Worker<'_, '_, '_, P, F>
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: Physics,
     F: Follow<P::Space>,
 {
     /// Pairs of the cell, and of the cell with half of those next to it, that are nearer than their contact distance d and

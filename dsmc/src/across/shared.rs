@@ -7,7 +7,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
-use stosszahl_model::{Physics, VectorOf};
+use stosszahl_model::{Physics, SpinOf, VectorOf};
 
 use crate::grid::{Grid, OFFSETS, offset, offset_number};
 use crate::simulator::{Follow, SimulatorOf};
@@ -86,10 +86,19 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         self.tile(at.tile).simulators[at.index as usize]
     }
 
-    /// Gives a simulator another velocity.
+    /// Notes collisions in a cell, and their virial, where somebody wants to know.
+    pub(super) fn count(&mut self, tile: u32, cell: usize, collisions: f64, virial: f64) {
+        if let Some(count) = self.tiles[tile as usize].counts.get_mut(cell) {
+            count.collisions += collisions;
+            count.virial += virial;
+        }
+    }
+
+    /// Gives a simulator another velocity and spin.
     #[inline]
-    pub(super) fn set_velocity(&mut self, at: At, velocity: VectorOf<P>) {
-        self.tiles[at.tile as usize].simulators[at.index as usize].velocity = velocity;
+    pub(super) fn set(&mut self, at: At, velocity: VectorOf<P>, spin: SpinOf<P>) {
+        let simulator = &mut self.tiles[at.tile as usize].simulators[at.index as usize];
+        (simulator.velocity, simulator.spin) = (velocity, spin);
     }
 }
 

@@ -100,6 +100,25 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             + self.motion.bytes()
     }
 
+    /// Multiplies all velocities by a factor, which keeps the gas in motion.
+    ///
+    /// # Errors
+    /// [`GasError::BadNumber`] unless the factor is above zero and finite.
+    pub fn scale_velocities(&mut self, factor: f64) -> Result<(), GasError> {
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(GasError::BadNumber {
+                name: "factor of all velocities",
+                value: factor,
+                allowed: "above 0",
+            });
+        }
+        for particle in &mut self.gas.particles {
+            particle.velocity = particle.velocity * factor;
+        }
+        self.clock.outdated = true;
+        Ok(())
+    }
+
     /// Advances until a time, or for a number of collisions, whichever comes first.
     ///
     /// The random stream is addressed by the number of advances before, so a run gives the same bytes if it is stopped
@@ -357,6 +376,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         };
         let collision = Collision {
             time,
+            position: VectorOf::<P>::default(),
             relative: meeting.relative,
             line: meeting.line * (sign * distance / length),
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),

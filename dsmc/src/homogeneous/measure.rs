@@ -1,12 +1,13 @@
 //! What is measured on a gas without positions, species by species.
 
+use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Space, Vector, VectorOf};
 
 use super::gas::{Gas, Grains};
 use super::motion::Displacement;
 
 /// Moments of one species.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// Number of particles.
     pub count: usize,
@@ -16,6 +17,8 @@ pub struct Moments {
     pub fourth_cumulant: f64,
     /// Mean squared displacement, where it is kept.
     pub displacement: f64,
+    /// `<R^4>`, where it is kept.
+    pub displacement_fourth: f64,
     /// `<v(0) . v(t)>`, where the velocities at the start are given.
     pub velocity_correlation: f64,
 }
@@ -28,13 +31,24 @@ pub fn moments<P: Grains>(
     displacement: Option<(&Displacement<P>, f64)>,
     start: Option<&[VectorOf<P>]>,
 ) -> Vec<Moments> {
+    moments_by(gas, |kind| kind as usize, displacement, start)
+}
+
+/// As [`moments`], with several species in one group: `group` gives the number of the group of a species. The temperature
+/// of a group is the mean of `m v^2/D`, its cumulant that of `sqrt(m) v`.
+pub fn moments_by<P: Grains>(
+    gas: &Gas<P>,
+    group: impl Fn(u32) -> usize,
+    displacement: Option<(&Displacement<P>, f64)>,
+    start: Option<&[VectorOf<P>]>,
+) -> Vec<Moments> {
     #[derive(Clone, Copy, Default)]
     struct Sums {
         count: usize,
-        mass: f64,
         second: f64,
         fourth: f64,
         displacement: f64,
+        displacement_fourth: f64,
         correlation: f64,
     }
     let sizes = gas.scene.sizes();
@@ -43,18 +57,19 @@ pub fn moments<P: Grains>(
         if particle.is_gone() {
             continue;
         }
-        let kind = sizes.kind(particle.tag) as usize;
-        if kind >= sums.len() {
-            sums.resize(kind + 1, Sums::default());
+        let number = group(sizes.kind(particle.tag));
+        if number >= sums.len() {
+            sums.resize(number + 1, Sums::default());
         }
-        let own = &mut sums[kind];
-        let square = particle.velocity.square();
+        let own = &mut sums[number];
+        let square = sizes.mass(particle.tag) * particle.velocity.square();
         own.count += 1;
-        own.mass += sizes.mass(particle.tag) * square;
         own.second += square;
         own.fourth += square * square;
         if let Some((paths, time)) = displacement {
-            own.displacement += paths.at(index, &particle.velocity, time).square();
+            let square = paths.at(index, &particle.velocity, time).square();
+            own.displacement += square;
+            own.displacement_fourth += square * square;
         }
         if let Some(before) = start.and_then(|start| start.get(index)) {
             own.correlation += before.inner(&particle.velocity);
@@ -70,13 +85,14 @@ pub fn moments<P: Grains>(
             let mean = sums.second / n;
             Moments {
                 count: sums.count,
-                temperature: sums.mass / (d * n),
+                temperature: mean / d,
                 fourth_cumulant: if mean > 0.0 {
                     d * (sums.fourth / n) / ((d + 2.0) * mean * mean) - 1.0
                 } else {
                     0.0
                 },
                 displacement: sums.displacement / n,
+                displacement_fourth: sums.displacement_fourth / n,
                 velocity_correlation: sums.correlation / n,
             }
         })

@@ -46,7 +46,7 @@ pub use error::GasError;
 pub use gas::{Gas, Grains, Particle, TagOf};
 pub use kernel::{Contact, Kernel};
 pub use low_rank::LowRank;
-pub use measure::{Moments, moments};
+pub use measure::{Moments, moments, moments_by};
 pub use motion::{Displacement, Motion};
 pub use paths::{Paths, time_averaged};
 pub use selection::{Candidate, Selection, Standing};

@@ -63,6 +63,21 @@ impl<P: Physics> Motion<P> for Displacement<P> {
     }
 }
 
+/// Kept or not, as is decided when the run begins.
+impl<P: Physics, M: Motion<P>> Motion<P> for Option<M> {
+    const TRACKED: bool = M::TRACKED;
+
+    #[inline]
+    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+        if let Some(motion) = self {
+            motion.collided(index, velocity, time);
+        }
+    }
+    fn bytes(&self) -> usize {
+        self.as_ref().map_or(0, Motion::bytes)
+    }
+}
+
 impl<P: Physics, A: Motion<P>, B: Motion<P>> Motion<P> for (A, B) {
     const TRACKED: bool = A::TRACKED || B::TRACKED;
 

@@ -15,7 +15,7 @@ pub use file::{FileError, StartFile, read};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
 pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition};
-pub use velocities::{maxwellian, rescale};
+pub use velocities::{maxwellian, rescale, thermal_spins};
 
 use nalgebra::Vector2;
 

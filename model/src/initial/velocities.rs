@@ -1,4 +1,4 @@
-//! Maxwellian velocities with zero momentum and the asked temperature.
+//! Maxwellian velocities with zero momentum and the asked temperature, and Maxwellian spins.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -7,6 +7,7 @@ use crate::physics::{Physics, VectorOf};
 use crate::sizes::Sizes;
 use crate::space::Space;
 use crate::state::State;
+use crate::surface::Surface;
 
 /// Draws velocities from the Maxwellian, then removes the drift and scales to the temperature
 /// `temperature` \[energy\] exactly (to rounding). One particle alone stays at rest: zero momentum allows
@@ -54,12 +55,36 @@ pub fn rescale<P: Physics>(scene: &P, state: &mut State<P>, temperature: f64) {
     }
 }
 
+/// Draws spins from the Maxwellian, then scales them to a temperature I <w^2>/rotations \[energy\] exactly; smooth particles have none.
+pub fn thermal_spins<P: Physics>(
+    scene: &P,
+    state: &mut State<P>,
+    temperature: f64,
+    stream: &mut impl Rng,
+) {
+    let sizes = scene.sizes();
+    for (index, body) in state.bodies.iter_mut().enumerate() {
+        let tag = sizes.tag(index);
+        let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
+        body.spin = scene
+            .surface()
+            .thermal_spin(temperature, mass, radius, stream);
+    }
+    let found = state.spin_temperature(scene);
+    if found > 0.0 {
+        let factor = (temperature / found).sqrt();
+        for body in &mut state.bodies {
+            body.spin = <P::Surface as Surface<P::Space>>::scaled(body.spin, factor);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::random::{Purpose, Streams};
     use crate::space::Vector;
-    use crate::{Body, Constant, Domain, Free, Plane, Polydisperse, Scene, Smooth};
+    use crate::{Body, Constant, Domain, Free, Plane, Polydisperse, Rough, Scene, Smooth};
     use nalgebra::vector;
 
     /// Momentum to N roundings of a thermal momentum, temperature to a few roundings: 1e-12 and 1e-14.
@@ -87,6 +112,33 @@ mod tests {
         );
         assert!(state.momentum(&scene).square().sqrt() < 1e-12);
         assert!((state.temperature(&scene) / 2.5 - 1.0).abs() < 1e-14);
+        thermal_spins(
+            &scene,
+            &mut state,
+            2.5,
+            &mut Streams::new(1, 0).at(Purpose::Spins, [0, 0]),
+        );
+        assert_eq!(state.spin_energy(&scene), 0.0);
+        let rough = Scene {
+            space: Plane,
+            surface: Rough::new(0.5, 0.5).expect("a surface"),
+            restitution: Constant::new(1.0).expect("a coefficient"),
+            sizes: scene.sizes.clone(),
+            field: Free,
+        };
+        let at_rest = Body::new(vector![0.0, 0.0], vector![0.0, 0.0]);
+        let mut spinning = State {
+            time: 0.0,
+            domain: state.domain,
+            bodies: vec![at_rest; count as usize],
+        };
+        thermal_spins(
+            &rough,
+            &mut spinning,
+            2.5,
+            &mut Streams::new(1, 0).at(Purpose::Spins, [0, 0]),
+        );
+        assert!((spinning.spin_temperature(&rough) / 2.5 - 1.0).abs() < 1e-14);
         state.bodies.truncate(1);
         rescale(&scene, &mut state, 2.5);
         assert_eq!(state.bodies[0].velocity, vector![0.0, 0.0]);

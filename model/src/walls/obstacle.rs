@@ -51,6 +51,29 @@ pub enum Outline {
     },
 }
 
+impl Outline {
+    /// The same shape elsewhere.
+    #[must_use]
+    pub fn moved(&self, by: Vector2<f64>) -> Self {
+        let all = |points: &[Vector2<f64>]| points.iter().map(|point| point + by).collect();
+        match self {
+            Self::Disc { centre, radius } => Self::Disc {
+                centre: centre + by,
+                radius: *radius,
+            },
+            Self::Segment { ends } => Self::Segment {
+                ends: ends.map(|end| end + by),
+            },
+            Self::Polyline { points } => Self::Polyline {
+                points: all(points),
+            },
+            Self::Polygon { points } => Self::Polygon {
+                points: all(points),
+            },
+        }
+    }
+}
+
 /// Why something is no obstacle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

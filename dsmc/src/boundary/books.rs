@@ -1,0 +1,112 @@
+//! What the gas was given and what it lost at its boundaries.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::walls::Book;
+use stosszahl_model::{Space, Vector};
+
+/// Particles that came (above zero) or went (below), with all that they carried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Transfer<S: Space> {
+    /// Number of particles: of simulators, times what each stands for.
+    pub particles: f64,
+    /// Their mass.
+    pub mass: f64,
+    /// Their momentum \[mass length/time\].
+    pub momentum: S::Vector,
+    /// Their kinetic energy, of rotation too.
+    pub energy: f64,
+}
+
+impl<S: Space> Transfer<S> {
+    /// Enters a simulator that stands for `particles`, which is below zero for one that goes, with the mass, velocity
+    /// and energy of one of them.
+    pub(crate) fn enter(&mut self, particles: f64, mass: f64, velocity: S::Vector, energy: f64) {
+        self.particles += particles;
+        self.mass += particles * mass;
+        self.momentum += velocity * (particles * mass);
+        self.energy += particles * energy;
+    }
+
+    /// Adds the entries of another.
+    pub fn add(&mut self, other: &Self) {
+        self.particles += other.particles;
+        self.mass += other.mass;
+        self.momentum += other.momentum;
+        self.energy += other.energy;
+    }
+}
+
+/// All that boundaries gave to the gas since the start. With the weight of the gas, it makes up the changes of its mass,
+/// momentum and energy.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Books<S: Space> {
+    /// What walls gave, by axis and side.
+    pub walls: [[Book<S>; 2]; 3],
+    /// What left through open faces, by axis and side: below zero.
+    pub open: [[Transfer<S>; 2]; 3],
+    /// What obstacles gave, by their number.
+    pub obstacles: Vec<Book<S>>,
+    /// What flowed in, by the number of the inflow.
+    pub inflows: Vec<Transfer<S>>,
+    /// What splitting and merging of simulators added; zero on average.
+    pub balance: Transfer<S>,
+    /// How often a simulator changed its weight.
+    pub balanced: u64,
+    /// How often a particle was laid to rest on a wall or an obstacle, as it touched too often in one flight.
+    pub rests: u64,
+}
+
+impl<S: Space> Books<S> {
+    /// Empty books for numbers of inflows and obstacles.
+    pub(crate) fn of(inflows: usize, obstacles: usize) -> Self {
+        Self {
+            inflows: vec![Transfer::default(); inflows],
+            obstacles: vec![Book::default(); obstacles],
+            ..Self::default()
+        }
+    }
+
+    /// Adds the entries of others, and clears those.
+    pub(crate) fn take(&mut self, other: &mut Self) {
+        let pairs = self.walls.iter_mut().zip(&other.walls);
+        for (book, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
+            book.add(more);
+        }
+        let pairs = self.open.iter_mut().zip(&other.open);
+        for (transfer, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
+            transfer.add(more);
+        }
+        for (transfer, more) in self.inflows.iter_mut().zip(&other.inflows) {
+            transfer.add(more);
+        }
+        for (book, more) in self.obstacles.iter_mut().zip(&other.obstacles) {
+            book.add(more);
+        }
+        self.balance.add(&other.balance);
+        self.balanced += other.balanced;
+        self.rests += other.rests;
+        *other = Self::of(self.inflows.len(), self.obstacles.len());
+    }
+
+    /// What all walls, openings and obstacles together gave: mass, momentum, energy.
+    pub fn total(&self) -> (f64, S::Vector, f64) {
+        let mut sum = self.balance;
+        let open = self.open.iter().flatten();
+        for transfer in open.chain(&self.inflows) {
+            sum.add(transfer);
+        }
+        let (mut momentum, mut energy) = (sum.momentum, sum.energy);
+        for book in self.walls.iter().flatten().chain(&self.obstacles) {
+            momentum += book.momentum;
+            energy += book.energy;
+        }
+        (sum.mass, momentum, energy)
+    }
+}
+
+/// Energy of a particle that moves and turns.
+pub(crate) fn energy<V: Vector>(mass: f64, velocity: V, spin_energy: f64) -> f64 {
+    0.5 * mass * velocity.square() + spin_energy
+}

@@ -1,0 +1,181 @@
+//! What a flight of all simulators needs to know of boundaries.
+
+use stosszahl_model::random::{Bundle, Purpose, Streams};
+use stosszahl_model::{Physics, Sizes, Space, Surface, VectorOf};
+
+use super::books::{Books, energy};
+use super::surroundings::Surroundings;
+use super::travel::{Draws, Trip};
+use crate::collide::draw_whole;
+use crate::fly::Timing;
+use crate::grid::Grid;
+use crate::simulator::{Follow, SimulatorOf};
+
+/// Boundaries during one flight. Random numbers are addressed by the flight, the cell that a simulator comes from and its
+/// order there, so that they do not depend on who flies it.
+pub(crate) struct Passage<'a, P: Physics> {
+    pub(crate) surroundings: &'a Surroundings<P>,
+    scene: &'a P,
+    /// Particles of a simulator where the factor is one.
+    weight: f64,
+    begin: f64,
+    duration: f64,
+    walls: Bundle,
+    balance: Bundle,
+    inflow: Bundle,
+}
+
+/// Where a simulator comes from: the number of its cell, and its order there.
+#[derive(Clone, Copy)]
+pub(crate) struct Origin {
+    pub(crate) cell: u32,
+    pub(crate) order: u32,
+}
+
+impl Origin {
+    fn address(self) -> u64 {
+        (u64::from(self.cell) << 32) | u64::from(self.order)
+    }
+}
+
+impl<'a, P: Physics> Passage<'a, P> {
+    /// Boundaries during a flight.
+    pub(crate) fn new(
+        scene: &'a P,
+        surroundings: &'a Surroundings<P>,
+        weight: f64,
+        streams: Streams,
+        Timing {
+            number,
+            begin,
+            duration,
+        }: Timing,
+    ) -> Self {
+        Self {
+            surroundings,
+            scene,
+            weight,
+            begin,
+            duration,
+            walls: streams.bundle(Purpose::Walls, number),
+            balance: streams.bundle(Purpose::Balance, number),
+            inflow: streams.bundle(Purpose::Inflow, number),
+        }
+    }
+
+    /// Moves a simulator to the end of the flight. False if it left through an open face.
+    pub(crate) fn travel<F: Follow<P::Space>>(
+        &self,
+        simulator: &mut SimulatorOf<P, F>,
+        origin: Origin,
+        books: &mut Books<P::Space>,
+    ) -> bool {
+        self.travel_from::<F>(simulator, origin, 0.0, books)
+    }
+
+    /// The same of a simulator that enters after a part of the flight.
+    fn travel_from<F: Follow<P::Space>>(
+        &self,
+        simulator: &mut SimulatorOf<P, F>,
+        origin: Origin,
+        after: f64,
+        books: &mut Books<P::Space>,
+    ) -> bool {
+        let trip = Trip {
+            scene: self.scene,
+            surroundings: self.surroundings,
+            begin: self.begin + after,
+            duration: self.duration - after,
+            particles: self.weight * self.surroundings.factor(origin.cell),
+        };
+        let mut draws = Draws::at(self.walls, origin.address());
+        trip.travel::<F>(simulator, &mut draws, books)
+    }
+
+    /// How many simulators one that has come to a cell becomes there.
+    pub(crate) fn copies<F: Follow<P::Space>>(
+        &self,
+        simulator: &SimulatorOf<P, F>,
+        origin: Origin,
+        cell: u32,
+        books: &mut Books<P::Space>,
+    ) -> u64 {
+        let [before, after] = [origin.cell, cell].map(|cell| self.surroundings.factor(cell));
+        if before == after {
+            return 1;
+        }
+        books.balanced += 1;
+        let mut stream = self.balance.at(origin.address());
+        let copies = draw_whole(before / after, &mut stream);
+        let particles = self.weight * (copies as f64 * after - before);
+        enter::<P, F>(self.scene, simulator, particles, &mut books.balance);
+        copies
+    }
+
+    /// Lets in what flows into a cell, of which the first `members` orders are taken, and gives each simulator with its
+    /// origin to `land`.
+    pub(crate) fn let_in<F: Follow<P::Space>>(
+        &self,
+        grid: &Grid<P::Space>,
+        cell: [u32; 3],
+        members: u32,
+        books: &mut Books<P::Space>,
+        mut land: impl FnMut(SimulatorOf<P, F>, Origin, &mut Books<P::Space>),
+    ) {
+        let mut origin = Origin {
+            cell: grid.number(cell),
+            order: members,
+        };
+        let particles = self.weight * self.surroundings.factor(origin.cell);
+        for (number, source) in self.surroundings.sources().iter().enumerate() {
+            let (axis, side) = source.face();
+            let last = grid.counts()[axis] - 1;
+            if cell[axis] != [0, last][side] {
+                continue;
+            }
+            let Some(corners) = self.surroundings.opening(grid, cell, source) else {
+                continue;
+            };
+            let area: f64 = (0..P::Space::DIMENSION)
+                .filter(|&other| other != axis)
+                .map(|other| corners[1][other] - corners[0][other])
+                .product();
+            let mean = source.flux() * area * self.duration / particles;
+            let address = u64::from(origin.cell) | (number as u64) << 32;
+            let mut stream = self.inflow.at(address);
+            for _ in 0..draw_whole(mean, &mut stream) {
+                let mut simulator = source.draw::<F>(self.scene, corners, &mut stream);
+                let after = self.duration * uniform(&mut stream);
+                enter::<P, F>(
+                    self.scene,
+                    &simulator,
+                    particles,
+                    &mut books.inflows[number],
+                );
+                if self.travel_from::<F>(&mut simulator, origin, after, books) {
+                    land(simulator, origin, books);
+                }
+                origin.order += 1;
+            }
+        }
+    }
+}
+
+/// A number from 0 to 1.
+fn uniform(stream: &mut impl rand::Rng) -> f64 {
+    rand::RngExt::random(stream)
+}
+
+/// Enters a simulator that stands for so many particles.
+pub(crate) fn enter<P: Physics, F: Follow<P::Space>>(
+    scene: &P,
+    simulator: &SimulatorOf<P, F>,
+    particles: f64,
+    transfer: &mut super::Transfer<P::Space>,
+) {
+    let sizes = scene.sizes();
+    let (mass, radius) = (sizes.mass(simulator.tag), sizes.radius(simulator.tag));
+    let turning = scene.surface().spin_energy(mass, radius, simulator.spin);
+    let velocity: VectorOf<P> = simulator.velocity;
+    transfer.enter(particles, mass, velocity, energy(mass, velocity, turning));
+}

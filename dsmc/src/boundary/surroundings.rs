@@ -1,0 +1,398 @@
+//! Boundaries, made ready for the cells of a run.
+
+use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
+
+use super::inflow::{Inflow, Source};
+use super::obstacles::Standing;
+use super::{Boundaries, Clearance};
+use crate::grid::{Grid, Place};
+use crate::parameters::EngineError;
+use crate::simulator::{Follow, SimulatorOf};
+
+/// Least share of a cell that counts as room for its simulators: rounding may leave one beyond a wall that cuts the cell.
+const LEAST_ROOM: f64 = 1e-3;
+
+/// What is at the faces of the box and inside it.
+pub(crate) struct Surroundings<P: Physics> {
+    walls: Walls<P::Space>,
+    /// The faces that are not periodic, by axis and side.
+    faces: Vec<(usize, usize)>,
+    clearance: Clearance,
+    lengths: VectorOf<P>,
+    /// How far the walls and the room for their particles reach into the box at most, by axis and side.
+    depths: [[f64; 2]; 3],
+    sources: Vec<Source<P>>,
+    obstacles: Option<Standing>,
+    /// Particles of a simulator over those where the factor is one, by the number of the cell; empty where all are one.
+    factors: Vec<f64>,
+    /// The share of each column of cells, along each axis, in which centres can be; empty where walls cut none.
+    columns: [Vec<f64>; 3],
+    /// The share of each cell that obstacles leave to centres, by the number of the cell; empty where there are none.
+    left: Vec<f64>,
+    /// Cells along each axis.
+    counts: [u32; 3],
+    /// Fastest that boundaries make simulators, along each axis \[length/time\].
+    speeds: VectorOf<P>,
+}
+
+impl<P: Physics> Surroundings<P> {
+    /// Boundaries for the cells of a run; none if the box is periodic, and alike everywhere.
+    pub(crate) fn new(
+        scene: &P,
+        boundaries: &Boundaries<P::Space>,
+        grid: &Grid<P::Space>,
+        mean_radius: f64,
+    ) -> Result<Option<Self>, EngineError> {
+        if boundaries.is_periodic() {
+            return Ok(None);
+        }
+        let walls = boundaries.walls.clone();
+        let lengths = grid.domain().lengths();
+        let mut faces = Vec::new();
+        for axis in 0..P::Space::DIMENSION {
+            let here = [0, 1].map(|side| (axis, side));
+            faces.extend(
+                here.into_iter()
+                    .filter(|&(axis, side)| *walls.face(axis, side) != Face::Periodic),
+            );
+        }
+        let room = |radius: f64| match boundaries.clearance {
+            Clearance::Centre => 0.0,
+            Clearance::Radius => radius,
+        };
+        let largest = scene.sizes().largest_radius();
+        let depth = |axis: usize, side: usize, radius: f64| {
+            let wall = walls.wall(axis, side);
+            wall.map_or(0.0, |wall| {
+                room(radius) + wall.vibration.map_or(0.0, |v| v.amplitude())
+            })
+        };
+        let depths = [0, 1, 2].map(|axis| [0, 1].map(|side| depth(axis, side, largest)));
+        for (axis, depths) in depths.iter().enumerate().take(P::Space::DIMENSION) {
+            let needed = depths[0] + depths[1];
+            if needed >= lengths[axis] {
+                let length = lengths[axis];
+                return Err(EngineError::NoRoom {
+                    axis,
+                    length,
+                    needed,
+                });
+            }
+        }
+        let sources = boundaries
+            .inflows
+            .iter()
+            .enumerate()
+            .map(|(number, inflow)| Source::new(scene, number, inflow, &walls))
+            .collect::<Result<_, _>>()?;
+        let still =
+            |axis: usize, side: usize| walls.wall(axis, side).map_or(0.0, |_| room(mean_radius));
+        let obstacles = Standing::new(&boundaries.obstacles, grid.domain(), room(largest))?;
+        let left =
+            (obstacles.as_ref()).map_or(Vec::new(), |all| all.rooms(grid, room(mean_radius)));
+        let columns = [0, 1, 2].map(|axis| {
+            if axis < P::Space::DIMENSION {
+                columns(grid, axis, [0, 1].map(|side| still(axis, side)))
+            } else {
+                Vec::new()
+            }
+        });
+        let mut surroundings = Self {
+            faces,
+            clearance: boundaries.clearance,
+            lengths,
+            depths,
+            sources,
+            obstacles,
+            left,
+            counts: grid.counts(),
+            factors: factors(grid, boundaries),
+            columns,
+            speeds: VectorOf::<P>::default(),
+            walls,
+        };
+        if P::Sizes::INDIVIDUAL && surroundings.is_open() {
+            return Err(EngineError::Individuals);
+        }
+        surroundings.speeds = surroundings.fastest(scene, &boundaries.inflows);
+        Ok(Some(surroundings))
+    }
+
+    /// The faces of the box.
+    pub(crate) fn walls(&self) -> &Walls<P::Space> {
+        &self.walls
+    }
+
+    /// The faces that are not periodic, by axis and side.
+    pub(crate) fn faces(&self) -> &[(usize, usize)] {
+        &self.faces
+    }
+
+    /// Sides of the box.
+    pub(crate) fn lengths(&self) -> VectorOf<P> {
+        self.lengths
+    }
+
+    /// What stands in the box.
+    #[inline]
+    pub(crate) fn obstacles(&self) -> Option<&Standing> {
+        self.obstacles.as_ref()
+    }
+
+    /// Numbers of inflows and of obstacles.
+    pub(crate) fn numbers(&self) -> [usize; 2] {
+        let obstacles = self.obstacles.as_ref().map_or(0, Standing::count);
+        [self.sources.len(), obstacles]
+    }
+
+    /// What flows in.
+    pub(crate) fn sources(&self) -> &[Source<P>] {
+        &self.sources
+    }
+
+    /// Fastest that boundaries make simulators, along each axis.
+    pub(crate) fn speeds(&self) -> VectorOf<P> {
+        self.speeds
+    }
+
+    /// Distance from walls at which the centre of a particle stops.
+    #[inline]
+    pub(crate) fn clearance(&self, radius: f64) -> f64 {
+        match self.clearance {
+            Clearance::Centre => 0.0,
+            Clearance::Radius => radius,
+        }
+    }
+
+    /// Whether simulators weigh differently here and there.
+    pub(crate) fn is_weighted(&self) -> bool {
+        !self.factors.is_empty()
+    }
+
+    /// Whether simulators come and go.
+    pub(crate) fn is_open(&self) -> bool {
+        self.is_weighted() || self.walls.is_open()
+    }
+
+    /// Particles of a simulator in a cell, over those where the factor is one.
+    #[inline]
+    pub(crate) fn factor(&self, cell: u32) -> f64 {
+        self.factors.get(cell as usize).copied().unwrap_or(1.0)
+    }
+
+    /// The share of a cell in which centres can be.
+    #[inline]
+    pub(crate) fn room(&self, cell: [u32; 3]) -> f64 {
+        let mut room = 1.0;
+        for (shares, at) in self.columns.iter().zip(cell) {
+            room *= shares.get(at as usize).copied().unwrap_or(1.0);
+        }
+        if !self.left.is_empty() {
+            let [x, y, z] = cell;
+            let number = x + self.counts[0] * (y + self.counts[1] * z);
+            room *= self.left[number as usize];
+        }
+        room.max(LEAST_ROOM)
+    }
+
+    /// Whether flight within a tile, and out of it, is all that happens to simulators that are in it: for a flight that
+    /// leaves a straight line by at most `bend` along each axis. Simulators that leave the tile are looked at anyway.
+    pub(crate) fn is_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
+        let far = |&(axis, side): &(usize, usize)| {
+            let gap = if side == 0 {
+                place.low[axis]
+            } else {
+                self.lengths[axis] - place.high[axis]
+            };
+            gap > self.depths[axis][side] + bend[axis]
+        };
+        let is_clear = |obstacles: &Standing| {
+            let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
+            obstacles.are_far_from(corners, [bend[0], bend[1]])
+        };
+        self.faces.iter().all(far) && self.obstacles.as_ref().is_none_or(is_clear)
+    }
+
+    /// Whether all simulators of a tile weigh the same.
+    pub(crate) fn is_even(&self, grid: &Grid<P::Space>, place: &Place<P::Space>) -> bool {
+        let first = self.factor(grid.number(place.first));
+        let [columns, rows, layers] = place.sides;
+        let mut cells = (0..layers)
+            .flat_map(|z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])));
+        cells.all(|step| {
+            let cell = [0, 1, 2].map(|axis| place.first[axis] + step[axis]);
+            self.factor(grid.number(cell)) == first
+        })
+    }
+
+    /// The part of the face of a cell through which a source sends its particles, by two corners of the cell.
+    pub(crate) fn opening(
+        &self,
+        grid: &Grid<P::Space>,
+        cell: [u32; 3],
+        source: &Source<P>,
+    ) -> Option<[VectorOf<P>; 2]> {
+        let (through, _) = source.face();
+        let clearance = self.clearance(source.particle().1);
+        let width = grid.width();
+        let mut corners = [0, 1].map(|more| {
+            P::Space::vector(|axis| {
+                let edge = cell[axis] + more;
+                if edge == grid.counts()[axis] {
+                    self.lengths[axis]
+                } else {
+                    f64::from(edge) * width[axis]
+                }
+            })
+        });
+        for &(axis, side) in &self.faces {
+            if axis != through && self.walls.wall(axis, side).is_some() {
+                let edge = &mut corners[side][axis];
+                *edge = if side == 0 {
+                    edge.max(clearance)
+                } else {
+                    edge.min(self.lengths[axis] - clearance)
+                };
+            }
+        }
+        let is_open = (0..P::Space::DIMENSION).all(|axis| corners[0][axis] < corners[1][axis]);
+        is_open.then_some(corners)
+    }
+
+    /// Puts a coordinate back that rounding has put beyond a face, and wraps the others.
+    pub(crate) fn keep_inside(&self, position: &mut VectorOf<P>, clearance: f64) {
+        for &(axis, side) in &self.faces {
+            let inset = if self.walls.wall(axis, side).is_some() {
+                clearance
+            } else {
+                0.0
+            };
+            let x = position[axis];
+            position[axis] = if side == 0 {
+                x.max(inset)
+            } else {
+                x.min((self.lengths[axis] - inset).min(self.lengths[axis].next_down()))
+            };
+        }
+    }
+
+    /// Mirrors a position at the faces until it is inside.
+    pub(crate) fn fold(&self, position: &mut VectorOf<P>, radius: f64) {
+        let clearance = self.clearance(radius);
+        for axis in 0..P::Space::DIMENSION {
+            if *self.walls.face(axis, 0) == Face::Periodic {
+                continue;
+            }
+            let inset = |side| self.walls.wall(axis, side).map_or(0.0, |_| clearance);
+            let (low, high) = (inset(0), self.lengths[axis] - inset(1));
+            let x = position[axis];
+            if !(low..=high).contains(&x) && x.is_finite() {
+                let width = high - low;
+                let along = (x - low).rem_euclid(2.0 * width);
+                position[axis] = low + along.min(2.0 * width - along);
+            }
+        }
+        self.keep_inside(position, clearance);
+    }
+
+    /// A simulator at the start, which must not be beyond a wall.
+    pub(crate) fn check_place<F: Follow<P::Space>>(
+        &self,
+        scene: &P,
+        index: usize,
+        simulator: &SimulatorOf<P, F>,
+        time: f64,
+    ) -> Result<(), EngineError> {
+        let clearance = self.clearance(scene.sizes().radius(simulator.tag));
+        for axis in 0..P::Space::DIMENSION {
+            if *self.walls.face(axis, 0) == Face::Periodic {
+                continue;
+            }
+            let inset = |side| {
+                let wall = self.walls.wall(axis, side);
+                wall.map_or(0.0, |wall| clearance + wall.displacement(time))
+            };
+            let length = self.lengths[axis];
+            let (low, high) = (inset(0), length - inset(1));
+            let x = simulator.position[axis];
+            // A start that was written down loses its last digits.
+            let slack = 1e-12 * length;
+            if !(low - slack..=high + slack).contains(&x) {
+                return Err(EngineError::BeyondWall {
+                    simulator: index,
+                    axis,
+                    coordinate: x,
+                    allowed: [low, high],
+                });
+            }
+        }
+        let place = [simulator.position[0], simulator.position[1]];
+        match self
+            .obstacles
+            .as_ref()
+            .and_then(|all| all.overlapped(place, clearance))
+        {
+            Some(obstacle) => Err(EngineError::InObstacle {
+                simulator: index,
+                obstacle,
+                place,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// A bound on what boundaries do to the speed of simulators, for the length of a step: the drift of an inflow and three
+    /// times its thermal speed, the same for diffuse walls, and twice the speed of a vibrating wall.
+    fn fastest(&self, scene: &P, inflows: &[Inflow<P::Space>]) -> VectorOf<P> {
+        let mut speeds = VectorOf::<P>::default();
+        let sizes = scene.sizes();
+        for inflow in inflows {
+            let mass = sizes.mass(sizes.tag(inflow.like));
+            for axis in 0..P::Space::DIMENSION {
+                let thermal = 3.0 * (inflow.temperature / mass).sqrt();
+                speeds[axis] = speeds[axis].max(inflow.velocity[axis].abs() + thermal);
+            }
+        }
+        for &(axis, side) in &self.faces {
+            let vibration = self.walls.wall(axis, side).and_then(|wall| wall.vibration);
+            let speed = vibration.map_or(0.0, |vibration| 2.0 * vibration.speed());
+            speeds[axis] = speeds[axis].max(speed);
+        }
+        speeds
+    }
+}
+
+/// The share of each column of cells along an axis that lies at least so far from its two faces; empty if all do.
+fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
+    if insets == [0.0; 2] {
+        return Vec::new();
+    }
+    let count = grid.counts()[axis];
+    let (length, width) = (grid.domain().lengths()[axis], grid.width()[axis]);
+    (0..count)
+        .map(|column| {
+            let low = (f64::from(column) * width).max(insets[0]);
+            let high = (f64::from(column + 1) * width).min(length - insets[1]);
+            ((high - low) / width).max(0.0)
+        })
+        .collect()
+}
+
+/// The factor of each cell; empty if all are one.
+fn factors<S: Space>(grid: &Grid<S>, boundaries: &Boundaries<S>) -> Vec<f64> {
+    if boundaries.weights.is_uniform() {
+        return Vec::new();
+    }
+    let [columns, rows, layers] = grid.counts();
+    let mut factors = Vec::with_capacity(grid.cells());
+    for z in 0..layers {
+        for y in 0..rows {
+            for x in 0..columns {
+                let middle = |at: u32, count: u32| (f64::from(at) + 0.5) / f64::from(count);
+                let shares = [middle(x, columns), middle(y, rows), middle(z, layers)];
+                factors.push(boundaries.weights.at(shares));
+            }
+        }
+    }
+    factors
+}

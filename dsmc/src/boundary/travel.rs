@@ -1,0 +1,377 @@
+//! The way of one simulator through a flight: from wall to wall, exact in time.
+
+use nalgebra::Vector2;
+use stosszahl_model::random::{Bundle, ShortStream};
+use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
+use stosszahl_model::walls::{Rebound, Touch};
+use stosszahl_model::{Face, Field, Physics, Sizes, Space, Surface, Vector, VectorOf, Wall};
+
+use super::books::{Books, energy};
+use super::obstacles::Standing;
+use super::surroundings::Surroundings;
+use crate::simulator::{Follow, Simulator, SimulatorOf};
+
+/// Most contacts with one wall in one flight. A grain that falls onto a floor that does not give all back touches it
+/// infinitely often in a finite time; it is laid to rest there instead, and counted.
+const MOST_TOUCHES: u32 = 1000;
+
+/// The way of a simulator through a flight.
+pub(crate) struct Trip<'a, P: Physics> {
+    pub(crate) scene: &'a P,
+    pub(crate) surroundings: &'a Surroundings<P>,
+    /// When it begins, and how long it takes \[time\].
+    pub(crate) begin: f64,
+    pub(crate) duration: f64,
+    /// Particles that the simulator stands for.
+    pub(crate) particles: f64,
+}
+
+/// Numbers for diffuse walls, made where the first of them is needed.
+pub(crate) struct Draws {
+    bundle: Bundle,
+    address: u64,
+    stream: Option<ShortStream>,
+}
+
+impl Draws {
+    /// The numbers at an address.
+    pub(crate) fn at(bundle: Bundle, address: u64) -> Self {
+        Self {
+            bundle,
+            address,
+            stream: None,
+        }
+    }
+
+    /// The stream.
+    pub(crate) fn stream(&mut self) -> &mut ShortStream {
+        self.stream
+            .get_or_insert_with(|| self.bundle.at(self.address))
+    }
+}
+
+/// What happens next.
+enum Next {
+    /// A contact with the face of an axis and a side.
+    Contact(usize, usize),
+    /// The wall on which it rests along an axis turns.
+    Release(usize),
+    /// It comes out of the periodic face of an axis and a side, and in again opposite.
+    Wrap(usize, usize),
+    /// A contact with an obstacle: its number, its law, and the normal there.
+    Obstacle(usize, Rebound, [f64; 2]),
+}
+
+/// A wall on which a simulator rests along an axis.
+#[derive(Clone, Copy)]
+struct Rest {
+    side: usize,
+    /// Until when \[time\].
+    until: f64,
+}
+
+/// Where a simulator is on its way.
+struct Motion<'a, 'b, P: Physics> {
+    trip: &'a Trip<'b, P>,
+    mass: f64,
+    radius: f64,
+    /// Distance from the faces at which its centre stops.
+    clearance: f64,
+    acceleration: VectorOf<P>,
+    now: f64,
+    left: f64,
+    rests: [Option<Rest>; 3],
+    touches: [u32; 3],
+    obstacle_touches: u32,
+}
+
+impl<P: Physics> Trip<'_, P> {
+    /// Moves a simulator to the end of the flight. False if it left through an open face.
+    pub(crate) fn travel<F: Follow<P::Space>>(
+        &self,
+        simulator: &mut SimulatorOf<P, F>,
+        draws: &mut Draws,
+        books: &mut Books<P::Space>,
+    ) -> bool {
+        let sizes = self.scene.sizes();
+        let radius = sizes.radius(simulator.tag);
+        let mut motion = Motion {
+            trip: self,
+            mass: sizes.mass(simulator.tag),
+            radius,
+            clearance: self.surroundings.clearance(radius),
+            acceleration: self.scene.field().acceleration(),
+            now: self.begin,
+            left: self.duration,
+            rests: [None; 3],
+            touches: [0; 3],
+            obstacle_touches: 0,
+        };
+        while let Some((wait, next)) = motion.next::<F>(simulator) {
+            motion.drift::<F>(simulator, wait, books);
+            match next {
+                Next::Release(axis) => motion.release(axis),
+                Next::Wrap(axis, side) => {
+                    let length = self.surroundings.lengths()[axis];
+                    simulator.position[axis] = [length.next_down(), 0.0][side];
+                }
+                Next::Obstacle(number, law, normal) => {
+                    motion.strike::<F>(simulator, number, law, normal, draws, books);
+                }
+                Next::Contact(axis, side) => {
+                    let Some(wall) = self.surroundings.walls().wall(axis, side) else {
+                        motion.leave::<F>(simulator, axis, side, books);
+                        return false;
+                    };
+                    motion.rebound::<F>(simulator, [axis, side], wall, draws, books);
+                }
+            }
+        }
+        let left = motion.left;
+        motion.drift::<F>(simulator, left, books);
+        self.surroundings
+            .keep_inside(&mut simulator.position, motion.clearance);
+        true
+    }
+}
+
+impl<P: Physics> Motion<'_, '_, P> {
+    /// Height above a face at which a centre stops, speed away from it, and acceleration.
+    fn approach<F: Follow<P::Space>>(
+        &self,
+        simulator: &SimulatorOf<P, F>,
+        axis: usize,
+        side: usize,
+        clearance: f64,
+    ) -> [f64; 3] {
+        let (x, v, a) = (
+            simulator.position[axis],
+            simulator.velocity[axis],
+            self.acceleration[axis],
+        );
+        if side == 0 {
+            [x - clearance, v, a]
+        } else {
+            let length = self.trip.surroundings.lengths()[axis];
+            [length - clearance - x, -v, -a]
+        }
+    }
+
+    /// What happens next before the end of the flight, and after which time.
+    fn next<F: Follow<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> Option<(f64, Next)> {
+        let mut wait = self.left;
+        let mut next = None;
+        for &(axis, side) in self.trip.surroundings.faces() {
+            if let Some(rest) = self.rests[axis] {
+                if rest.until - self.now < wait {
+                    wait = (rest.until - self.now).max(0.0);
+                    next = Some(Next::Release(axis));
+                }
+                continue;
+            }
+            let face = self.trip.surroundings.walls().face(axis, side);
+            let time = match face {
+                Face::Periodic => None,
+                Face::Open => {
+                    let [height, speed, pull] = self.approach::<F>(simulator, axis, side, 0.0);
+                    time_to_plane(height, speed, pull)
+                }
+                Face::Wall(wall) => {
+                    let clearance = self.clearance;
+                    let [height, speed, pull] =
+                        self.approach::<F>(simulator, axis, side, clearance);
+                    match &wall.vibration {
+                        None => time_to_plane(height, speed, pull),
+                        Some(vibration) => {
+                            time_to_vibrating_plane(height, speed, pull, vibration, self.now, wait)
+                        }
+                    }
+                }
+            };
+            if let Some(time) = time
+                && time < wait
+            {
+                wait = time;
+                next = Some(Next::Contact(axis, side));
+            }
+        }
+        if let Some(obstacles) = self.trip.surroundings.obstacles() {
+            self.look_for_obstacles::<F>(simulator, obstacles, &mut wait, &mut next);
+        }
+        next.map(|next| (wait, next))
+    }
+
+    /// Whether a periodic face or an obstacle comes first, before `wait`.
+    fn look_for_obstacles<F: Follow<P::Space>>(
+        &self,
+        simulator: &SimulatorOf<P, F>,
+        obstacles: &Standing,
+        wait: &mut f64,
+        next: &mut Option<Next>,
+    ) {
+        for axis in 0..2 {
+            for side in 0..2 {
+                if *self.trip.surroundings.walls().face(axis, side) != Face::Periodic {
+                    continue;
+                }
+                let [height, speed, pull] = self.approach::<F>(simulator, axis, side, 0.0);
+                if let Some(time) = time_to_plane(height, speed, pull)
+                    && time < *wait
+                {
+                    *wait = time;
+                    *next = Some(Next::Wrap(axis, side));
+                }
+            }
+        }
+        let planar = |vector: VectorOf<P>| Vector2::new(vector[0], vector[1]);
+        let way = [simulator.position, simulator.velocity, self.acceleration].map(planar);
+        if let Some((obstacle, number, hit)) = obstacles.first_contact(way, self.clearance, *wait)
+            && hit.time < *wait
+        {
+            *wait = hit.time;
+            let normal = [hit.normal[0], hit.normal[1]];
+            *next = Some(Next::Obstacle(number, *obstacle.rebound(), normal));
+        }
+    }
+
+    /// A contact with an obstacle that it has just reached.
+    fn strike<F: Follow<P::Space>>(
+        &mut self,
+        simulator: &mut SimulatorOf<P, F>,
+        number: usize,
+        law: Rebound,
+        normal: [f64; 2],
+        draws: &mut Draws,
+        books: &mut Books<P::Space>,
+    ) {
+        let normal = P::Space::vector(|axis| normal.get(axis).copied().unwrap_or(0.0));
+        let touch = Touch {
+            normal,
+            wall: VectorOf::<P>::default(),
+            mass: self.mass,
+            radius: self.radius,
+        };
+        let before = (simulator.velocity, self.energy::<F>(simulator));
+        let Simulator { velocity, spin, .. } = simulator;
+        law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
+        self.obstacle_touches += 1;
+        let gained = (
+            (simulator.velocity - before.0) * self.mass,
+            self.energy::<F>(simulator) - before.1,
+        );
+        books.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
+        let leaving = simulator.velocity.inner(&normal);
+        let pull = self.acceleration.inner(&normal);
+        if self.obstacle_touches > MOST_TOUCHES || (leaving <= 0.0 && pull < 0.0) {
+            // It stays there for the rest of the flight.
+            books.rests += u64::from(self.obstacle_touches > MOST_TOUCHES);
+            self.left = 0.0;
+        }
+    }
+
+    /// Moves freely for a time, along the walls on which it rests.
+    fn drift<F: Follow<P::Space>>(
+        &mut self,
+        simulator: &mut SimulatorOf<P, F>,
+        time: f64,
+        books: &mut Books<P::Space>,
+    ) {
+        let way = (simulator.velocity + self.acceleration * (0.5 * time)) * time;
+        simulator.position += way;
+        F::moved(&mut simulator.mark, way);
+        simulator.velocity += self.acceleration * time;
+        self.now += time;
+        self.left -= time;
+        for (axis, rest) in self.rests.iter().enumerate() {
+            if let Some(rest) = rest {
+                // The wall bears the weight.
+                let weight = self.trip.scene.field().acceleration()[axis] * self.mass;
+                let momentum = -weight * time * self.trip.particles;
+                let book = &mut books.walls[axis][rest.side];
+                book.momentum[axis] += momentum;
+                book.energy += momentum * simulator.velocity[axis];
+            }
+        }
+    }
+
+    /// Lets a simulator off a wall.
+    fn release(&mut self, axis: usize) {
+        self.rests[axis] = None;
+        self.acceleration[axis] = self.trip.scene.field().acceleration()[axis];
+    }
+
+    /// Enters a simulator that leaves.
+    fn leave<F: Follow<P::Space>>(
+        &self,
+        simulator: &SimulatorOf<P, F>,
+        axis: usize,
+        side: usize,
+        books: &mut Books<P::Space>,
+    ) {
+        let energy = self.energy::<F>(simulator);
+        let particles = -self.trip.particles;
+        books.open[axis][side].enter(particles, self.mass, simulator.velocity, energy);
+    }
+
+    /// Energy of one of the particles.
+    fn energy<F: Follow<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> f64 {
+        let surface = self.trip.scene.surface();
+        let turning = surface.spin_energy(self.mass, self.radius, simulator.spin);
+        energy(self.mass, simulator.velocity, turning)
+    }
+
+    /// A contact with a wall that it has just reached.
+    fn rebound<F: Follow<P::Space>>(
+        &mut self,
+        simulator: &mut SimulatorOf<P, F>,
+        [axis, side]: [usize; 2],
+        wall: &Wall<P::Space>,
+        draws: &mut Draws,
+        books: &mut Books<P::Space>,
+    ) {
+        // On the wall, to the last digit.
+        let height = self.clearance + wall.displacement(self.now);
+        simulator.position[axis] = if side == 0 {
+            height
+        } else {
+            self.trip.surroundings.lengths()[axis] - height
+        };
+        let normal = stosszahl_model::Walls::<P::Space>::normal(axis, side);
+        let touch = Touch {
+            normal,
+            wall: wall.velocity(normal, self.now),
+            mass: self.mass,
+            radius: self.radius,
+        };
+        let before = (simulator.velocity, self.energy::<F>(simulator));
+        wall.rebound.apply(
+            self.trip.scene,
+            &touch,
+            &mut simulator.velocity,
+            &mut simulator.spin,
+            || draws.stream(),
+        );
+        self.touches[axis] += 1;
+        let leaving = (simulator.velocity - touch.wall).inner(&normal);
+        let pull = self.acceleration.inner(&normal);
+        let too_often = self.touches[axis] > MOST_TOUCHES;
+        let rests = pull < 0.0 && (leaving <= 0.0 || too_often);
+        if rests {
+            simulator.velocity[axis] = touch.wall[axis];
+            self.acceleration[axis] = 0.0;
+            let turn = wall.vibration.map(|v| v.next_turn(self.now));
+            let until = turn.unwrap_or(f64::INFINITY);
+            self.rests[axis] = Some(Rest { side, until });
+        }
+        let gained = (
+            (simulator.velocity - before.0) * self.mass,
+            self.energy::<F>(simulator) - before.1,
+        );
+        books.walls[axis][side].enter(self.trip.particles, gained.0, gained.1);
+        books.rests += u64::from(too_often);
+        if too_often && !rests {
+            // To and fro between walls without end: it stays where it is for the rest of the flight.
+            self.left = 0.0;
+        }
+    }
+}

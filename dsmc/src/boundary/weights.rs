@@ -1,0 +1,111 @@
+//! Regions in which a simulator stands for more or fewer particles.
+
+use crate::parameters::EngineError;
+
+/// By which factor the weight of a simulator differs from region to region: equal blocks of the box. Uniform by default.
+///
+/// What goes from a region with the factor a to one with b becomes a/b simulators on average: one of the two whole
+/// numbers next to it, drawn so that the mean is right. A cell belongs to the region that holds its middle, so that all
+/// simulators of a cell weigh the same.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Weights {
+    /// Blocks along each axis.
+    regions: [usize; 3],
+    /// By block, the first axis running fastest; empty where all is uniform.
+    factors: Vec<f64>,
+}
+
+impl Weights {
+    /// The same weight everywhere.
+    pub fn uniform() -> Self {
+        Self::default()
+    }
+
+    /// Factors of equal slices along an axis.
+    ///
+    /// # Errors
+    /// As [`Weights::table`].
+    pub fn along(axis: usize, factors: Vec<f64>) -> Result<Self, EngineError> {
+        let mut regions = [1; 3];
+        if let Some(region) = regions.get_mut(axis) {
+            *region = factors.len();
+        }
+        Self::table(regions, factors)
+    }
+
+    /// Factors of equal blocks, so many along each axis, the first axis running fastest; one beyond the dimension.
+    ///
+    /// # Errors
+    /// [`EngineError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.
+    pub fn table(regions: [usize; 3], factors: Vec<f64>) -> Result<Self, EngineError> {
+        let blocks = regions
+            .iter()
+            .try_fold(1_usize, |product, &count| product.checked_mul(count));
+        if blocks != Some(factors.len()) || factors.is_empty() {
+            return Err(EngineError::BadWeights {
+                found: format!("{} factors for {regions:?} blocks", factors.len()),
+                allowed: "a factor for each block",
+            });
+        }
+        let bad = factors
+            .iter()
+            .find(|factor| !(1e-6..=1e6).contains(*factor));
+        if let Some(factor) = bad {
+            return Err(EngineError::BadWeights {
+                found: format!("a factor of {factor}"),
+                allowed: "1e-6 to 1e6",
+            });
+        }
+        Ok(Self { regions, factors })
+    }
+
+    /// Whether a simulator stands for the same everywhere.
+    pub fn is_uniform(&self) -> bool {
+        self.factors.windows(2).all(|pair| pair[0] == pair[1])
+            && self.factors.first().is_none_or(|&factor| factor == 1.0)
+    }
+
+    /// Blocks along each axis.
+    pub fn regions(&self) -> [usize; 3] {
+        self.regions
+    }
+
+    /// The factor at a point of the box, given in shares of its sides.
+    pub fn at(&self, shares: [f64; 3]) -> f64 {
+        let mut block = 0;
+        for axis in (0..3).rev() {
+            let count = self.regions[axis];
+            let at = (shares[axis] * count as f64) as usize;
+            block = block * count + at.min(count.max(1) - 1);
+        }
+        self.factors.get(block).copied().unwrap_or(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_found_by_their_place() {
+        let weights = Weights::table([2, 3, 1], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).expect("fit");
+        assert_eq!(weights.at([0.2, 0.1, 0.0]), 1.0);
+        assert_eq!(weights.at([0.7, 0.1, 0.0]), 2.0);
+        assert_eq!(weights.at([0.2, 0.99, 0.0]), 5.0);
+        assert_eq!(weights.at([1.0, 1.0, 1.0]), 6.0);
+        assert_eq!(Weights::uniform().at([0.5; 3]), 1.0);
+        let slices = Weights::along(1, vec![1.0, 4.0]).expect("fit");
+        assert_eq!(slices.at([0.9, 0.6, 0.0]), 4.0);
+        assert!(!slices.is_uniform() && Weights::uniform().is_uniform());
+    }
+
+    #[test]
+    fn what_is_no_weight_is_refused() {
+        assert!(Weights::table([2, 2, 1], vec![1.0; 3]).is_err());
+        assert!(Weights::along(0, Vec::new()).is_err());
+        let refused = Weights::along(0, vec![1.0, 0.0]).expect_err("zero");
+        assert!(refused.to_string().contains("a factor of 0"), "{refused}");
+        assert!(Weights::along(7, vec![1.0, 2.0]).is_err());
+        assert!(Weights::along(0, vec![f64::NAN]).is_err());
+    }
+}

@@ -1,0 +1,442 @@
+//! Gases that flow through open faces, and simulators whose weight depends on the place.
+
+mod support;
+
+use nalgebra::{Vector2, Vector3, vector};
+use stosszahl_dsmc::{Boundaries, Engine, EngineError, Followed, Inflow, Parameters, Weights};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{
+    Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Smooth,
+    Space, Species, State, Volume, Wall, Walls,
+};
+use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, sphere_for_unit_path};
+
+type Disks = Grains<Plane, Smooth, Free>;
+
+/// An inflow through the lower face of the first axis.
+fn inflow<S: Space>(density: f64, velocity: S::Vector, temperature: f64) -> Inflow<S> {
+    Inflow {
+        axis: 0,
+        side: 0,
+        density,
+        velocity,
+        temperature,
+        spin_temperature: temperature,
+        like: 0,
+    }
+}
+
+/// A channel along the first axis, open at both ends.
+fn channel<S: Space>(inflows: Vec<Inflow<S>>, side: Face<S>) -> Boundaries<S> {
+    let faces = [[Face::Open; 2], [side; 2], [Face::Periodic; 2]];
+    Boundaries {
+        walls: Walls::new(&faces).expect("fit"),
+        inflows,
+        ..Boundaries::default()
+    }
+}
+
+/// A rough gas that drifts through a free channel, at once with and against a part of its own thermal motion, stays as it
+/// is: density, velocity and temperatures in four slices within 1 %, for a subsonic and a supersonic drift. The channel
+/// starts empty; 40 samples, each a transit apart, of 1000 spheres in each slice leave errors of 0.5 % for a density whose
+/// fluctuations are Poisson's, and less for the others.
+#[test]
+fn a_drifting_gas_stays_uniform() {
+    let density = 100.0;
+    for drift in [0.8, 3.0] {
+        let stream = inflow::<Volume>(density, vector![drift, 0.2, 0.0], 0.5);
+        let back = Inflow { side: 1, ..stream };
+        let boundaries = channel(vec![stream, back], Face::Periodic);
+        let surface = Rough::new(1.0, Volume::INERTIA).expect("a surface");
+        let scene = grains(sphere_for_unit_path(density), 1.0, surface, Free);
+        let lengths = vector![8.0, 2.0, 2.5];
+        let state = State {
+            time: 0.0,
+            domain: boundaries.walls.domain(lengths).expect("a box"),
+            bodies: Vec::new(),
+        };
+        let mut engine: Engine<Grains<Volume, Rough, Free>> =
+            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        let transit = 8.0 / drift;
+        let mut slices = [[0.0; 5]; 4];
+        for sample in 0..40 {
+            engine.advance((4.0 + f64::from(sample)) * transit, u64::MAX, &mut ());
+            engine.visit(
+                |position, velocity: Vector3<f64>, spin: Vector3<f64>, (), weight| {
+                    assert_eq!(weight, 1.0);
+                    let slice = &mut slices[(position[0] / 2.0) as usize];
+                    let own = velocity - vector![drift, 0.2, 0.0];
+                    let radius = scene.sizes.radius;
+                    let more = [
+                        1.0,
+                        velocity[0],
+                        own.norm_squared() / 3.0,
+                        0.4 * radius * radius * spin.norm_squared() / 3.0,
+                        velocity[1],
+                    ];
+                    for (sum, value) in slice.iter_mut().zip(more) {
+                        *sum += value;
+                    }
+                },
+            );
+        }
+        for [count, momentum, heat, turning, aside] in slices {
+            let found = count / (40.0 * 2.0 * 5.0);
+            assert!((found / density - 1.0).abs() < 0.01, "{drift}: {found}");
+            let speed = momentum / count;
+            assert!((speed - drift).abs() < 0.01, "{drift}: {speed}");
+            assert!((aside / count - 0.2).abs() < 0.01);
+            assert!((heat / count / 0.5 - 1.0).abs() < 0.01, "{drift}: {heat}");
+            assert!((turning / count / 0.5 - 1.0).abs() < 0.01, "{drift}");
+        }
+        check_books(&engine, &scene);
+    }
+}
+
+/// What came in less what went out is what is there: to the rounding of sums of some 1e5 terms.
+fn check_books<S: Space, C: stosszahl_model::Surface<S>>(
+    engine: &Engine<Grains<S, C, Free>>,
+    scene: &Grains<S, C, Free>,
+) {
+    let (mass, momentum, energy) = engine.books().total();
+    let (mut there, mut moving, mut heat) = (0.0, S::Vector::default(), 0.0);
+    engine.visit(|_, velocity, spin, (), weight| {
+        use stosszahl_model::Vector;
+        there += weight;
+        moving += velocity * weight;
+        let turning = scene.surface.spin_energy(1.0, scene.sizes.radius, spin);
+        heat += weight * (0.5 * velocity.square() + turning);
+    });
+    assert!((mass - there).abs() < 1e-7, "{mass} {there}");
+    for axis in 0..S::DIMENSION {
+        assert!((momentum[axis] - moving[axis]).abs() < 1e-7);
+    }
+    assert!((energy - heat).abs() < 1e-7, "{energy} {heat}");
+}
+
+/// Nothing comes in where there is nothing, or where what is there only goes away; what is there leaves, and an empty
+/// channel stays empty, in finitely many steps.
+#[test]
+fn without_flux_a_channel_runs_empty() {
+    let scene = grains(0.01, 1.0, Smooth, Free);
+    for stream in [
+        inflow::<Plane>(0.0, vector![5.0, 0.0], 1.0),
+        inflow::<Plane>(50.0, vector![-5.0, 0.0], 0.0),
+        inflow::<Plane>(50.0, vector![0.0, 1.0], 0.0),
+    ] {
+        let boundaries = channel(vec![stream], Face::Wall(Wall::specular()));
+        let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
+        let state = gas::<Disks>(&scene, domain, 0.0, 200, 1.0, 3);
+        let mut engine: Engine<Disks> =
+            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        engine.advance(1e4, u64::MAX, &mut ());
+        assert_eq!(engine.simulators(), 0);
+        assert!(engine.state().bodies.is_empty());
+        let gone = engine.books().open[0][0].particles + engine.books().open[0][1].particles;
+        assert_eq!(gone, -200.0);
+        assert_eq!(engine.books().inflows[0].particles, 0.0);
+        let steps = engine.tally().steps;
+        engine.advance(2e4, u64::MAX, &mut ());
+        assert!(engine.tally().steps < 2 * steps + 1_000_000);
+    }
+}
+
+/// A supersonic stream into an empty channel: what came in is density times speed, to z = 4.4 of the error of numbers drawn
+/// next to their mean, which is below that of Poisson's law; it fills the channel evenly and leaves at its far end.
+#[test]
+fn a_supersonic_stream_fills_an_empty_channel() {
+    let (density, drift) = (40.0, 20.0);
+    let stream = inflow::<Plane>(density, vector![drift, 0.0], 1.0);
+    let boundaries = channel(vec![stream], Face::Wall(Wall::specular()));
+    let scene = grains(disk_for_unit_path(density), 1.0, Smooth, Free);
+    let state = State {
+        time: 0.0,
+        domain: boundaries.walls.domain(vector![10.0, 5.0]).expect("a box"),
+        bodies: Vec::new(),
+    };
+    let mut engine: Engine<Disks> =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    assert_eq!(engine.simulators(), 0);
+    engine.advance(10.0, u64::MAX, &mut ());
+    let entered = engine.books().inflows[0].particles;
+    let expected = density * drift * 5.0 * 10.0;
+    assert!(
+        (entered - expected).abs() < 4.4 * expected.sqrt(),
+        "{entered} {expected}"
+    );
+    let there = engine.simulators() as f64;
+    let full = density * 10.0 * 5.0;
+    assert!((there - full).abs() < 4.4 * full.sqrt(), "{there} {full}");
+    assert_eq!(engine.books().open[0][0].particles, 0.0);
+    check_books(&engine, &scene);
+}
+
+/// A box with weights of 1 and 3.7: over 1e6 changes of weight, splits and merges alike, particles, mass, momentum and
+/// energy are kept on average, to 3 standard errors of the mean over 24 gases; and the density is even.
+#[test]
+fn splits_and_merges_are_fair() {
+    let weights = Weights::along(0, vec![1.0, 3.7, 0.3]).expect("factors");
+    let boundaries = Boundaries {
+        weights,
+        ..Boundaries::default()
+    };
+    let scene = grains(1e-3, 1.0, Smooth, Free);
+    let parameters = Parameters {
+        steps_per_crossing: 1.0,
+        ..PARAMETERS
+    };
+    let gases = 24;
+    let mut samples = Vec::new();
+    let mut changes = 0;
+    let mut thirds = [0.0; 3];
+    for seed in 0..gases {
+        let domain = boundaries.walls.domain(vector![6.0, 6.0]).expect("a box");
+        let mut state = gas::<Disks>(&scene, domain, 0.0, 10_000, 1.0, seed);
+        for body in &mut state.bodies {
+            body.velocity[0] += 1.0;
+        }
+        let mut engine: Engine<Disks> = Engine::start_between(
+            &scene,
+            parameters,
+            &state,
+            &boundaries,
+            Streams::new(seed, 0),
+        )
+        .expect("an engine");
+        engine.advance(16.0, u64::MAX, &mut ());
+        let balance = engine.books().balance;
+        assert_eq!(balance.particles, balance.mass);
+        samples.push([
+            balance.particles,
+            balance.momentum[0],
+            balance.momentum[1],
+            balance.energy,
+        ]);
+        changes += engine.books().balanced;
+        let mut there = 0.0;
+        engine.visit(|position, _, (), (), weight| {
+            thirds[(position[0] / 2.0) as usize] += weight;
+            there += weight;
+        });
+        assert!((there - 10_000.0 - balance.particles).abs() < 1e-7);
+    }
+    assert!(changes > 1_000_000, "{changes}");
+    let n = gases as f64;
+    for quantity in 0..4 {
+        let values = samples.iter().map(|sample| sample[quantity]);
+        let mean = values.clone().sum::<f64>() / n;
+        let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let error = (variance / n).sqrt();
+        assert!(mean.abs() < 3.0 * error, "{quantity}: {mean} +- {error}");
+        // Of 1e4 particles and energies.
+        assert!(error < 200.0, "{quantity}: the error {error} is too wide");
+    }
+    for third in thirds {
+        let share = 3.0 * third / (n * 10_000.0);
+        assert!((share - 1.0).abs() < 0.02, "{thirds:?}");
+    }
+}
+
+/// Among walls, gravity, streams, weights and collisions, the same bytes for any number of threads and any tiles, and
+/// through a stop.
+#[test]
+fn threads_tiles_and_stops_change_nothing() {
+    let density = 400.0;
+    let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
+    floor.sliding = vector![0.3, 0.0];
+    let boundaries = Boundaries {
+        walls: Walls::new(&[
+            [Face::Open; 2],
+            [Face::Wall(floor), Face::Wall(Wall::specular())],
+        ])
+        .expect("fit"),
+        inflows: vec![
+            inflow(density, vector![1.0, 0.0], 1.0),
+            Inflow {
+                side: 1,
+                ..inflow(0.5 * density, vector![-0.2, 0.0], 2.0)
+            },
+        ],
+        weights: Weights::table([4, 2, 1], vec![1.0, 0.8, 0.5, 1.7, 1.0, 2.5, 1.0, 0.6])
+            .expect("factors"),
+        ..Boundaries::default()
+    };
+    let field = Gravity::new(vector![0.05, -0.2]).expect("finite");
+    let surface = Rough::new(0.5, Plane::INERTIA).expect("a surface");
+    let scene = grains(disk_for_unit_path(density), 0.9, surface, field);
+    let domain = boundaries.walls.domain(vector![12.0, 5.0]).expect("a box");
+    let state = gas(&scene, domain, 0.0, 24_000, 1.0, 4);
+    let streams = Streams::new(9, 0);
+    let run = |threads: usize, per_tile: usize, stop: bool| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().expect("threads").install(|| {
+            let mut engine = Engine::<_, Followed>::start_between(
+                &scene,
+                PARAMETERS,
+                &state,
+                &boundaries,
+                streams,
+            )
+            .expect("an engine");
+            engine.retile(per_tile);
+            engine.advance(f64::INFINITY, 12, &mut ());
+            if stop {
+                let checkpoint = engine.checkpoint();
+                engine = Engine::resume_between(
+                    &scene,
+                    PARAMETERS,
+                    domain,
+                    checkpoint,
+                    &boundaries,
+                    streams,
+                )
+                .expect("an engine");
+                engine.retile(per_tile);
+            }
+            engine.advance(f64::INFINITY, 12, &mut ());
+            (
+                engine.state().bodies,
+                engine.displacements(),
+                engine.time(),
+                engine.tally().collisions,
+                engine.books().clone(),
+            )
+        })
+    };
+    let alone = run(1, 8192, false);
+    assert!(
+        alone.3 > 5000 && alone.4.balanced > 5000,
+        "{} {}",
+        alone.3,
+        alone.4.balanced
+    );
+    for (threads, per_tile, stop) in [(2, 8192, false), (3, 8192, true), (1, 8192, true)] {
+        assert!(
+            alone == run(threads, per_tile, stop),
+            "{threads} threads, {stop}"
+        );
+    }
+    // Sums of what tiles give are added in another order.
+    for per_tile in [1, 300, 1_000_000] {
+        let other = run(2, per_tile, false);
+        assert!(alone.0 == other.0 && alone.1 == other.1, "{per_tile}");
+        assert_eq!((alone.2, alone.3), (other.2, other.3));
+        assert_eq!(alone.4.balanced, other.4.balanced);
+    }
+}
+
+#[test]
+fn streams_that_have_no_meaning_are_refused() {
+    let scene = grains(0.1, 1.0, Smooth, Free);
+    let good = inflow::<Plane>(1.0, vector![1.0, 0.0], 1.0);
+    let refuse = |stream: Inflow<Plane>| {
+        let boundaries = channel(vec![good, stream], Face::Periodic);
+        let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
+        let state = gas::<Disks>(&scene, domain, 0.0, 5, 1.0, 3);
+        Engine::<Disks>::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string()
+    };
+    for (stream, part) in [
+        (
+            Inflow {
+                density: -1.0,
+                ..good
+            },
+            "inflow 1: density = -1",
+        ),
+        (
+            Inflow {
+                temperature: f64::NAN,
+                ..good
+            },
+            "temperature = NaN",
+        ),
+        (Inflow { axis: 2, ..good }, "axis = 2"),
+        (Inflow { axis: 1, ..good }, "where the face is open"),
+        (Inflow { side: 2, ..good }, "side = 2"),
+        (
+            Inflow {
+                velocity: vector![f64::INFINITY, 0.0],
+                ..good
+            },
+            "velocity = inf",
+        ),
+    ] {
+        let said = refuse(stream);
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+/// Species may come and go; particles with a size each of their own may not.
+#[test]
+fn only_species_can_flow() {
+    let boundaries = channel(
+        vec![Inflow {
+            like: 1,
+            ..inflow::<Plane>(30.0, vector![2.0, 0.0], 1.0)
+        }],
+        Face::Periodic,
+    );
+    let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
+    let [first, second] = [1.0, 2.0].map(|x| vector![x, 1.0]);
+    let rest = vector![0.0, 0.0];
+    let sizes = Polydisperse::new(vec![(0.1, 1.0), (0.05, 0.5)]).expect("sizes");
+    let individual = Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: Constant::new(0.9).expect("a coefficient"),
+        sizes,
+        field: Free,
+    };
+    let state = State {
+        time: 0.0,
+        domain,
+        bodies: vec![Body::new(first, rest), Body::new(second, rest)],
+    };
+    let refused = Engine::<_>::start_between(
+        &individual,
+        PARAMETERS,
+        &state,
+        &boundaries,
+        Streams::new(1, 0),
+    );
+    assert!(matches!(refused, Err(EngineError::Individuals)));
+    let kind = |radius, mass| Kind {
+        radius,
+        mass,
+        count: 1,
+    };
+    let species = Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: Constant::new(0.9).expect("a coefficient"),
+        sizes: Species::new(vec![kind(0.01, 1.0), kind(0.02, 0.5)]).expect("species"),
+        field: Free,
+    };
+    let state = State {
+        time: 0.0,
+        domain,
+        bodies: vec![Body::new(first, rest), Body::new(second, rest)],
+    };
+    let mut engine = Engine::<_>::start_between(
+        &species,
+        PARAMETERS,
+        &state,
+        &boundaries,
+        Streams::new(1, 0),
+    )
+    .expect("an engine");
+    engine.advance(20.0, u64::MAX, &mut ());
+    let mut kinds = [0; 2];
+    engine.visit(|_, _: Vector2<f64>, (), kind: u32, _| kinds[kind as usize] += 1);
+    assert!(kinds[0] <= 1 && kinds[1] > 200, "{kinds:?}");
+    assert_eq!(
+        engine.books().inflows[0].mass,
+        0.5 * engine.books().inflows[0].particles
+    );
+}

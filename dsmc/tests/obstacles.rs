@@ -1,0 +1,278 @@
+//! Gases around obstacles, and what is counted in cells.
+
+mod support;
+
+use nalgebra::{Vector2, Vector3, vector};
+use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Engine, Parameters, Scheme};
+use stosszahl_model::random::Streams;
+use stosszahl_model::walls::{Obstacle, Outline};
+use stosszahl_model::{
+    Body, Domain, Face, Free, Gravity, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
+};
+use support::{Grains, PARAMETERS, gas, grains, sphere_for_unit_path};
+
+type Disks = Grains<Plane, Smooth, Free>;
+
+const SPECULAR: Rebound = Rebound::Restitutive {
+    restitution: 1.0,
+    slip: 1.0,
+};
+
+fn obstacle(outline: Outline, law: Rebound) -> Obstacle {
+    Obstacle::new(outline, law).expect("an obstacle")
+}
+
+fn disc(x: f64, y: f64, radius: f64) -> Obstacle {
+    let centre = vector![x, y];
+    obstacle(Outline::Disc { centre, radius }, SPECULAR)
+}
+
+fn block(low: [f64; 2], high: [f64; 2], law: Rebound) -> Obstacle {
+    let points = vec![
+        low.into(),
+        vector![high[0], low[1]],
+        high.into(),
+        vector![low[0], high[1]],
+    ];
+    obstacle(Outline::Polygon { points }, law)
+}
+
+fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundaries<S> {
+    Boundaries {
+        clearance,
+        obstacles,
+        ..Boundaries::default()
+    }
+}
+
+/// A state without those that overlap an obstacle.
+fn outside(mut state: State<Disks>, obstacles: &[Obstacle], radius: f64) -> State<Disks> {
+    let is_free = |body: &Body<Disks>| {
+        let mut near = obstacles.iter();
+        let lengths = state.domain.lengths();
+        !near.any(|obstacle| {
+            let images =
+                (-1..=1).flat_map(|x| (-1..=1).map(move |y| vector![f64::from(x), f64::from(y)]));
+            let mut images = images.map(|image| body.position + image.component_mul(&lengths));
+            images.any(|image| obstacle.overlaps(image, radius, 0.0))
+        })
+    };
+    let bodies = state.bodies.iter().copied().filter(is_free).collect();
+    state.bodies = bodies;
+    state
+}
+
+/// Elastic disks around specular obstacles in a periodic box, some of which reach to its edge: they keep their energy, none
+/// gets inside, the density stays even, and the collision rate is that of the room that is left. z = 4.4 for shares of
+/// particles, and the Poisson error for collisions, with 1 % for the room that is sampled.
+#[test]
+fn a_gas_around_obstacles_stays_in_equilibrium() {
+    let obstacles = vec![
+        disc(5.0, 5.0, 2.0),
+        disc(0.75, 0.75, 0.75),
+        block([9.0, 2.0], [10.0, 4.0], SPECULAR),
+        obstacle(
+            Outline::Segment {
+                ends: [vector![1.0, 8.0], vector![4.0, 9.0]],
+            },
+            SPECULAR,
+        ),
+    ];
+    for (clearance, radius) in [(Clearance::Centre, 0.0), (Clearance::Radius, 0.1)] {
+        let boundaries = around(obstacles.clone(), clearance);
+        let scene = grains(0.2, 1.0, Smooth, Free);
+        let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
+        let all = gas::<Disks>(&scene, domain, 0.0, 20_000, 1.0, 3);
+        let state = outside(all, &obstacles, radius);
+        let count = state.bodies.len() as f64;
+        let mut engine: Engine<Disks> =
+            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        engine.count_cells();
+        engine.advance(1.0, u64::MAX, &mut ());
+        let end = engine.state();
+        let energy = end.kinetic_energy(&scene) / state.kinetic_energy(&scene);
+        assert!((energy - 1.0).abs() < 1e-12, "{energy}");
+        let still_out = outside(end.clone(), &obstacles, radius - 1e-8);
+        assert_eq!(still_out.bodies.len(), end.bodies.len());
+        let room = count / 20_000.0 * 100.0;
+        let left = end
+            .bodies
+            .iter()
+            .filter(|body| (6.0..8.0).contains(&body.position[0]));
+        let left = left.filter(|body| body.position[1] > 7.5).count() as f64;
+        let share = 5.0 / room;
+        assert!(
+            (left - count * share).abs() < 4.4 * (count * share).sqrt(),
+            "{left}"
+        );
+        let packing = count * Plane::ball(0.1) / room;
+        let pairs = 0.5 * count * Plane::collision_rate(packing, 1.0) / 0.2;
+        let found = engine.tally().collisions as f64;
+        let error = (4.4 / pairs.sqrt()).hypot(0.01);
+        assert!((found / pairs - 1.0).abs() < error, "{found} {pairs}");
+        let books = engine.books();
+        assert!(books.obstacles.iter().all(|book| book.contacts > 100.0));
+        let given = books.total().1 - (end.momentum(&scene) - state.momentum(&scene));
+        assert!(given.norm() < 1e-8 && books.rests == 0, "{given}");
+        // Counts by cell add up to all.
+        let counts = engine.take_cell_counts();
+        assert_eq!(counts.len(), engine.grid().cells());
+        let counted: f64 = counts.iter().map(|count| count.collisions).sum();
+        assert_eq!(counted, found);
+        assert!(counts[5 + 10 * 5].collisions == 0.0 && counts[7 + 10 * 8].collisions > 100.0);
+        assert!(
+            engine
+                .take_cell_counts()
+                .iter()
+                .all(|count| count.collisions == 0.0)
+        );
+    }
+}
+
+/// Steps so long that disks cross the box several times: the obstacle is met all the same, also around the edge.
+#[test]
+fn nothing_flies_through_an_obstacle() {
+    let obstacles = vec![block([4.0, 0.0], [6.0, 10.0], SPECULAR)];
+    let boundaries = around(obstacles, Clearance::Centre);
+    let scene = grains(0.2, 1.0, Smooth, Free);
+    let body = Body::new(vector![1.0, 2.0], vector![-1.0, 0.5]);
+    let state = State {
+        time: 0.0,
+        domain: Domain::periodic(vector![10.0, 10.0]).expect("a box"),
+        bodies: vec![body],
+    };
+    for step in [0.25, 7.0, 100.0] {
+        let mut engine: Engine<Disks> =
+            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        engine.hold_step(step);
+        engine.advance(100.0, u64::MAX, &mut ());
+        // Between 6 and 14 in the first coordinate, to and fro: from 11 it is at the wall at 6 after 5, then every 8.
+        let end = engine.state().bodies[0];
+        assert_eq!(engine.books().obstacles[0].contacts, 12.0);
+        assert_eq!(end.velocity, vector![-1.0, 0.5]);
+        assert!(
+            (end.position - vector![7.0, 2.0]).norm() < 1e-7,
+            "{step}: {end:?}"
+        );
+    }
+}
+
+/// A grain that falls on a block which gives half of its speed back comes to rest on it.
+#[test]
+fn a_grain_comes_to_rest_on_a_block() {
+    let law = Rebound::Restitutive {
+        restitution: 0.5,
+        slip: 1.0,
+    };
+    let boundaries = Boundaries {
+        walls: Walls::new(&[[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]).expect("fit"),
+        ..around(vec![block([4.0, 1.0], [6.0, 2.0], law)], Clearance::Radius)
+    };
+    let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
+    let scene = grains(1.0, 1.0, Smooth, down);
+    let state = State {
+        time: 0.0,
+        domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
+        bodies: vec![Body::new(vector![5.0, 4.0], vector![0.0, 0.0])],
+    };
+    let mut engine: Engine<Grains<Plane, Smooth, Gravity<Plane>>> =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    engine.advance(100.0, u64::MAX, &mut ());
+    let body = engine.state().bodies[0];
+    assert!(
+        (body.position - vector![5.0, 2.5]).norm() < 1e-8,
+        "{body:?}"
+    );
+    assert!(body.velocity.norm() < 1e-6, "{body:?}");
+}
+
+/// In three dimensions obstacles are prisms: spheres around a cylinder keep their energy, stay out, and fill the rest.
+#[test]
+fn spheres_flow_around_a_cylinder() {
+    let boundaries = around::<Volume>(vec![disc(3.0, 3.0, 1.5)], Clearance::Centre);
+    let density = 100.0;
+    let scene = grains(sphere_for_unit_path(density), 1.0, Smooth, Free);
+    let domain = Domain::periodic(vector![6.0, 6.0, 3.0]).expect("a box");
+    let mut state: State<Grains<Volume, Smooth, Free>> = gas(&scene, domain, 0.0, 10_000, 1.0, 3);
+    let from_axis = |position: Vector3<f64>| (position.xy() - Vector2::new(3.0, 3.0)).norm();
+    state.bodies.retain(|body| from_axis(body.position) > 1.5);
+    let mut engine: Engine<_> =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    engine.advance(10.0, u64::MAX, &mut ());
+    let end = engine.state();
+    let energy = end.kinetic_energy(&scene) / state.kinetic_energy(&scene);
+    assert!((energy - 1.0).abs() < 1e-12, "{energy}");
+    let nearest = end.bodies.iter().map(|body| from_axis(body.position));
+    assert!(nearest.fold(9.0, f64::min) > 1.5 - 1e-9);
+    assert!(engine.books().obstacles[0].momentum[2] == 0.0);
+}
+
+#[test]
+fn a_grain_inside_an_obstacle_is_named() {
+    let scene = grains(0.2, 1.0, Smooth, Free);
+    let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
+    let mut state = State::<Disks> {
+        time: 0.0,
+        domain,
+        bodies: vec![
+            Body::new(vector![1.0, 1.0], vector![0.0, 0.0]),
+            Body::new(vector![7.05, 5.0], vector![0.0, 0.0]),
+        ],
+    };
+    let start = |state: &State<Disks>, obstacles, clearance| {
+        let boundaries = around(obstacles, clearance);
+        Engine::<Disks>::start_between(&scene, PARAMETERS, state, &boundaries, Streams::new(1, 0))
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    let two = || vec![disc(3.0, 3.0, 1.0), disc(5.0, 5.0, 2.0)];
+    assert_eq!(start(&state, two(), Clearance::Centre), Ok(()));
+    let said = start(&state, two(), Clearance::Radius).expect_err("overlaps");
+    assert!(
+        said.contains("simulator 1 at (7.05") && said.contains("obstacle 1"),
+        "{said}"
+    );
+    state.bodies[0].position = vector![3.5, 3.0];
+    let said = start(&state, two(), Clearance::Centre).expect_err("inside");
+    assert!(
+        said.contains("simulator 0") && said.contains("obstacle 0"),
+        "{said}"
+    );
+    let said =
+        start(&state, vec![disc(9.5, 5.0, 1.0)], Clearance::Centre).expect_err("reaches out");
+    assert!(said.contains("obstacle 0: reaches from (8.5"), "{said}");
+}
+
+/// Counts by cell are all that the tally has, within and across cells.
+#[test]
+fn counts_by_cell_add_up() {
+    let scene = grains(1.0, 0.9, Smooth, Free);
+    let domain = Domain::periodic(vector![20.0, 20.0]).expect("a box");
+    let state = gas::<Disks>(&scene, domain, 0.0, 150, 1.0, 3);
+    for (scheme, displacement) in [
+        (Scheme::Boltzmann, Displacement::Diameter),
+        (Scheme::ContactPoint { radius: None }, Displacement::None),
+    ] {
+        let parameters = Parameters {
+            scheme,
+            displacement,
+            cell_size: Some(2.0),
+            ..PARAMETERS
+        };
+        let mut engine: Engine<Disks> =
+            Engine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
+        assert!(engine.take_cell_counts().is_empty());
+        engine.count_cells();
+        engine.advance(5.0, u64::MAX, &mut ());
+        let counts = engine.take_cell_counts();
+        let collisions: f64 = counts.iter().map(|count| count.collisions).sum();
+        let virial: f64 = counts.iter().map(|count| count.virial).sum();
+        assert!(collisions > 100.0);
+        assert_eq!(collisions, engine.tally().collisions as f64);
+        assert!((virial / engine.tally().virial - 1.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,258 @@
+//! Grains that fall in a closed box: what they come to, against the barometric solution (Kawasaki 1985, section 3.1 and
+//! appendices A and B).
+
+mod support;
+
+use nalgebra::vector;
+use stosszahl_dsmc::{Boundaries, Engine, Parameters};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{
+    Constant, Face, Gravity, Physics, Polydisperse, Rough, Scene, Sizes, State, Surface, Volume,
+    Wall, Walls,
+};
+use support::{PARAMETERS, gas, sphere_for_unit_path};
+
+type Column = Scene<Volume, Rough, Constant, Polydisperse, Gravity<Volume>>;
+
+/// Height of the column, in mean free paths, and pull.
+const HEIGHT: f64 = 10.0;
+const PULL: f64 = 0.1;
+
+/// One species: its mass and diameter, and how many.
+#[derive(Clone, Copy)]
+struct Species {
+    mass: f64,
+    diameter: f64,
+    count: usize,
+}
+
+impl Species {
+    /// Weight over thermal energy, m g L/T.
+    fn weight(&self, temperature: f64) -> f64 {
+        self.mass * PULL * HEIGHT / temperature
+    }
+}
+
+/// Mean height of the barometric solution over that of the column, for a weight x: 1/x - 1/(e^x - 1).
+fn mean_height(weight: f64) -> f64 {
+    1.0 / weight - 1.0 / weight.exp_m1()
+}
+
+/// Densities at the bottom and at the top over the mean.
+fn ends(weight: f64) -> [f64; 2] {
+    [weight / -(-weight).exp_m1(), weight / weight.exp_m1()]
+}
+
+/// The root of an increasing function.
+fn solve(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if function(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// Final temperature from energy: 3 T for each grain (three ways to move and three to turn) and potential energy.
+fn final_temperature(species: &[Species], start: f64) -> f64 {
+    let energy = |temperature: f64, height: &dyn Fn(&Species) -> f64| {
+        let each = |species: &Species| {
+            let potential = species.mass * PULL * HEIGHT * height(species);
+            species.count as f64 * (3.0 * temperature + potential)
+        };
+        species.iter().map(each).sum::<f64>()
+    };
+    let begin = energy(start, &|_| 0.5);
+    let excess = |t: f64| energy(t, &|species| mean_height(species.weight(t))) - begin;
+    solve(excess, start, 10.0 * start)
+}
+
+fn column(species: &[Species]) -> Column {
+    let sizes = species
+        .iter()
+        .flat_map(|kind| vec![(0.5 * kind.diameter, kind.mass); kind.count]);
+    Scene {
+        space: Volume,
+        surface: Rough::new(1.0, 0.4).expect("a surface"),
+        restitution: Constant::new(1.0).expect("a coefficient"),
+        sizes: Polydisperse::new(sizes.collect()).expect("sizes"),
+        field: Gravity::new(vector![0.0, 0.0, -PULL]).expect("finite"),
+    }
+}
+
+/// Lets a column of grains fall: temperature after 10 mean free times, and the means of temperature and of heights from
+/// `begin` mean free times on; `slices`: numbers in tenths of the column for each species.
+struct Fall {
+    early: f64,
+    temperature: f64,
+    heights: Vec<f64>,
+    slices: Vec<[f64; 10]>,
+}
+
+const SAMPLES: u32 = 100;
+
+fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fall {
+    let scene = column(species);
+    let walls = Walls::new(&[
+        [Face::Periodic; 2],
+        [Face::Periodic; 2],
+        [Face::Wall(Wall::specular()); 2],
+    ]);
+    let boundaries = Boundaries {
+        walls: walls.expect("fit"),
+        ..Boundaries::default()
+    };
+    let domain = boundaries.walls.domain(vector![0.5, 0.5, HEIGHT]);
+    let count = species.iter().map(|kind| kind.count).sum::<usize>();
+    let mut state: State<Column> = gas(&scene, domain.expect("a box"), 0.0, count, start, 1);
+    let mut stream = Streams::new(1, 0).at(Purpose::Spins, [0, 0]);
+    for (index, body) in state.bodies.iter_mut().enumerate() {
+        let tag = scene.sizes.tag(index);
+        let (mass, radius) = (scene.sizes.mass(tag), scene.sizes.radius(tag));
+        let surface: &Rough = scene.surface();
+        body.spin = Surface::<Volume>::thermal_spin(surface, start, mass, radius, &mut stream);
+    }
+    let parameters = Parameters {
+        cell_size: Some(0.5),
+        steps_per_crossing: 1.0,
+        ..PARAMETERS
+    };
+    let mut engine: Engine<Column> =
+        Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    let total = |state: &State<Column>| {
+        let bodies = state.bodies.iter().enumerate();
+        let potential =
+            bodies.map(|(index, body)| PULL * scene.sizes.mass(index as u32) * body.position[2]);
+        potential.sum::<f64>() + state.kinetic_energy(&scene) + state.spin_energy(&scene)
+    };
+    let energy = total(&state);
+    engine.advance(10.0 * mean_free_time, u64::MAX, &mut ());
+    let mut found = Fall {
+        early: engine.state().temperature(&scene),
+        temperature: 0.0,
+        heights: vec![0.0; species.len()],
+        slices: vec![[0.0; 10]; species.len()],
+    };
+    for sample in 0..SAMPLES {
+        let time = (begin + f64::from(sample)) * mean_free_time;
+        engine.advance(time, u64::MAX, &mut ());
+        let state = engine.state();
+        found.temperature += state.temperature(&scene) / f64::from(SAMPLES);
+        let mut first = 0;
+        for (number, kind) in species.iter().enumerate() {
+            for body in &state.bodies[first..first + kind.count] {
+                let share = body.position[2] / HEIGHT;
+                let each = 1.0 / (f64::from(SAMPLES) * kind.count as f64);
+                found.heights[number] += share * each;
+                found.slices[number][(10.0 * share) as usize] += 10.0 * each;
+            }
+            first += kind.count;
+        }
+    }
+    let end = total(&engine.state());
+    assert!((end / energy - 1.0).abs() < 1e-11, "{end} {energy}");
+    assert_eq!(engine.books().rests, 0);
+    found
+}
+
+/// Temperature and the densities at both ends, by the barometric law that has the mean height, within 1 %; and the density
+/// in tenths of the column, by `slices`.
+fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
+    let expected = final_temperature(species, start);
+    assert!(
+        (found.temperature / expected - 1.0).abs() < 0.01,
+        "{} {expected}",
+        found.temperature
+    );
+    for (number, kind) in species.iter().enumerate() {
+        let height = found.heights[number];
+        let weight = solve(|weight| height - mean_height(weight), 1e-3, 100.0);
+        let known = kind.weight(expected);
+        for (found, expected) in ends(weight).into_iter().zip(ends(known)) {
+            // The thin gas above heavy grains is exponentially sensitive: there, of the density below.
+            let off = (found - expected).abs() / expected.max(0.1);
+            assert!(off < 0.01, "{number}: {found} {expected}");
+        }
+        for (tenth, density) in found.slices[number].into_iter().enumerate() {
+            let at = |tenth: f64| (-known * 0.1 * tenth).exp();
+            let tenth = tenth as f64;
+            let expected = 10.0 * (at(tenth) - at(tenth + 1.0)) / -(-known).exp_m1();
+            let off = (density - expected).abs() / expected.max(0.1);
+            assert!(off < slices, "{number}, {tenth}: {density} {expected}");
+        }
+    }
+}
+
+/// Section 2.4's units: T_0 = 1/2, so that m g L/T_0 = 2. The formula sheet has T_e/T_0 = 1.0962, n(0)/n_0 = 2.175 and
+/// n(L)/n_0 = 0.351. Around ten mean free times the gas is hotter by more than 2 %: it overshoots.
+#[test]
+fn one_species_settles() {
+    let count = 16_000;
+    let diameter = sphere_for_unit_path(count as f64 / (0.25 * HEIGHT));
+    let species = [Species {
+        mass: 1.0,
+        diameter,
+        count,
+    }];
+    let expected = final_temperature(&species, 0.5);
+    assert!((expected / 0.5 - 1.0962).abs() < 1e-4);
+    let [bottom, top] = ends(species[0].weight(expected));
+    assert!((bottom - 2.175).abs() < 1e-3 && (top - 0.351).abs() < 1e-3);
+    let mean_free_time = 0.5 * std::f64::consts::PI.sqrt();
+    let found = fall(&species, 0.5, mean_free_time, 100.0);
+    check(&species, 0.5, &found, 0.03);
+    assert!(found.early / expected > 1.02, "{}", found.early);
+}
+
+/// Two species, as many of each, in appendix A's units: mean free path and mean collision time of the mixture are one.
+fn two_species(masses: [f64; 2], diameters: [f64; 2], expected: [f64; 3], begin: f64) {
+    let count = 8000;
+    let density = count as f64 / (0.25 * HEIGHT);
+    let (mut path, mut rate) = (0.0, 0.0);
+    for p in 0..2 {
+        let (mut inverse, mut collisions) = (0.0, 0.0);
+        for q in 0..2 {
+            let section = (diameters[p] + diameters[q]).powi(2) * density;
+            inverse += 0.25 * std::f64::consts::PI * section * (1.0 + masses[p] / masses[q]).sqrt();
+            let inverse_mass = (masses[p] + masses[q]) / (masses[p] * masses[q]);
+            collisions += 0.5 * (2.0 * std::f64::consts::PI * inverse_mass).sqrt() * section;
+        }
+        path += 0.5 / inverse;
+        rate += 0.5 * collisions;
+    }
+    // The unit of length fixes the diameters, then the unit of time the temperature: T_0 = 1 for these masses.
+    let shrunk = path.sqrt();
+    let heavier = (rate * path).powi(2);
+    let species = [0, 1].map(|kind| Species {
+        mass: masses[kind] * heavier,
+        diameter: diameters[kind] * shrunk,
+        count,
+    });
+    let temperature = final_temperature(&species, 1.0);
+    assert!((temperature - expected[0]).abs() < 1e-4, "{temperature}");
+    for kind in 0..2 {
+        let [bottom, _] = ends(species[kind].weight(temperature));
+        assert!((bottom - expected[kind + 1]).abs() < 2e-3, "{bottom}");
+    }
+    let found = fall(&species, 1.0, 1.0, begin);
+    check(&species, 1.0, &found, 0.06);
+}
+
+#[test]
+fn equal_masses_settle() {
+    two_species([1.0, 1.0], [0.464, 1.0], [1.2189, 2.881, 2.881], 120.0);
+}
+
+#[test]
+fn light_grains_settle_among_heavy_ones() {
+    two_species([0.1, 1.0], [1.0, 1.0], [1.5461, 1.339, 6.163], 150.0);
+}
+
+#[test]
+fn light_and_small_grains_settle_among_heavy_and_large_ones() {
+    two_species([0.1, 1.0], [0.464, 1.0], [1.7299, 1.389, 6.977], 150.0);
+}

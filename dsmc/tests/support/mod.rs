@@ -1,0 +1,80 @@
+//! What the tests of walls and flow share.
+
+#![allow(dead_code, reason = "each file of tests uses what it needs")]
+
+use rand::RngExt;
+use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{
+    Body, Constant, Domain, Field, Monodisperse, Physics, Scene, Space, State, Surface, initial,
+};
+
+/// Particles of one size.
+pub type Grains<S, C, F> = Scene<S, C, Constant, Monodisperse, F>;
+
+/// Bird's dilute gas, in cells that each test chooses.
+pub const PARAMETERS: Parameters = Parameters {
+    scheme: Scheme::Boltzmann,
+    displacement: Displacement::None,
+    cell_size: Some(1.0),
+    simulators_per_disk: 1,
+    copies: Copies::Independent,
+    steps_per_crossing: 3.0,
+    largest_contact_value: 10.0,
+};
+
+/// Particles of mass one.
+pub fn grains<S: Space, C: Surface<S>, F: Field<S>>(
+    diameter: f64,
+    restitution: f64,
+    surface: C,
+    field: F,
+) -> Grains<S, C, F> {
+    Scene {
+        space: S::default(),
+        surface,
+        restitution: Constant::new(restitution).expect("a coefficient"),
+        sizes: Monodisperse {
+            radius: 0.5 * diameter,
+            mass: 1.0,
+        },
+        field,
+    }
+}
+
+/// The mean free path of disks is one at this density and this diameter.
+pub fn disk_for_unit_path(density: f64) -> f64 {
+    1.0 / (8.0_f64.sqrt() * density)
+}
+
+/// The same for spheres.
+pub fn sphere_for_unit_path(density: f64) -> f64 {
+    (2.0_f64.sqrt() * std::f64::consts::PI * density).powf(-0.5)
+}
+
+/// Points anywhere in a box but its margins, with Maxwellian velocities and no drift.
+pub fn gas<P: Physics>(
+    scene: &P,
+    domain: Domain<P::Space>,
+    margin: f64,
+    count: usize,
+    temperature: f64,
+    seed: u64,
+) -> State<P> {
+    let streams = Streams::new(seed, 0);
+    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let lengths = domain.lengths();
+    let mut anywhere = || {
+        P::Space::vector(|axis| margin + (lengths[axis] - 2.0 * margin) * stream.random::<f64>())
+    };
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies: (0..count)
+            .map(|_| Body::new(anywhere(), P::Space::vector(|_| 0.0)))
+            .collect(),
+    };
+    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(scene, &mut state, temperature, &mut stream);
+    state
+}

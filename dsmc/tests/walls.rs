@@ -1,0 +1,439 @@
+//! Walls around the gas: what they keep, what they give, and hard cases.
+
+mod support;
+
+use nalgebra::{Vector2, vector};
+use stosszahl_dsmc::{
+    Boundaries, Clearance, Displacement, Engine, EngineError, Parameters, Scheme,
+};
+use stosszahl_model::random::Streams;
+use stosszahl_model::walls::Vibration;
+use stosszahl_model::{
+    Body, Domain, Face, Free, Gravity, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
+};
+use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
+
+type Disks = Grains<Plane, Smooth, Free>;
+type Falling = Grains<Plane, Smooth, Gravity<Plane>>;
+
+fn between(faces: [[Face<Plane>; 2]; 2]) -> Boundaries<Plane> {
+    Boundaries {
+        walls: Walls::new(&faces).expect("fit"),
+        ..Boundaries::default()
+    }
+}
+
+fn boxed(wall: Wall<Plane>) -> Boundaries<Plane> {
+    between([[Face::Wall(wall); 2]; 2])
+}
+
+fn domain(boundaries: &Boundaries<Plane>, sides: [f64; 2]) -> Domain<Plane> {
+    boundaries.walls.domain(sides.into()).expect("a box")
+}
+
+/// One disk in a box.
+fn alone<F: stosszahl_model::Field<Plane>>(
+    boundaries: &Boundaries<Plane>,
+    field: F,
+    position: Vector2<f64>,
+    velocity: Vector2<f64>,
+) -> Engine<Grains<Plane, Smooth, F>> {
+    let state = State {
+        time: 0.0,
+        domain: domain(boundaries, [10.0, 10.0]),
+        bodies: vec![Body::new(position, velocity)],
+    };
+    let scene = grains(1.0, 1.0, Smooth, field);
+    Engine::start_between(&scene, PARAMETERS, &state, boundaries, Streams::new(1, 0))
+        .expect("an engine")
+}
+
+/// Elastic disks that all fly along the first axis, in a specular box: they come to share their energy among both, keep
+/// it, and fill the box evenly. Errors: 1e-10 for the energy; z = 4.4 for shares of energy and of particles.
+#[test]
+fn a_specular_box_is_an_equilibrium() {
+    let count = 20_000;
+    let boundaries = boxed(Wall::specular());
+    let scene = grains(disk_for_unit_path(50.0), 1.0, Smooth, Free);
+    let domain = domain(&boundaries, [20.0, 20.0]);
+    let mut state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 1);
+    for body in &mut state.bodies {
+        body.velocity = vector![body.velocity.norm().copysign(body.velocity[0]), 0.0];
+        body.position[0] *= 0.5;
+    }
+    let mut engine =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    let _: &Engine<Disks> = &engine;
+    engine.advance(100.0, u64::MAX, &mut ());
+    let end = engine.state();
+    assert_eq!(end.bodies.len(), count);
+    let energy = end.kinetic_energy(&scene);
+    assert!((energy / state.kinetic_energy(&scene) - 1.0).abs() < 1e-10);
+    let n = count as f64;
+    let squares = end.bodies.iter().map(|body| body.velocity.map(|v| v * v));
+    let sum: Vector2<f64> = squares.sum();
+    let (temperature, difference) = (energy / n, (sum[0] - sum[1]) / n);
+    // The difference of two squares of Gaussians has the variance 4 T^2.
+    assert!(difference.abs() < 4.4 * 2.0 * temperature / n.sqrt());
+    let mut quarters = [0.0; 4];
+    for body in &end.bodies {
+        quarters[(body.position[0] / 5.0) as usize] += 1.0;
+    }
+    for quarter in quarters {
+        assert!(
+            (quarter - n / 4.0).abs() < 4.4 * (n * 3.0 / 16.0).sqrt(),
+            "{quarters:?}"
+        );
+    }
+    let given = engine.books().walls[0][0];
+    assert!(given.contacts > 1000.0 && given.momentum[0] > 0.0 && given.momentum[1] == 0.0);
+    assert!(given.energy.abs() < 1e-10 * energy);
+}
+
+/// Elastic disks, half as hot as the diffuse walls that slide along them: they take the temperature and the velocity of
+/// the walls, each to 1 % of the temperature and of the thermal speed. Ten samples, some relaxation times apart, of
+/// 20 000 disks have standard errors of 0.2 %.
+#[test]
+fn diffuse_walls_give_their_temperature_and_velocity() {
+    let count = 20_000;
+    let mut wall = Wall::<Plane>::still(Rebound::Diffuse { temperature: 2.0 });
+    wall.sliding = vector![0.5, 0.0];
+    let boundaries = between([[Face::Periodic; 2], [Face::Wall(wall); 2]]);
+    let scene = grains(disk_for_unit_path(200.0), 1.0, Smooth, Free);
+    let domain = domain(&boundaries, [20.0, 5.0]);
+    let state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 2);
+    let mut engine =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    let _: &Engine<Disks> = &engine;
+    let (mut drift, mut temperature, mut at_walls) = (0.0, 0.0, [0.0; 2]);
+    for sample in 0..10 {
+        engine.advance(100.0 + 10.0 * f64::from(sample), u64::MAX, &mut ());
+        let end = engine.state();
+        let mean = end.momentum(&scene) / count as f64;
+        let heat = end.temperature(&scene) - 0.5 * mean.norm_squared();
+        drift += mean[0] / 10.0;
+        temperature += heat / 10.0;
+        // Slip of the gas next to the lower wall.
+        let near = end.bodies.iter().filter(|body| body.position[1] < 0.5);
+        for body in near {
+            at_walls[0] += body.velocity[0];
+            at_walls[1] += 1.0;
+        }
+    }
+    let thermal = 2.0_f64.sqrt();
+    assert!((temperature / 2.0 - 1.0).abs() < 0.01, "{temperature}");
+    assert!((drift - 0.5).abs() < 0.01 * thermal, "{drift}");
+    let slip = at_walls[0] / at_walls[1] - 0.5;
+    assert!(slip.abs() < 0.01 * thermal, "{slip}");
+}
+
+/// What walls, vibrating, sliding, rubbing and diffuse, and the weight give to spinning grains is what their momentum and
+/// energy change by: to a random walk of some 1e5 roundings of what goes in and out.
+#[test]
+fn books_close() {
+    let count = 2000;
+    let mut floor = Wall::<Plane>::still(Rebound::Restitutive {
+        restitution: 0.9,
+        slip: -0.5,
+    });
+    floor.vibration = Vibration::new(0.4, 1.3);
+    let mut side = Wall::still(Rebound::Restitutive {
+        restitution: 0.7,
+        slip: 0.3,
+    });
+    side.sliding = vector![0.0, 0.4];
+    let top = Wall::still(Rebound::Diffuse { temperature: 1.5 });
+    let boundaries = Boundaries {
+        clearance: Clearance::Radius,
+        ..between([[Face::Wall(side); 2], [Face::Wall(floor), Face::Wall(top)]])
+    };
+    let surface = Rough::new(1.0, Plane::INERTIA).expect("a surface");
+    let field = Gravity::new(vector![0.1, -0.5]).expect("finite");
+    let scene = grains(0.1, 1.0, surface, field);
+    let domain = domain(&boundaries, [10.0, 8.0]);
+    let state = gas(&scene, domain, 0.5, count, 1.0, 3);
+    let mut engine =
+        Engine::<_>::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    engine.advance(20.0, u64::MAX, &mut ());
+    let end = engine.state();
+    let (mass, momentum, energy) = engine.books().total();
+    assert_eq!(mass, 0.0);
+    let weight = vector![0.1, -0.5] * (20.0 * count as f64);
+    let change = end.momentum(&scene) - state.momentum(&scene);
+    assert!(
+        (change - weight - momentum).norm() < 1e-8,
+        "{change} {weight} {momentum}"
+    );
+    let total = |state: &State<_>| {
+        let fallen = |body: &Body<Grains<Plane, Rough, Gravity<Plane>>>| {
+            0.1 * body.position[0] - 0.5 * body.position[1]
+        };
+        let potential = -state.bodies.iter().map(fallen).sum::<f64>();
+        state.kinetic_energy(&scene) + state.spin_energy(&scene) + potential
+    };
+    let change = total(&end) - total(&state);
+    assert!((change - energy).abs() < 1e-8, "{change} {energy}");
+    let given = &engine.books().walls;
+    let contacts = given.iter().take(2).flatten().map(|book| book.contacts);
+    assert!(contacts.clone().all(|number| number > 200.0), "{given:?}");
+    for body in &end.bodies {
+        let [x, y] = [body.position[0], body.position[1]];
+        assert!((0.05..=9.95).contains(&x) && (0.05..=7.95).contains(&y));
+    }
+}
+
+/// The collision rate of a gas whose centres stay half a diameter from the walls is that of its density where it can be:
+/// z = 4.4 of the Poisson error, below 1.5 %.
+#[test]
+fn density_is_that_of_the_room() {
+    let count = 4000;
+    for clearance in [Clearance::Centre, Clearance::Radius] {
+        let boundaries = Boundaries {
+            clearance,
+            ..boxed(Wall::specular())
+        };
+        let scene = grains(1.0, 1.0, Smooth, Free);
+        let inset = if clearance == Clearance::Radius {
+            0.5
+        } else {
+            0.0
+        };
+        let domain = domain(&boundaries, [10.0, 10.0]);
+        let state = gas::<Disks>(&scene, domain, inset, count, 1.0, 5);
+        let parameters = Parameters {
+            cell_size: Some(2.0),
+            ..PARAMETERS
+        };
+        let mut engine =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        let _: &Engine<Disks> = &engine;
+        engine.advance(1.0, u64::MAX, &mut ());
+        let side = 10.0 - 2.0 * inset;
+        let packing = count as f64 * Plane::ball(0.5) / (side * side);
+        let pairs = 0.5 * (count - 1) as f64 * Plane::collision_rate(packing, 1.0);
+        let found = engine.tally().collisions as f64;
+        assert!(
+            (found - pairs).abs() < 4.4 * pairs.sqrt() + 2.0,
+            "{found} {pairs}"
+        );
+        assert!(4.4 / pairs.sqrt() < 0.015);
+    }
+}
+
+/// A corner turns a disk around, to the last digit, also where it comes along the diagonal.
+#[test]
+fn a_corner_turns_around() {
+    let boundaries = boxed(Wall::specular());
+    for (position, velocity) in [
+        (vector![1.0, 1.0], vector![-2.0, -2.0]),
+        (vector![9.0, 9.5], vector![1.0, 0.5]),
+        (vector![0.25, 9.75], vector![-0.125, 0.125]),
+    ] {
+        let mut engine = alone(&boundaries, Free, position, velocity);
+        engine.hold_step(1.0);
+        engine.advance(4.0, u64::MAX, &mut ());
+        let body = engine.state().bodies[0];
+        assert_eq!(body.velocity, -velocity);
+        let folded = position.zip_map(&velocity, |x, v| {
+            let y = x + 4.0 * v;
+            if y < 0.0 {
+                -y
+            } else if y > 10.0 {
+                20.0 - y
+            } else {
+                y
+            }
+        });
+        assert!((body.position - folded).norm() < 1e-14);
+    }
+}
+
+/// A disk that grazes a wall at 1e-12 in speed and height touches it when it has to, and stays inside.
+#[test]
+fn grazing_disks_touch_and_stay_inside() {
+    let boundaries = boxed(Wall::specular());
+    for speed in [1e-12, 1e-15, 1e-300] {
+        let mut engine = alone(&boundaries, Free, vector![5.0, 1e-12], vector![0.1, -speed]);
+        engine.hold_step(0.25);
+        engine.advance(3.0, u64::MAX, &mut ());
+        let body = engine.state().bodies[0];
+        let touched = speed == 1e-12;
+        assert_eq!(engine.books().walls[1][0].contacts, f64::from(touched));
+        assert_eq!(body.velocity[1], if touched { speed } else { -speed });
+        assert!((body.position[1] - 1e-12).abs() < 3.0 * speed + 1e-15 && body.position[1] >= 0.0);
+    }
+    // On the wall itself, along it, and on the far one.
+    for y in [0.0, 10.0] {
+        let mut engine = alone(&boundaries, Free, vector![5.0, y], vector![0.1, 0.0]);
+        engine.advance(10.0, u64::MAX, &mut ());
+        let body = engine.state().bodies[0];
+        assert!((body.position[1] - y).abs() < 1e-14);
+        assert_eq!(body.velocity, vector![0.1, 0.0]);
+    }
+}
+
+/// A wall much faster than the disks throws all of them, and none is left behind it.
+#[test]
+fn a_wall_faster_than_the_grains_leaves_none_behind() {
+    let mut wall = Wall::<Plane>::specular();
+    wall.vibration = Vibration::new(2.0, 0.2);
+    let boundaries = between([
+        [Face::Periodic; 2],
+        [Face::Wall(wall), Face::Wall(Wall::specular())],
+    ]);
+    let scene = grains(0.1, 0.9, Smooth, Free);
+    let domain = domain(&boundaries, [10.0, 10.0]);
+    let state = gas::<Disks>(&scene, domain, 2.5, 500, 1e-2, 3);
+    let mut engine =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            .expect("an engine");
+    let _: &Engine<Disks> = &engine;
+    for sample in 1..=50 {
+        let time = 0.37 * f64::from(sample);
+        engine.advance(time, u64::MAX, &mut ());
+        let height = wall.displacement(time);
+        let state = engine.state();
+        let lowest = state
+            .bodies
+            .iter()
+            .map(|body| body.position[1])
+            .fold(10.0, f64::min);
+        assert!(lowest >= height - 1e-9, "{time}: {lowest} {height}");
+    }
+    let end = engine.state();
+    // Thrown at twice its speed of 20; their own collisions lose most of it.
+    assert!(end.temperature(&scene) > 1.0, "{}", end.temperature(&scene));
+    assert_eq!(engine.books().rests, 0);
+}
+
+/// A grain that falls onto a floor which gives half of its speed back comes to rest there after infinitely many contacts
+/// in a finite time: they end, are counted, and the floor bears its weight.
+#[test]
+fn a_grain_comes_to_rest_on_the_floor() {
+    let floor = Wall::still(Rebound::Restitutive {
+        restitution: 0.5,
+        slip: 1.0,
+    });
+    for clearance in [Clearance::Centre, Clearance::Radius] {
+        let boundaries = Boundaries {
+            clearance,
+            ..boxed(floor)
+        };
+        let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
+        let mut engine: Engine<Falling> =
+            alone(&boundaries, down, vector![5.0, 1.5], vector![0.0, 0.0]);
+        engine.advance(50.0, u64::MAX, &mut ());
+        let body = engine.state().bodies[0];
+        let height = if clearance == Clearance::Radius {
+            0.5
+        } else {
+            0.0
+        };
+        assert_eq!(body.position, vector![5.0, height]);
+        assert_eq!(body.velocity, vector![0.0, 0.0]);
+        let book = engine.books().walls[1][0];
+        assert!((book.momentum[1] - 100.0).abs() < 1e-10, "{book:?}");
+        assert!(
+            (book.energy + 2.0 * (1.5 - height)).abs() < 1e-12,
+            "{book:?}"
+        );
+        // At rest from the start.
+        let at_rest = vector![5.0, height];
+        let mut engine: Engine<Falling> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
+        engine.advance(50.0, u64::MAX, &mut ());
+        assert_eq!(engine.state().bodies[0].position, at_rest);
+        assert_eq!(engine.books().rests, 0);
+        // A corner that it slides into.
+        let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
+        let mut engine: Engine<Falling> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
+        engine.advance(50.0, u64::MAX, &mut ());
+        let body = engine.state().bodies[0];
+        assert_eq!(body.position, vector![height, height]);
+        assert_eq!(body.velocity, vector![0.0, 0.0]);
+    }
+}
+
+/// A grain that rests on a floor which shakes more gently than it falls goes with it; on one that shakes harder it is
+/// thrown, and comes down again.
+#[test]
+fn a_grain_rides_on_a_shaking_floor() {
+    let mut floor = Wall::<Plane>::still(Rebound::Restitutive {
+        restitution: 0.0,
+        slip: 1.0,
+    });
+    floor.vibration = Vibration::new(0.25, 1.0);
+    let boundaries = between([
+        [Face::Periodic; 2],
+        [Face::Wall(floor), Face::Wall(Wall::specular())],
+    ]);
+    let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
+    let mut engine: Engine<Falling> =
+        alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
+    engine.hold_step(0.0625);
+    // On the way in it is on the floor, at its speed of a half.
+    engine.advance(0.375, u64::MAX, &mut ());
+    let body = engine.state().bodies[0];
+    assert_eq!((body.position[1], body.velocity[1]), (0.1875, 0.5));
+    // From the turn at a half on it flies, (t - 1/2)/2 - (t - 1/2)^2 above a quarter, until the floor meets it.
+    engine.advance(0.75, u64::MAX, &mut ());
+    let body = engine.state().bodies[0];
+    assert!((body.position[1] - 0.3125).abs() < 1e-12, "{body:?}");
+    assert!(body.velocity[1].abs() < 1e-12, "{body:?}");
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let boundaries = boxed(Wall::specular());
+    let boxed_domain = domain(&boundaries, [10.0, 10.0]);
+    let state = gas(&scene, boxed_domain, 1.0, 10, 1.0, 1);
+    let start = |parameters: Parameters, state: &State<Disks>, boundaries: &Boundaries<Plane>| {
+        Engine::<Disks>::start_between(&scene, parameters, state, boundaries, Streams::new(1, 0))
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string()
+    };
+    let contact = Parameters {
+        scheme: Scheme::ContactPoint { radius: None },
+        ..PARAMETERS
+    };
+    let said = start(contact, &state, &boundaries);
+    assert!(
+        said.contains("contact-point") && said.contains("walls"),
+        "{said}"
+    );
+    let displaced = Parameters {
+        displacement: Displacement::Diameter,
+        ..PARAMETERS
+    };
+    assert!(start(displaced, &state, &boundaries).contains("displacement"));
+    let said = start(PARAMETERS, &state, &Boundaries::default());
+    assert!(said.contains("axis 0: the box is not periodic"), "{said}");
+    let mut outside = state.clone();
+    outside.bodies[3].position[1] = 10.5;
+    let said = start(PARAMETERS, &outside, &boundaries);
+    assert!(
+        said.contains("simulator 3 is at 10.5 along axis 1"),
+        "{said}"
+    );
+    outside.bodies[3].position[1] = 9.75;
+    let radius = Boundaries {
+        clearance: Clearance::Radius,
+        ..boundaries.clone()
+    };
+    let said = start(PARAMETERS, &outside, &radius);
+    assert!(said.contains("allowed: 0.5 to 9.5"), "{said}");
+    let mut wide = Wall::<Plane>::specular();
+    wide.vibration = Vibration::new(6.0, 1.0);
+    let said = start(PARAMETERS, &state, &boxed(wide));
+    assert!(said.contains("take 12 of 10"), "{said}");
+    let periodic = Engine::<Disks>::new(&scene, PARAMETERS, &state, Streams::new(1, 0));
+    assert!(matches!(
+        periodic,
+        Err(EngineError::UnlikeFaces { axis: 0, .. })
+    ));
+}
