@@ -3,20 +3,18 @@
 use nalgebra::Vector2;
 use stosszahl_model::walls::Book;
 use stosszahl_model::{
-    Body, Collision, Domain, Encounter, Field, Observe, Physics, Plane, Restitution, Sizes, SpinOf,
-    State, Surface, bounce, collide,
+    Body, Domain, Field, Observe, Physics, Plane, Sizes, SpinOf, State, Surface,
 };
 
-use crate::calendar::{Agenda, Buckets, Calendar, Entry};
-use crate::cells::NONE;
+use crate::calendar::{Agenda, Buckets, Calendar};
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::contact::Candidates;
 use crate::disk::Disks;
 use crate::error::EngineError;
 use crate::motion::Motion;
-use crate::progress::{Latest, Progress};
+use crate::progress::Progress;
 use crate::start::{check, check_boundaries, check_overlaps};
-use crate::surroundings::{Approach, Boundaries, Surroundings, Units};
+use crate::surroundings::{Boundaries, Surroundings, Units};
 use crate::windings::{self, Winding};
 
 /// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
@@ -46,14 +44,14 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) spins: Vec<SpinOf<P>>,
     /// Index in the state of each disk; disks are stored in cell order.
     pub(crate) names: Vec<u32>,
-    last_contact: Vec<f64>,
+    pub(crate) last_contact: Vec<f64>,
     pub(crate) surroundings: Surroundings,
     /// By face, then by obstacle; empty where nothing can be touched.
     pub(crate) books: Vec<Book<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless asked for.
-    windings: Vec<Winding>,
-    calendar: Q,
-    candidates: Candidates,
+    pub(crate) windings: Vec<Winding>,
+    pub(crate) calendar: Q,
+    pub(crate) candidates: Candidates,
     /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
     /// speeds neither overflow nor underflow.
     pub(crate) speed: f64,
@@ -434,246 +432,9 @@ where
     }
 
     #[inline(always)]
-    fn contact_distance(&self, first: u32, second: u32) -> f64 {
+    pub(crate) fn contact_distance(&self, first: u32, second: u32) -> f64 {
         let sizes = self.scene.sizes();
         sizes.radius(self.tags[first as usize]) + sizes.radius(self.tags[second as usize])
-    }
-
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells
-    /// around it, as [`Disks::search`].
-    #[inline(always)]
-    fn search(&mut self, who: u32, beyond: Option<(usize, usize)>) {
-        self.tally.predictions += self.disks.search(
-            &mut self.candidates,
-            who,
-            beyond,
-            self.scene.sizes(),
-            &self.tags,
-        );
-        self.look_at_surroundings(who);
-    }
-
-    /// Improves the predicted contact of a disk, which is up to date, by those with walls and obstacles.
-    #[inline(always)]
-    fn look_at_surroundings(&mut self, who: u32) {
-        if !self.surroundings.is_empty() {
-            self.look_at_what_is_near(who);
-        }
-    }
-
-    fn look_at_what_is_near(&mut self, who: u32) {
-        let cells = &self.disks.cells;
-        let disk = &self.disks.all[who as usize];
-        // From the next cell it looks again.
-        let exit = self.disks.motion.exit(disk, cells.width()).0;
-        let approach = Approach {
-            home: self.disks.home(who),
-            position: disk.position,
-            velocity: disk.velocity,
-            acceleration: self.disks.motion.acceleration(),
-            radius: self.scene.sizes().radius(self.tags[who as usize]),
-            clock: disk.clock,
-            limit: disk.contact.min(exit) - disk.clock,
-        };
-        if let Some((wait, what)) = self.surroundings.first_contact(cells, &approach) {
-            let partner = self.disks.all.len() as u32 + what;
-            let disk = &mut self.disks.all[who as usize];
-            disk.contact = disk.clock + wait.max(0.0);
-            disk.partner = partner;
-        }
-    }
-
-    /// Predicts the next contact of a disk that is up to date, from nothing.
-    fn look_around(&mut self, who: u32) {
-        let disk = &mut self.disks.all[who as usize];
-        disk.contact = f64::INFINITY;
-        disk.partner = NONE;
-        self.search(who, None);
-    }
-
-    /// Predicts the next contact of a disk that is up to date, from nothing, and files it.
-    pub(crate) fn predict(&mut self, who: u32) {
-        // The search for two is faster even where it does the same for one twice.
-        let sizes = self.scene.sizes();
-        if let Some(predictions) = self.disks.search_both(who, who, sizes, &self.tags) {
-            self.tally.predictions += predictions / 2;
-            self.look_at_surroundings(who);
-        } else {
-            self.look_around(who);
-        }
-        self.schedule(who);
-    }
-
-    /// Predicts the next contacts of two disks that have just collided.
-    #[inline]
-    fn predict_both(&mut self, first: u32, second: u32) {
-        let sizes = self.scene.sizes();
-        if let Some(predictions) = self.disks.search_both(first, second, sizes, &self.tags) {
-            self.tally.predictions += predictions;
-            self.look_at_surroundings(first);
-            self.look_at_surroundings(second);
-            self.schedule(first);
-            self.schedule(second);
-        } else {
-            self.predict(first);
-            self.predict(second);
-        }
-    }
-
-    #[inline]
-    fn schedule(&mut self, who: u32) {
-        let time = self.disks.time(who);
-        if time.is_finite() {
-            self.tally.pushes += 1;
-            self.calendar.push(Entry { time, disk: who });
-        }
-    }
-
-    /// Moves a disk into the next cell and looks at what comes into its reach.
-    fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
-        self.tally.crossings += 1;
-        let (forward, around) = self.disks.cross(who, axis, self.now);
-        if around {
-            if !self.domain.is_periodic(axis) {
-                return Err(self.escaped(who, axis, forward));
-            }
-            if let Some(winding) = self.windings.get_mut(who as usize) {
-                winding[axis] = winding[axis].wrapping_add(if forward { 1 } else { -1 });
-            }
-        }
-        self.search(who, Some((axis, if forward { 2 } else { 0 })));
-        self.schedule(who);
-        if let Some(crossings) = self.progress.crossing(self.names.len()) {
-            self.time = self.epoch + self.now / self.speed;
-            return Err(EngineError::NoCollisions {
-                time: self.time,
-                crossings,
-            });
-        }
-        Ok(())
-    }
-
-    fn collide(
-        &mut self,
-        first: u32,
-        second: u32,
-        watch: &mut impl Observe<P>,
-    ) -> Result<(), EngineError> {
-        let now = self.now;
-        self.tally.collisions += 1;
-        self.disks.meet(first, now);
-        self.disks.meet(second, now);
-        let distance = self.contact_distance(first, second);
-        let line = self.disks.line(first, second, distance);
-        let velocities = [
-            self.disks.all[first as usize].velocity,
-            self.disks.all[second as usize].velocity,
-        ];
-        let sizes = self.scene.sizes();
-        let masses = [
-            sizes.mass(self.tags[first as usize]),
-            sizes.mass(self.tags[second as usize]),
-        ];
-        let radii = [
-            sizes.radius(self.tags[first as usize]),
-            sizes.radius(self.tags[second as usize]),
-        ];
-        let relative = velocities[0] - velocities[1];
-        let approach = -relative.dot(&line) / line.norm();
-        let law = self.restitution([first, second], approach * self.speed);
-        let mut pair = Encounter {
-            velocities,
-            spins: [self.spin(first), self.spin(second)],
-            masses,
-            radii,
-            line,
-        };
-        let restitution = law.unwrap_or(1.0);
-        let after = match law {
-            Some(restitution) => collide(&self.scene, &pair, restitution),
-            None => bounce(&pair, 1.0),
-        };
-        pair.velocities = after.velocities;
-        if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
-            part(&mut pair);
-        }
-        if P::Surface::ROUGH {
-            self.spins[first as usize] = after.spins[0];
-            self.spins[second as usize] = after.spins[1];
-        }
-        self.disks.all[first as usize].velocity = pair.velocities[0];
-        self.disks.all[second as usize].velocity = pair.velocities[1];
-        watch.collision(&Collision {
-            time: self.epoch + now / self.speed,
-            position: self.disks.place(first, now),
-            relative: relative * self.speed,
-            line,
-            reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-            restitution,
-            weight: 1.0,
-        });
-        self.predict_both(first, second);
-        let latest = Latest {
-            pair: [first, second],
-            now,
-            age: self.epoch * self.speed + now,
-            approach,
-            diameter: distance,
-            unit: self.unit,
-            disks: self.names.len(),
-            straight: P::Field::FREE,
-        };
-        if self.progress.collision(self.tally.contacts(), &latest) {
-            return Err(self.collapse(latest.pair));
-        }
-        Ok(())
-    }
-
-    /// The coefficient of restitution of a contact; `None` if that is elastic and smooth, whatever the scene says.
-    #[inline]
-    fn restitution(&mut self, pair: [u32; 2], approach: f64) -> Option<f64> {
-        let law = |scene: &P| Some(scene.restitution().normal(approach.max(0.0)));
-        match self.dissipation {
-            Dissipation::Elastic => None,
-            Dissipation::Scene => law(&self.scene),
-            Dissipation::ContactTime(contact_time) => {
-                let recent = pair.map(|who| self.touches_again(who, contact_time));
-                let recent = recent[0] | recent[1];
-                self.tally.elastic_contacts += u64::from(recent);
-                if recent { None } else { law(&self.scene) }
-            }
-        }
-    }
-
-    /// Whether the last contact of a disk is younger than the contact time; the present one is the last from now on.
-    #[inline]
-    pub(crate) fn touches_again(&mut self, who: u32, contact_time: f64) -> bool {
-        let last = &mut self.last_contact[who as usize];
-        let recent = self.now - *last < contact_time * self.speed;
-        *last = self.now;
-        recent
-    }
-
-    /// The disks of the last contacts, by their index in the state.
-    pub(crate) fn cluster(&self) -> Vec<usize> {
-        let name = |disk: u32| self.names[disk as usize] as usize;
-        let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
-        cluster.sort_unstable();
-        cluster
-    }
-
-    /// Stands at the moment of collapse, and tells of it.
-    #[cold]
-    fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
-        self.time = self.epoch + self.now / self.speed;
-        let name = |disk: u32| self.names[disk as usize] as usize;
-        EngineError::InelasticCollapse {
-            time: self.time,
-            collisions: self.progress.stalled(self.tally.contacts()),
-            pair: pair.map(name),
-            cluster: self.cluster(),
-            place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
-        }
     }
 }
 
@@ -692,23 +453,6 @@ fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f
 /// A spin in another unit.
 fn scaled<P: Physics<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
     <P::Surface as Surface<Plane>>::scaled(spin, factor)
-}
-
-/// Parts two disks that still approach after a contact without rebound, as the rounding of their velocities has it:
-/// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
-/// square of that.
-#[cold]
-fn part<W: Copy>(pair: &mut Encounter<Vector2<f64>, W>) {
-    pair.velocities = bounce(pair, 1.0).velocities;
-    let total = pair.masses[0] + pair.masses[1];
-    let normal = pair.line.normalize();
-    let speed = pair.velocities[0].amax().max(pair.velocities[1].amax());
-    let mut least = (f64::EPSILON * speed).max(f64::MIN_POSITIVE);
-    while (pair.velocities[0] - pair.velocities[1]).dot(&pair.line) < 0.0 {
-        pair.velocities[0] += normal * (least * pair.masses[1] / total);
-        pair.velocities[1] -= normal * (least * pair.masses[0] / total);
-        least *= 2.0;
-    }
 }
 
 /// Nothing happens; stands in while there are no predictions.

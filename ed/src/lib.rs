@@ -1,7 +1,8 @@
-//! Exact event-driven dynamics of inelastic hard disks in a periodic box.
+//! Exact event-driven dynamics of inelastic hard disks: smooth or rough, in a periodic box or between walls, around
+//! obstacles and under gravity.
 //!
-//! Between collisions disks fly on straight lines, so the next collision of a pair is the root of a
-//! quadratic and no time step exists. The engine follows Lubachevsky, J. Comput. Phys. 94, 255 (1991),
+//! Between collisions disks fly on straight lines or on parabolas, which a uniform field makes alike for all, so the next
+//! collision of a pair is the root of a quadratic and no time step exists. The engine follows Lubachevsky, J. Comput. Phys. 94, 255 (1991),
 //! doi:10.1016/0021-9991(91)90222-7, in its main lines:
 //!
 //! * each disk has a clock of its own and is moved only when something happens to it;
@@ -18,6 +19,10 @@
 //! the periodic boundary need no special case. Speeds are in a power of two near that of the fastest disk, so
 //! that gases of any temperature compute alike. Disks of very different sizes get a hierarchy of grids.
 //!
+//! Walls and obstacles ([`Boundaries`]) are found in a table by cell; a contact with one of them takes the place of one with a
+//! partner, so that a disk still has one event. Contact times with all of them are closed forms or bracketed roots
+//! (`stosszahl_model::walls`). What they give to the gas is in [`Engine::books`].
+//!
 //! The cost of one collision is about constant in the number of disks but for the memory hierarchy: what
 //! was measured, and what was tried and dropped, is in `docs/event-driven.md`.
 //!
@@ -27,6 +32,7 @@ mod both;
 mod calendar;
 mod cells;
 mod checkpoint;
+mod collide;
 mod contact;
 mod disk;
 mod engine;
@@ -35,6 +41,7 @@ mod levels;
 mod memory;
 mod motion;
 pub mod plain;
+mod predict;
 mod progress;
 mod rebound;
 mod start;

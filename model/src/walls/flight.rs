@@ -51,16 +51,24 @@ pub fn time_to_vibrating_plane(
     now: f64,
     limit: f64,
 ) -> Option<f64> {
+    // For one that stays at its height all periods are alike.
+    let limit = if velocity == 0.0 && acceleration == 0.0 {
+        limit.min(1.5 * vibration.period())
+    } else {
+        limit
+    };
     let mut waited = 0.0;
+    let mut within_reach = false;
     while waited < limit {
         let speed = velocity + acceleration * waited;
         let above = height + (velocity + 0.5 * acceleration * waited) * waited;
-        // By rounding it may seem to be back within reach only at the time at which it is.
-        if above > vibration.amplitude() * (1.0 + 1e-12) {
-            let wait = time_to_plane(above - vibration.amplitude(), speed, acceleration)?;
-            waited = (waited + wait).max(waited.next_up());
+        // It comes within reach at the time found, also where by rounding it seems to be above even then.
+        if above > vibration.amplitude() && !within_reach {
+            waited += time_to_plane(above - vibration.amplitude(), speed, acceleration)?;
+            within_reach = true;
             continue;
         }
+        within_reach = false;
         let time = now + waited;
         let turn = vibration.next_turn(time);
         let gap = above - vibration.displacement(time);
@@ -158,6 +166,16 @@ mod tests {
         // Faster than the wall comes after it, and for ever.
         let away = time_to_vibrating_plane(0.4, 0.3, 0.0, &vibration, 0.9, f64::INFINITY);
         assert_eq!(away, None);
+        // At rest where the wall turns, it is touched there or not at all; slower than anything, it is touched once there.
+        for height in [0.3, 0.3 * (1.0 + 1e-15), 0.3 * (1.0 - 1e-15)] {
+            time_to_vibrating_plane(height, 0.0, 0.0, &vibration, 0.1, f64::INFINITY);
+            let slow = time_to_vibrating_plane(height, -1e-20, 0.0, &vibration, 0.1, f64::INFINITY);
+            assert!(slow.is_some_and(|time| time < 1e6), "{slow:?}");
+        }
+        assert_eq!(
+            time_to_vibrating_plane(0.31, 0.0, 0.0, &vibration, 0.1, f64::INFINITY),
+            None
+        );
         let within = time_to_vibrating_plane(0.29, 0.3, 0.0, &vibration, 0.9, f64::INFINITY);
         assert_eq!(within, None);
     }

@@ -1,0 +1,160 @@
+//! What happens where two disks touch.
+
+use nalgebra::Vector2;
+use stosszahl_model::{
+    Collision, Encounter, Field, Observe, Physics, Plane, Restitution, Sizes, Surface, bounce,
+    collide,
+};
+
+use crate::calendar::Calendar;
+use crate::checkpoint::Dissipation;
+use crate::engine::Engine;
+use crate::error::EngineError;
+use crate::progress::Latest;
+
+impl<P, Q> Engine<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
+    /// Two disks collide.
+    pub(crate) fn collide(
+        &mut self,
+        first: u32,
+        second: u32,
+        watch: &mut impl Observe<P>,
+    ) -> Result<(), EngineError> {
+        let now = self.now;
+        self.tally.collisions += 1;
+        self.disks.meet(first, now);
+        self.disks.meet(second, now);
+        let distance = self.contact_distance(first, second);
+        let line = self.disks.line(first, second, distance);
+        let velocities = [
+            self.disks.all[first as usize].velocity,
+            self.disks.all[second as usize].velocity,
+        ];
+        let sizes = self.scene.sizes();
+        let masses = [
+            sizes.mass(self.tags[first as usize]),
+            sizes.mass(self.tags[second as usize]),
+        ];
+        let radii = [
+            sizes.radius(self.tags[first as usize]),
+            sizes.radius(self.tags[second as usize]),
+        ];
+        let relative = velocities[0] - velocities[1];
+        let approach = -relative.dot(&line) / line.norm();
+        let law = self.restitution([first, second], approach * self.speed);
+        let mut pair = Encounter {
+            velocities,
+            spins: [self.spin(first), self.spin(second)],
+            masses,
+            radii,
+            line,
+        };
+        let restitution = law.unwrap_or(1.0);
+        let after = match law {
+            Some(restitution) => collide(&self.scene, &pair, restitution),
+            None => bounce(&pair, 1.0),
+        };
+        pair.velocities = after.velocities;
+        if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
+            part(&mut pair);
+        }
+        if P::Surface::ROUGH {
+            self.spins[first as usize] = after.spins[0];
+            self.spins[second as usize] = after.spins[1];
+        }
+        self.disks.all[first as usize].velocity = pair.velocities[0];
+        self.disks.all[second as usize].velocity = pair.velocities[1];
+        watch.collision(&Collision {
+            time: self.epoch + now / self.speed,
+            position: self.disks.place(first, now),
+            relative: relative * self.speed,
+            line,
+            reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+            restitution,
+            weight: 1.0,
+        });
+        self.predict_both(first, second);
+        let latest = Latest {
+            pair: [first, second],
+            now,
+            age: self.epoch * self.speed + now,
+            approach,
+            diameter: distance,
+            unit: self.unit,
+            disks: self.names.len(),
+            straight: P::Field::FREE,
+        };
+        if self.progress.collision(self.tally.contacts(), &latest) {
+            return Err(self.collapse(latest.pair));
+        }
+        Ok(())
+    }
+
+    /// The coefficient of restitution of a contact; `None` if that is elastic and smooth, whatever the scene says.
+    #[inline]
+    fn restitution(&mut self, pair: [u32; 2], approach: f64) -> Option<f64> {
+        let law = |scene: &P| Some(scene.restitution().normal(approach.max(0.0)));
+        match self.dissipation {
+            Dissipation::Elastic => None,
+            Dissipation::Scene => law(&self.scene),
+            Dissipation::ContactTime(contact_time) => {
+                let recent = pair.map(|who| self.touches_again(who, contact_time));
+                let recent = recent[0] | recent[1];
+                self.tally.elastic_contacts += u64::from(recent);
+                if recent { None } else { law(&self.scene) }
+            }
+        }
+    }
+
+    /// Whether the last contact of a disk is younger than the contact time; the present one is the last from now on.
+    #[inline]
+    pub(crate) fn touches_again(&mut self, who: u32, contact_time: f64) -> bool {
+        let last = &mut self.last_contact[who as usize];
+        let recent = self.now - *last < contact_time * self.speed;
+        *last = self.now;
+        recent
+    }
+
+    /// The disks of the last contacts, by their index in the state.
+    pub(crate) fn cluster(&self) -> Vec<usize> {
+        let name = |disk: u32| self.names[disk as usize] as usize;
+        let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
+        cluster.sort_unstable();
+        cluster
+    }
+
+    /// Stands at the moment of collapse, and tells of it.
+    #[cold]
+    fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
+        self.time = self.epoch + self.now / self.speed;
+        let name = |disk: u32| self.names[disk as usize] as usize;
+        EngineError::InelasticCollapse {
+            time: self.time,
+            collisions: self.progress.stalled(self.tally.contacts()),
+            pair: pair.map(name),
+            cluster: self.cluster(),
+            place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
+        }
+    }
+}
+
+/// Parts two disks that still approach after a contact without rebound, as the rounding of their velocities has it:
+/// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
+/// square of that.
+#[cold]
+fn part<W: Copy>(pair: &mut Encounter<Vector2<f64>, W>) {
+    pair.velocities = bounce(pair, 1.0).velocities;
+    let total = pair.masses[0] + pair.masses[1];
+    let normal = pair.line.normalize();
+    let speed = pair.velocities[0].amax().max(pair.velocities[1].amax());
+    let mut least = (f64::EPSILON * speed).max(f64::MIN_POSITIVE);
+    while (pair.velocities[0] - pair.velocities[1]).dot(&pair.line) < 0.0 {
+        pair.velocities[0] += normal * (least * pair.masses[1] / total);
+        pair.velocities[1] -= normal * (least * pair.masses[0] / total);
+        least *= 2.0;
+    }
+}
