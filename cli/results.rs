@@ -19,14 +19,15 @@ use crate::report::REPORT_FILE;
 use crate::run::{CHECKPOINTS, SNAPSHOTS};
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
-    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ImpactSummaryRow, PairCorrelationRow, PairImpactRow, PartialTemperatureRow, ReplicaRow, Row,
+    SteadyRow, StructureFactorRow,
 };
 
 /// Marks a results folder.
 const RUN_FILE: &str = "run.json";
 
 /// Every file that a run of any kind writes at the top of its folder.
-const FILES: [&str; 18] = [
+const FILES: [&str; 20] = [
     EnergyRow::FILE,
     ComparisonRow::FILE,
     ImpactParameterRow::FILE,
@@ -36,6 +37,8 @@ const FILES: [&str; 18] = [
     DissipationRow::FILE,
     SteadyRow::FILE,
     DisplacementRow::FILE,
+    PartialTemperatureRow::FILE,
+    PairImpactRow::FILE,
     ReplicaRow::FILE,
     GasRow::FILE,
     SpeciesRow::FILE,

@@ -37,7 +37,8 @@ use crate::homogeneous::report as homogeneous;
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE, Sweep};
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ImpactParameterRow,
-    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ImpactSummaryRow, PairCorrelationRow, PairImpactRow, PartialTemperatureRow, ReplicaRow, Row,
+    SteadyRow, StructureFactorRow,
 };
 
 /// Name of the page inside the folder.
@@ -176,6 +177,10 @@ pub(crate) struct Results {
     pub steady: Option<Vec<SteadyRow>>,
     /// Mean squared displacement; none unless it was measured.
     pub displacements: Option<Vec<DisplacementRow>>,
+    /// Temperatures of the species; none in a gas of one.
+    pub partial: Option<Vec<PartialTemperatureRow>>,
+    /// Impact parameters by kind of pair; none in a gas of one species.
+    pub pair_impact: Option<Vec<PairImpactRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -228,6 +233,8 @@ impl Results {
             dissipation: read::table(folder)?,
             steady: read::table(folder)?,
             displacements: read::table(folder)?,
+            partial: read::table(folder)?,
+            pair_impact: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }
