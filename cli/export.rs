@@ -1,5 +1,7 @@
 //! From the records of all replicas to the tables of a results folder.
 
+mod species;
+
 use std::path::Path;
 
 use stosszahl_analysis::compare::{Quotient, quotients};
@@ -13,7 +15,8 @@ use crate::run::{Finished, PARTS, Replica};
 use crate::setup::Setup;
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
-    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ImpactSummaryRow, PairCorrelationRow, PairImpactRow, PartialTemperatureRow, ReplicaRow, Row,
+    SteadyRow, StructureFactorRow,
 };
 
 /// All tables of a case.
@@ -39,6 +42,10 @@ pub struct Tables {
     pub displacements: Vec<DisplacementRow>,
     /// Sources of error.
     pub budget: Vec<ErrorBudgetRow>,
+    /// Temperatures of the species; empty in a gas of one.
+    pub partial: Vec<PartialTemperatureRow>,
+    /// P(b/d) by kind of pair; empty in a gas of one species.
+    pub pair_impact: Vec<PairImpactRow>,
     /// Single replicas.
     pub replicas: Vec<ReplicaRow>,
 }
@@ -68,6 +75,10 @@ impl Tables {
             if setup.has_theory() {
                 tables.dissipation.extend(dissipation(setup, engine, runs));
             }
+            tables.partial.extend(species::partial(setup, engine, runs));
+            tables
+                .pair_impact
+                .extend(species::impact(setup, engine, runs));
             tables.steady.extend(steady(setup, engine, runs));
             tables
                 .displacements
@@ -199,6 +210,10 @@ impl Tables {
         write_table(folder, &self.structure)?;
         write_table(folder, &self.pairs)?;
         write_table(folder, &self.dissipation)?;
+        if !setup.species.is_empty() {
+            write_table(folder, &self.partial)?;
+            write_table(folder, &self.pair_impact)?;
+        }
         if setup.case.drive.is_some() {
             write_table(folder, &self.steady)?;
         }

@@ -20,7 +20,8 @@ use crate::report::REPORT_FILE;
 use crate::run::{CHECKPOINTS, SNAPSHOTS};
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
-    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ImpactSummaryRow, PairCorrelationRow, PairImpactRow, PartialTemperatureRow, ReplicaRow, Row,
+    SteadyRow, StructureFactorRow,
 };
 
 /// Marks a results folder.
@@ -38,6 +39,8 @@ const FILES: &[&str] = &[
     SteadyRow::FILE,
     DisplacementRow::FILE,
     ErrorBudgetRow::FILE,
+    PartialTemperatureRow::FILE,
+    PairImpactRow::FILE,
     ReplicaRow::FILE,
     GasRow::FILE,
     SpeciesRow::FILE,

@@ -1,6 +1,7 @@
 //! From a valid case to numbers: units, box, sizes, and what theory expects of the run.
 
 mod monte_carlo;
+mod species;
 
 use nalgebra::{Vector2, vector};
 use stosszahl_analysis::structure_factor::{self, StructureFactorPlan};
@@ -11,6 +12,8 @@ use stosszahl_model::{
 };
 
 use crate::case::{Assignment, Bodies, Case, Engine, Restitution, Scheme, Velocities};
+
+pub use species::DiskSpecies;
 
 /// Deepest overlap of a start that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
@@ -189,6 +192,8 @@ pub struct Setup {
     pub domain: Domain<Plane>,
     /// Radius and mass of each disk, where they are unlike.
     pub sizes: Option<Polydisperse>,
+    /// Species of unlike disks, one after the other; empty where the case has none.
+    pub species: Vec<DiskSpecies>,
     /// What a start file says.
     pub file: Option<FileStart>,
     /// The normal contact law.
@@ -226,6 +231,9 @@ impl Setup {
                 packing_fraction,
             } => (disks, packing_fraction, Arrangement::Hexagonal),
         };
+        if !case.gas.species.is_empty() {
+            return species::setup(case, disks, packing_fraction);
+        }
         // Velocities come from a file only with the bodies.
         let energy = case.temperature().unwrap_or(1.0);
         let scale = Scale {
@@ -405,6 +413,7 @@ impl Setup {
             packing_fraction,
             domain,
             sizes,
+            species: Vec::new(),
             file,
             law,
             restitution,

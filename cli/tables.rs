@@ -284,6 +284,58 @@ row! {
 }
 
 row! {
+    /// Temperature of one species of a gas of several (`partial_temperature.csv`).
+    PartialTemperatureRow in "partial_temperature.csv" {
+        /// Engine.
+        engine: String,
+        /// Time `t/t0` \[1\].
+        time_over_t0: f64,
+        /// Number of the species, from 1.
+        species: u64,
+        /// Its temperature over that of the gas at the start \[1\].
+        temperature_ratio: f64,
+        /// Standard error of `temperature_ratio` \[1\].
+        temperature_ratio_se: Option<f64>,
+        /// The same by Enskog's equations of Maxwellian species \[1\]; empty where they do not apply.
+        temperature_ratio_theory: Option<f64>,
+        /// Its temperature over that of the first species at the same time \[1\].
+        ratio_to_first: f64,
+        /// Standard error of `ratio_to_first` \[1\].
+        ratio_to_first_se: Option<f64>,
+        /// The same by Enskog's equations of Maxwellian species \[1\]; empty where they do not apply.
+        ratio_to_first_theory: Option<f64>,
+        /// Replicas that the averages run over.
+        replicas: u64,
+    }
+}
+
+row! {
+    /// One bin of the distribution of the impact parameter of one kind of pair (`impact_parameter_pairs.csv`).
+    PairImpactRow in "impact_parameter_pairs.csv" {
+        /// Engine.
+        engine: String,
+        /// Number of one species, from 1.
+        species_a: u64,
+        /// Number of the other, not below the first.
+        species_b: u64,
+        /// Start of the window, `t/t0` \[1\].
+        window_start: f64,
+        /// End of the window, `t/t0` \[1\].
+        window_end: f64,
+        /// Lower edge of the bin, `b/d` \[1\], d the distance of the centres at contact.
+        bin_low: f64,
+        /// Upper edge of the bin, `b/d` \[1\].
+        bin_high: f64,
+        /// Collisions in the bin, over all replicas.
+        count: u64,
+        /// Probability density `P(b/d)`, which integrates to one over `0 < b/d < 1` \[1\].
+        density: f64,
+        /// Standard error of `density` by the number of collisions \[1\].
+        density_se: Option<f64>,
+    }
+}
+
+row! {
     /// Raw sample of one replica (`replicas.csv`).
     ReplicaRow in "replicas.csv" {
         /// Number of the replica, from zero.

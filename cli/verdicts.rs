@@ -1,6 +1,7 @@
 //! The verdict in words.
 
 mod driven;
+mod species;
 
 use stosszahl_analysis::compare::Verdict as Test;
 
@@ -62,6 +63,7 @@ pub fn verdicts(setup: &Setup, replicas: &[Replica], tables: &Tables) -> Vec<Ver
             .collect();
         list.extend(theory(setup, &title(engine.name()), &runs));
         list.extend(driven::verdicts(setup, &title(engine.name()), &runs));
+        list.extend(species::verdicts(setup, &title(engine.name()), &runs));
     }
     for engine in &setup.case.engines {
         let rows: Vec<&ImpactSummaryRow> = tables

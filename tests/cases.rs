@@ -329,6 +329,7 @@ fn the_schema_has_every_key_and_a_description_for_each() {
                 "mass",
                 "temperature",
                 "rms_speed",
+                "species",
             ],
         ),
         ("gas.restitution.", &["viscoelastic"]),

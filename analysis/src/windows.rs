@@ -14,9 +14,13 @@
 //! to the temperature *at the moment of each collision*, which the observer knows from the energy lost so far, so
 //! windows in which the gas cools by decades mix nothing.
 
+mod pairs;
+
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Observe, Physics, Plane};
+
+pub use pairs::{PairBins, PairKind};
 
 /// What happened in one window of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,6 +109,8 @@ pub struct Dissipation {
 pub struct Windows {
     /// The windows; they may overlap.
     pub windows: Vec<Window>,
+    /// Impact parameters by kind of pair, where there are several.
+    pub pairs: Option<PairBins>,
     temperature: f64,
     disks: usize,
     last: f64,
@@ -137,6 +143,7 @@ impl Windows {
             .collect();
         Self {
             windows,
+            pairs: None,
             temperature,
             disks,
             last: start,
@@ -167,7 +174,7 @@ impl<P: Physics<Space = Plane>> Observe<P> for Windows {
     fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
         self.pass(collision.time);
         let mut known = None;
-        for window in &mut self.windows {
+        for (number, window) in self.windows.iter_mut().enumerate() {
             if !(window.start..window.end).contains(&collision.time) {
                 continue;
             }
@@ -181,6 +188,9 @@ impl<P: Physics<Space = Plane>> Observe<P> for Windows {
                 )
             });
             let impact = impact_square.sqrt();
+            if let Some(pairs) = &mut self.pairs {
+                pairs.count(number, collision, impact);
+            }
             let bins = window.bins.len();
             window.bins[((impact * bins as f64) as usize).min(bins - 1)] += 1;
             window.collisions += 1;

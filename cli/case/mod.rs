@@ -141,6 +141,20 @@ pub struct Gas {
     pub diameter: f64,
     /// Mass \[reduced, or kg\], above 0.
     pub mass: f64,
+    /// Species of unlike disks; empty where all are alike or a start file says their sizes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub species: Vec<GasSpecies>,
+}
+
+/// One species of disks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GasSpecies {
+    /// Share of the disks, above 0; all shares together are 1.
+    pub share: f64,
+    /// Diameter \[length: reduced, or m\], above 0.
+    pub diameter: f64,
+    /// Mass \[reduced, or kg\], above 0.
+    pub mass: f64,
 }
 
 /// Normal restitution.

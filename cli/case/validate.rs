@@ -11,8 +11,9 @@ use super::error::Problem;
 use super::locate::KeyPath;
 use super::written::{self, Written};
 use super::{
-    Bodies, Case, Domain, Drive, Engine, EventDriven, Gas, Measure, Restitution, Run, Start,
-    StartFile, StartFileKind, Structure, Units, Velocities, Verdict, monte_carlo, schema, typed,
+    Bodies, Case, Domain, Drive, Engine, EventDriven, Gas, GasSpecies, Measure, Restitution, Run,
+    Start, StartFile, StartFileKind, Structure, Units, Velocities, Verdict, monte_carlo, schema,
+    typed,
 };
 
 /// Most kicks of a run.
@@ -24,12 +25,13 @@ pub(super) fn case(table: &Table, folder: &Path) -> Result<Case, Problem> {
     let check = Check { table, folder };
     let start = check.start(&written)?;
     let run = check.run(&written.run)?;
+    let gas = check.gas(&written)?;
     Ok(Case {
         title: written.title,
         units: written.units,
         seed: written.seed,
         replicas: written.replicas as usize,
-        gas: check.gas(&written.gas, written.units)?,
+        gas,
         domain: Domain {
             aspect_ratio: written.domain.aspect_ratio,
             boundary: written.domain.boundary,
@@ -209,7 +211,16 @@ impl Check<'_> {
         }
     }
 
-    fn gas(&self, gas: &written::Gas, units: Units) -> Result<Gas, Problem> {
+    fn gas(&self, written: &Written) -> Result<Gas, Problem> {
+        let (gas, units) = (&written.gas, written.units);
+        let species = self.species(written)?;
+        // Means of the species stand for the disk where one is asked for.
+        let mean = |value: fn(&GasSpecies) -> f64| -> Option<f64> {
+            let sum = species.iter().map(|one| one.share * value(one)).sum();
+            (!species.is_empty()).then_some(sum)
+        };
+        let diameter = mean(|one| one.diameter).or(gas.diameter);
+        let mass = mean(|one| one.mass).or(gas.mass);
         Ok(Gas {
             restitution: match &gas.restitution {
                 written::Restitution::Constant(value) => Restitution::Constant(*value),
@@ -217,9 +228,40 @@ impl Check<'_> {
                     dissipation: law.viscoelastic,
                 },
             },
-            diameter: self.or_one("gas.diameter", gas.diameter, units)?,
-            mass: self.or_one("gas.mass", gas.mass, units)?,
+            diameter: self.or_one("gas.diameter", diameter, units)?,
+            mass: self.or_one("gas.mass", mass, units)?,
+            species,
         })
+    }
+
+    fn species(&self, written: &Written) -> Result<Vec<GasSpecies>, Problem> {
+        let gas = &written.gas;
+        if gas.species.is_empty() {
+            return Ok(Vec::new());
+        }
+        let total: f64 = gas.species.iter().map(|one| one.share).sum();
+        let disordered = written.start.placement == written::Placement::Disordered;
+        // Shares are written with a few digits.
+        let whole = (total - 1.0).abs() < 1e-6;
+        if !(disordered && whole) {
+            return Err(self.refuse("gas.species", schema::sentence("gas.species")));
+        }
+        for (key, given) in [
+            ("gas.diameter", gas.diameter),
+            ("gas.mass", gas.mass),
+            ("gas.rms_speed", gas.rms_speed),
+        ] {
+            if given.is_some() {
+                let allowed = "with [[gas.species]] this key is left out; gas.temperature says how hot all are";
+                return Err(self.refuse(key, allowed));
+            }
+        }
+        let species = gas.species.iter().map(|one| GasSpecies {
+            share: one.share / total,
+            diameter: one.diameter,
+            mass: one.mass,
+        });
+        Ok(species.collect())
     }
 
     fn run(&self, run: &written::Run) -> Result<Run, Problem> {

@@ -112,6 +112,10 @@ pub struct Gas {
     /// Restitution: a constant from 0 to 1, where 1 is elastic, or a viscoelastic law.
     #[schemars(extend("x-allowed" = "a restitution is a number from 0 to 1, or a table such as { viscoelastic = 0.3 }"))]
     pub restitution: Restitution,
+    /// Disks of several species, in place of `diameter` and `mass`; they are placed at random.
+    #[serde(default)]
+    #[schemars(extend("x-allowed" = "disks of several species are disordered, have no gas.diameter and gas.mass and no start file, and their shares add up to 1"))]
+    pub species: Vec<GasSpecies>,
     /// Diameter of a disk. Default 1 in reduced units; required in SI units [m].
     #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a diameter lies above 0"))]
     pub diameter: Option<f64>,
@@ -125,6 +129,21 @@ pub struct Gas {
     /// Root of the mean squared speed at the start, `sqrt(2 T/m)`; it replaces `temperature`.
     #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a root mean squared speed lies above 0"))]
     pub rms_speed: Option<f64>,
+}
+
+/// One species of disks.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GasSpecies {
+    /// Share of the disks that are of this species.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0, "x-allowed" = "a share of the disks lies above 0 and at most at 1, and all shares together are 1"))]
+    pub share: f64,
+    /// Diameter of a disk; in SI units \[m\].
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a diameter lies above 0"))]
+    pub diameter: f64,
+    /// Mass of a disk; in SI units \[kg\].
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a mass lies above 0"))]
+    pub mass: f64,
 }
 
 /// Normal restitution as written.

@@ -294,7 +294,7 @@ pub(crate) fn verdicts(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<V
     ];
     let mut list: Vec<Verdict> = quantities
         .into_iter()
-        .filter_map(|quantity| verdict(plan, quantity, &tables.checks))
+        .filter_map(|quantity| verdict(plan, quantity, tables))
         .collect();
     list.extend(ledger(tables));
     list.extend(steady_state(plan, runs));
@@ -318,8 +318,9 @@ fn theory_of(plan: &Plan, quantity: &str) -> String {
     }
 }
 
-fn verdict(plan: &Plan, quantity: &str, checks: &[CheckRow]) -> Option<Verdict> {
-    let rows: Vec<&CheckRow> = checks
+fn verdict(plan: &Plan, quantity: &str, tables: &Tables) -> Option<Verdict> {
+    let rows: Vec<&CheckRow> = tables
+        .checks
         .iter()
         .filter(|row| row.quantity == quantity)
         .collect();
@@ -353,7 +354,7 @@ fn verdict(plan: &Plan, quantity: &str, checks: &[CheckRow]) -> Option<Verdict> 
     } else if !differ.is_empty() {
         let told: Vec<String> = spread(&differ, 6)
             .iter()
-            .map(|row| place(plan, row))
+            .map(|row| place(plan, tables, row))
             .collect();
         let more = differ.len() - told.len();
         let more = if more > 0 {
@@ -383,14 +384,14 @@ fn verdict(plan: &Plan, quantity: &str, checks: &[CheckRow]) -> Option<Verdict> 
             )
         };
         let sentence = format!(
-            "Against {theory}, all that can be told is within {tolerance} %; the largest deviation is {}.{wide}",
-            place(plan, largest)
+            "Against {theory}, deviations are within {tolerance} %; the largest is {}.{wide}",
+            place(plan, tables, largest)
         );
         (sentence, VerdictKind::Agree)
     } else {
         let sentence = format!(
             "Against {theory}, the errors are unknown or wider than {tolerance} %; the largest deviation is {}.",
-            place(plan, worst)
+            place(plan, tables, worst)
         );
         (sentence, VerdictKind::Undecided)
     };
@@ -417,11 +418,13 @@ fn caveat(plan: &Plan, quantity: &str) -> &'static str {
     let unlike = heaviest > 4.0 * lightest;
     match quantity {
         DISPLACEMENT | TIME_AVERAGED | CORRELATION if unlike => {
-            " First Sonine order is known to be off by up to 15 % for light particles among heavy ones: it takes velocities \
-             for Maxwellian and their correlations for exponential."
+            " First Sonine order takes velocities for Maxwellian and their correlations for exponential, and is off by up to \
+             15 % for light particles among heavy ones, by more for heavy ones among very many light ones, whose speeds \
+             become alike (docs/mixtures.md)."
         }
         TEMPERATURE | ENERGY | COLLISIONS if unlike => {
-            " The equations take all velocities for Maxwellian; how far they are from it, the fourth cumulants tell."
+            " The equations take all velocities for Maxwellian; how far they are from it, the fourth cumulants tell \
+             (docs/mixtures.md)."
         }
         DISPLACEMENT | TIME_AVERAGED | CORRELATION => {
             " First Sonine order takes velocities for Maxwellian and their correlations for exponential."
@@ -431,11 +434,19 @@ fn caveat(plan: &Plan, quantity: &str) -> &'static str {
 }
 
 /// A deviation with its place.
-fn place(plan: &Plan, row: &CheckRow) -> String {
+fn place(plan: &Plan, tables: &Tables, row: &CheckRow) -> String {
     let z = row.z.map_or_else(
         || "error unknown".to_owned(),
         |z| format!("{z:.1} standard errors"),
     );
+    // How far the velocities are from those that theory assumes.
+    let cumulant = tables
+        .species
+        .iter()
+        .rfind(|known| Some(known.species) == row.species && known.time <= row.time)
+        .map_or(String::new(), |known| {
+            format!(", fourth cumulant {:.3}", known.fourth_cumulant)
+        });
     let species = match row.species {
         Some(number) if plan.groups.len() > 1 => {
             format!(
@@ -446,7 +457,7 @@ fn place(plan: &Plan, row: &CheckRow) -> String {
         _ => "the gas as a whole".to_owned(),
     };
     format!(
-        "{:+.2} % for {species} at t = {} ({z})",
+        "{:+.2} % for {species} at t = {} ({z}{cumulant})",
         row.deviation_percent,
         short(row.time)
     )
@@ -488,6 +499,12 @@ fn ledger(tables: &Tables) -> Option<Verdict> {
     })
 }
 
+/// Exponent of the distribution of radii: with k ~ R^D and dk ~ R^(D - 1) dR, k^-q dk is R^-(D q - D + 1) dR.
+fn radius_exponent(plan: &Plan, exponent: f64) -> f64 {
+    let d = plan.case.dimension as f64;
+    d * exponent - d + 1.0
+}
+
 /// Whether sticking and breaking have come to a balance, and its power law.
 fn steady_state(plan: &Plan, runs: &[Finished]) -> Vec<Verdict> {
     let (Some(steady), Some(drift)) = (plan.case.measure.steady, steady::drift(runs)) else {
@@ -521,8 +538,10 @@ fn steady_state(plan: &Plan, runs: &[Finished]) -> Vec<Verdict> {
         list.push(Verdict {
             topic: "sizes in the steady state".to_owned(),
             sentence: format!(
-                "Numbers of clusters of {low} to {high} monomers follow k^-q exp(-k/K) with q = {} and 1/K = {:.5}{}.",
+                "Numbers of clusters of {low} to {high} monomers follow k^-q exp(-k/K) with q = {}, which is {:.3} for their radii, and \
+                 1/K = {:.5}{}.",
                 with_error(fit.exponent.value, fit.exponent.standard_error),
+                radius_exponent(plan, fit.exponent.value),
                 cutoff.value,
                 cutoff
                     .standard_error

@@ -132,6 +132,25 @@ fn displacement_error(plan: &Plan, moments: &Moments) -> f64 {
     (spread.max(2.0 / d * mean * mean) / moments.count.max(1) as f64).sqrt()
 }
 
+/// Moments of all groups but tracers.
+fn but_tracers<'a>(plan: &'a Plan, sample: &'a Sample) -> impl Iterator<Item = &'a Moments> {
+    let groups = sample.groups.iter().enumerate();
+    groups
+        .filter(|(number, _)| plan.tracer != Some(*number as u32))
+        .map(|(_, moments)| moments)
+}
+
+/// Kinetic energy of all particles but tracers.
+fn energy_of(plan: &Plan, sample: &Sample) -> f64 {
+    if plan.tracer.is_none() {
+        return sample.energy;
+    }
+    let twice: f64 = but_tracers(plan, sample)
+        .map(|moments| moments.count as f64 * moments.temperature)
+        .sum();
+    0.5 * plan.case.dimension as f64 * twice
+}
+
 fn gas(
     plan: &Plan,
     time: f64,
@@ -154,14 +173,14 @@ fn gas(
     // Energies of species add up, and so do their variances.
     let single = |sample: &Sample| {
         let (mut sum, mut square) = (0.0, 0.0);
-        for moments in &sample.groups {
+        for moments in but_tracers(plan, sample) {
             let energy = moments.count as f64 * moments.temperature;
             sum += energy;
             square += (energy * temperature_error(plan, moments)).powi(2);
         }
         (sum > 0.0).then(|| square.sqrt() / sum)
     };
-    let ratio = |pair: &(&Sample, &Sample)| pair.0.energy / pair.1.energy;
+    let ratio = |pair: &(&Sample, &Sample)| energy_of(plan, pair.0) / energy_of(plan, pair.1);
     let relative = pairs
         .first()
         .filter(|_| plan.case.sticking.is_none())
@@ -170,10 +189,7 @@ fn gas(
     let displacement = plan.case.measure.displacement.then(|| {
         let mean = |sample: &&Sample| {
             let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
-            for (number, moments) in sample.groups.iter().enumerate() {
-                if plan.tracer == Some(number as u32) {
-                    continue;
-                }
+            for moments in but_tracers(plan, sample) {
                 let n = moments.count as f64;
                 count += n;
                 sum += n * moments.displacement;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::homogeneous::{
-    Bird, Bounce, Checkpoint, Contacts, Displacement, Engine, Gas, Grains, LowRank, Motion, Paths,
+    Bird, Checkpoint, Contacts, Displacement, Engine, Gas, Grains, LowRank, Motion, Paths,
     Selection, Slots, Sticking, Tally, Tracers, moments_by, size_distribution, time_averaged,
 };
 use stosszahl_model::random::{Purpose, Streams};
@@ -120,11 +120,11 @@ impl Replica<'_> {
         &self,
         scene: &Mixed<S>,
     ) -> Result<Finished, RunError> {
-        match (self.plan.tracer, self.plan.case.measure.displacement) {
-            (None, false) => self.mixed::<S, Pick, (), _>(scene, &Bounce),
-            (None, true) => self.mixed::<S, Pick, Followed<S>, _>(scene, &Bounce),
-            (Some(kind), false) => self.mixed::<S, Pick, (), _>(scene, &Tracers { kind }),
-            (Some(kind), true) => self.mixed::<S, Pick, Followed<S>, _>(scene, &Tracers { kind }),
+        let tracers = self.plan.tracer.map(|kind| Tracers { kind });
+        if self.plan.case.measure.displacement {
+            self.mixed::<S, Pick, Followed<S>>(scene, tracers)
+        } else {
+            self.mixed::<S, Pick, ()>(scene, tracers)
         }
     }
 
@@ -132,15 +132,14 @@ impl Replica<'_> {
         Streams::new(self.plan.case.seed, self.number as u64)
     }
 
-    fn mixed<S: Space, Pick, M, C>(
+    fn mixed<S: Space, Pick, M>(
         &self,
         scene: &Mixed<S>,
-        contacts: &C,
+        tracers: Option<Tracers>,
     ) -> Result<Finished, RunError>
     where
         Pick: Selection<Mixed<S>>,
         M: Trace<Mixed<S>>,
-        C: Contacts<Mixed<S>>,
     {
         let plan = self.plan;
         let follow = Follow {
@@ -156,8 +155,8 @@ impl Replica<'_> {
                     &mut self.streams().at(Purpose::Velocities, [0, 0]),
                 )?;
                 let motion = M::begin(plan, &gas);
-                let engine: Engine<Mixed<S>, Pick, M, C> =
-                    Engine::new(gas, motion, contacts.clone(), self.streams())?;
+                let engine: Engine<Mixed<S>, Pick, M, Option<Tracers>> =
+                    Engine::new(gas, motion, tracers, self.streams())?;
                 let asked = plan.case.measure.velocity_correlation;
                 let start = asked.then(|| engine.gas().alive().map(|p| p.velocity).collect());
                 Ok((engine, start))

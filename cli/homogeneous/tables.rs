@@ -24,7 +24,7 @@ row! {
         collisions_per_particle_se: Option<f64>,
         /// The same by theory \[1\].
         collisions_per_particle_theory: Option<f64>,
-        /// Kinetic energy over its initial value \[1\].
+        /// Kinetic energy over its initial value, without tracers \[1\].
         energy_ratio: f64,
         /// Standard error of `energy_ratio` \[1\].
         energy_ratio_se: Option<f64>,

@@ -55,17 +55,10 @@ pub(super) fn curves(plan: &Plan) -> Result<Vec<Curve>, TheoryError> {
             .sum();
         sum / total
     };
-    // Tracers have energy too, as many as there are.
-    let energy = |values: &dyn Fn(usize) -> f64| -> f64 {
-        let groups = plan.groups.iter().enumerate();
-        groups
-            .map(|(k, group)| group.count as f64 * values(k))
-            .sum()
-    };
     let found = mixture.evolve(&start, &times)?;
     let curves = found.iter().map(|moment| {
         let mut curve = Curve {
-            energy_ratio: energy(&|k| moment.temperatures[k]) / energy(&|k| start[k]),
+            energy_ratio: mean(&|k| moment.temperatures[k]) / mean(&|k| start[k]),
             collisions: mean(&|k| moment.collisions[k]),
             displacement: mean(&|k| moment.displacements[k]),
             groups: (0..start.len())

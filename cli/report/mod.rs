@@ -38,7 +38,8 @@ use crate::homogeneous::report as homogeneous;
 use crate::manifest::{FORMAT, MANIFEST_FILE, Manifest, SWEEP_FILE, Sweep};
 use crate::tables::{
     ComparisonRow, DisplacementRow, DissipationRow, EnergyRow, ErrorBudgetRow, ImpactParameterRow,
-    ImpactSummaryRow, PairCorrelationRow, ReplicaRow, Row, SteadyRow, StructureFactorRow,
+    ImpactSummaryRow, PairCorrelationRow, PairImpactRow, PartialTemperatureRow, ReplicaRow, Row,
+    SteadyRow, StructureFactorRow,
 };
 
 /// Name of the page inside the folder.
@@ -179,6 +180,10 @@ pub(crate) struct Results {
     pub displacements: Option<Vec<DisplacementRow>>,
     /// Sources of error; none in folders of earlier versions.
     pub budget: Option<Vec<ErrorBudgetRow>>,
+    /// Temperatures of the species; none in a gas of one.
+    pub partial: Option<Vec<PartialTemperatureRow>>,
+    /// Impact parameters by kind of pair; none in a gas of one species.
+    pub pair_impact: Option<Vec<PairImpactRow>>,
     /// Raw samples of the replicas.
     pub replicas: Option<Vec<ReplicaRow>>,
 }
@@ -232,6 +237,8 @@ impl Results {
             steady: read::table(folder)?,
             displacements: read::table(folder)?,
             budget: read::table(folder)?,
+            partial: read::table(folder)?,
+            pair_impact: read::table(folder)?,
             replicas: read::table(folder)?,
         })
     }

@@ -3,11 +3,13 @@
 use maud::{Markup, html};
 
 use super::figures::{
-    Figure, curve, engine_name, engines, number, ordered, theory, window_name, with_error,
+    Figure, curve, engine_name, engines, number, ordered, same, theory, window_name, with_error,
 };
 use super::page::{Column, table};
 use super::plot::{Axis, Chart, Point, Stroke};
-use crate::tables::{DisplacementRow, ErrorBudgetRow, Mark, SteadyRow};
+use crate::tables::{
+    DisplacementRow, ErrorBudgetRow, Mark, PairImpactRow, PartialTemperatureRow, SteadyRow,
+};
 
 /// Table of the quarters of a driven run.
 pub(crate) fn steady(rows: &[SteadyRow]) -> Markup {
@@ -134,6 +136,105 @@ pub(crate) fn displacement(rows: &[DisplacementRow]) -> Option<Figure> {
             },
         )],
         caption,
+    }
+    .drawable()
+}
+
+/// Temperatures of the species over that of the first, against time.
+pub(crate) fn partial_temperatures(rows: &[PartialTemperatureRow]) -> Option<Figure> {
+    let names = engines(rows.iter().map(|row| &row.engine));
+    let first = names.first()?;
+    let last = rows.iter().map(|row| row.species).max()?;
+    let panels = (2..=last)
+        .map(|species| {
+            let own = || rows.iter().filter(move |row| row.species == species);
+            let mut curves = Vec::new();
+            let law = ordered(own().filter(|row| row.engine == *first).filter_map(|row| {
+                Some(Point {
+                    x: row.time_over_t0,
+                    y: row.ratio_to_first_theory?,
+                    error: None,
+                })
+            }));
+            if !law.is_empty() {
+                curves.push(theory("Enskog’s equations of Maxwellian species", law));
+            }
+            for name in &names {
+                curves.push(curve(name, Stroke::None, rows, |row| {
+                    (row.engine == *name && row.species == species).then_some(Point {
+                        x: row.time_over_t0,
+                        y: row.ratio_to_first,
+                        error: row.ratio_to_first_se,
+                    })
+                }));
+            }
+            let title = if last > 2 {
+                format!("species {species}")
+            } else {
+                String::new()
+            };
+            let chart = Chart {
+                x: Axis::logarithmic(super::figures::TIME),
+                y: Axis::linear(&format!("T{species} / T1")),
+                curves,
+                level: None,
+            };
+            (title, chart)
+        })
+        .collect();
+    Figure {
+        title: "Partial temperatures".to_owned(),
+        panels,
+        caption: "Temperature of each species over that of the first, against the logarithm of time. Unlike disks do not share \
+                  their energy alike in a gas that cools."
+            .to_owned(),
+    }
+    .drawable()
+}
+
+/// Impact parameters by kind of pair in the first window.
+pub(crate) fn pair_impact(rows: &[PairImpactRow]) -> Option<Figure> {
+    let first = rows.first()?;
+    let names = engines(rows.iter().map(|row| &row.engine));
+    let window = (first.window_start, first.window_end);
+    let mut pairs: Vec<(u64, u64)> = rows
+        .iter()
+        .map(|row| (row.species_a, row.species_b))
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let panels = pairs
+        .into_iter()
+        .map(|pair| {
+            let curves = names.iter().map(|name| {
+                curve(name, Stroke::None, rows, |row| {
+                    let here = same(row.window_start, window.0)
+                        && same(row.window_end, window.1)
+                        && (row.species_a, row.species_b) == pair;
+                    (here && row.engine == *name).then_some(Point {
+                        x: 0.5 * (row.bin_low + row.bin_high),
+                        y: row.density,
+                        error: row.density_se,
+                    })
+                })
+            });
+            let chart = Chart {
+                x: Axis::linear("b / d").over(0.0, 1.0),
+                y: Axis::linear("P(b/d)"),
+                curves: curves.collect(),
+                level: Some(1.0),
+            };
+            (format!("species {} and {}", pair.0, pair.1), chart)
+        })
+        .collect();
+    Figure {
+        title: "Impact parameters by kind of pair".to_owned(),
+        panels,
+        caption: format!(
+            "Distribution of the impact parameter over the distance at contact in the window {}, for each kind of pair. It is \
+             uniform under molecular chaos.",
+            window_name(window)
+        ),
     }
     .drawable()
 }

@@ -299,6 +299,13 @@ fn plots(results: &Results, counter: &mut Counter) -> Markup {
                 (figure(results.comparison.as_ref().and_then(|rows| figures::quotient(rows)), counter)
                     .unwrap_or_else(|| absent::<ComparisonRow>(results.comparison.as_ref())))
             }
+            @if let Some(rows) = &results.partial {
+                h2 { "Species" }
+                (figure(optional::partial_temperatures(rows), counter).unwrap_or_else(|| absent(Some(rows))))
+                @if let Some(pairs) = &results.pair_impact {
+                    (figure(optional::pair_impact(pairs), counter).unwrap_or_else(|| absent(Some(pairs))))
+                }
+            }
             @if let Some(rows) = &results.displacements {
                 h2 { "Diffusion" }
                 (figure(optional::displacement(rows), counter).unwrap_or_else(|| absent(Some(rows))))

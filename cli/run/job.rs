@@ -13,7 +13,7 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Drive, Plane, Sizes, State, snapshot};
 
 use super::gas::{Exact, ExactCheckpoint, Gas};
-use super::record::{Moment, Record, Structure, schedule};
+use super::record::{Moment, Record, Structure, partial_temperatures, schedule};
 use super::{Control, RunError};
 use crate::case::{Dsmc, Engine, EventDriven, Scheme};
 use crate::dispatch::Planar;
@@ -313,6 +313,10 @@ fn sample<G: Gas>(
     let time = moment.time_over_t0;
     if moment.energy {
         record.energies.push((time, energy));
+        let partial = partial_temperatures(setup, gas.scene(), &state);
+        if !partial.is_empty() {
+            record.partial.push((time, partial));
+        }
     }
     if let Some(elapsed) = moment.displacement.filter(|&elapsed| elapsed > 0.0) {
         let square = gas.mean_squared_displacement();

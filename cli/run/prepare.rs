@@ -65,7 +65,18 @@ fn begin<P: Planar>(
     scene: &P,
     streams: Streams,
 ) -> Result<Preparation<P>, RunError> {
+    let unlike = setup.sizes.as_ref().filter(|_| !setup.species.is_empty());
     let (placement, name) = match (&setup.file, setup.arrangement()) {
+        (None, Some(_)) if unlike.is_some() => {
+            let radii: Vec<f64> = unlike.map_or_else(Vec::new, |sizes| {
+                (0..setup.disks)
+                    .map(|index| sizes.radius(sizes.tag(index)))
+                    .collect()
+            });
+            let placement = initial::place_unlike(&radii, &setup.domain, &streams)
+                .map_err(|error| RunError::Setup(error.into()))?;
+            (placement, "disordered, large disks first".to_owned())
+        }
         (None, Some(arrangement)) => {
             let placement = initial::place(arrangement, setup.disks, 1.0, &setup.domain, &streams)
                 .map_err(|error| RunError::Setup(error.into()))?;

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::pair_correlation::{self, PairCorrelation};
 use stosszahl_analysis::structure_factor::{StructureFactor, StructureFactorPlan};
-use stosszahl_analysis::windows::Windows;
-use stosszahl_model::State;
+use stosszahl_analysis::windows::{PairBins, Windows};
+use stosszahl_model::{Sizes, State};
 
 use super::driven::Driven;
 use crate::dispatch::Planar;
@@ -77,6 +77,8 @@ pub struct Record {
     pub pairs: Vec<(f64, PairCorrelation)>,
     /// Mean squared displacement in d^2 by the time since its start over `t_0`.
     pub displacements: Vec<(f64, f64)>,
+    /// Temperature of each species by time over `t_0`; empty in a gas of one.
+    pub partial: Vec<(f64, Vec<f64>)>,
     /// Kicks and the temperature between them; none in a gas that cools freely.
     pub driven: Option<Driven>,
 }
@@ -91,19 +93,33 @@ impl Record {
             .iter()
             .map(|span| span.map(|edge| edge * setup.time))
             .collect();
-        let windows = Windows::new(
+        let mut windows = Windows::new(
             &spans,
             setup.case.measure.impact_bins,
             setup.disks,
             0.0,
             temperature,
         );
+        if !setup.species.is_empty() {
+            let species: Vec<(f64, f64)> = setup
+                .species
+                .iter()
+                .map(|one| (one.radius, one.mass))
+                .collect();
+            let measure = &setup.case.measure;
+            windows.pairs = Some(PairBins::new(
+                &species,
+                measure.impact_windows.len(),
+                measure.impact_bins,
+            ));
+        }
         Self {
             energies: Vec::new(),
             windows,
             structure: Vec::new(),
             pairs: Vec::new(),
             displacements: Vec::new(),
+            partial: Vec::new(),
             driven: setup.case.drive.map(|_| Driven::new(temperature)),
         }
     }
@@ -114,6 +130,23 @@ impl Record {
     pub fn energy_ratio(&self, sample: usize) -> f64 {
         self.energies[sample].1.temperature / self.energies[0].1.temperature
     }
+}
+
+/// Temperature `m <v^2>/2` of each species of a gas; empty in a gas of one.
+pub fn partial_temperatures<P: Planar>(setup: &Setup, scene: &P, state: &State<P>) -> Vec<f64> {
+    let mut sums = vec![(0_usize, 0.0); setup.species.len()];
+    if sums.is_empty() {
+        return Vec::new();
+    }
+    let sizes = scene.sizes();
+    for (index, body) in state.bodies.iter().enumerate() {
+        let (count, twice) = &mut sums[setup.species_of(index)];
+        *count += 1;
+        *twice += sizes.mass(sizes.tag(index)) * body.velocity.norm_squared();
+    }
+    sums.iter()
+        .map(|&(count, twice)| 0.5 * twice / count.max(1) as f64)
+        .collect()
 }
 
 /// The grid of S(k), planned once for all times.

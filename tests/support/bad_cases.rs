@@ -323,6 +323,11 @@ pub const BAD_CASES: &[BadCase] = &[
     append("drive without kicks", "[drive]\nheating = 2\ninterval = 40\n", 43, &["drive.interval = 40", "run.until = 40"]),
     append("endless kicks", "[drive]\nheating = 2\ninterval = 1e-9\n", 43, &["drive.interval = 1e-9", "1000000000 kicks"]),
     append("misspelt heating", "[drive]\nheatin = 2\ninterval = 1\n", 42, &["unknown key drive.heatin", "did you mean heating?"]),
+    // Species of disks.
+    append("shares that are not all", "[[gas.species]]\nshare = 0.5\ndiameter = 1\nmass = 1\n", 41, &["gas.species = [", "add up to 1"]),
+    append("a diameter below zero", "[[gas.species]]\nshare = 1\ndiameter = -1\nmass = 1\n", 43, &["gas.species[0].diameter = -1", "above 0"]),
+    append("species without a mass", "[[gas.species]]\nshare = 1\ndiameter = 1\n", 41, &["gas.species[0].mass is missing", "above 0"]),
+    append("misspelt share", "[[gas.species]]\nshares = 1\ndiameter = 1\nmass = 1\n", 42, &["unknown key gas.species[0].shares", "did you mean share?"]),
     // Kinds.
     replace("unknown kind", "title = \"a test\"", "title = \"a test\"\nkind = \"pared\"", 4, &["kind = \"pared\"", "did you mean \"paired\"?", "the kind of a case is one of"]),
     replace("kind of another type", "title = \"a test\"", "title = \"a test\"\nkind = 3", 4, &["kind = 3", "without this key it is \"paired\""]),

@@ -140,6 +140,35 @@ impl<P: Grains> Contacts<P> for Bounce {
     }
 }
 
+/// Decided when the run begins: none lets every pair bounce. What a pair does is asked once for each collision, so the
+/// choice costs nothing that could be measured, and halves the number of engines that are compiled.
+impl<P: Grains> Contacts<P> for Option<Tracers> {
+    const SIZES_CHANGE: bool = false;
+
+    fn prepare(&self, gas: &mut Gas<P>) {
+        if let Some(tracers) = self {
+            tracers.prepare(gas);
+        }
+    }
+
+    fn conserves(&self, kind: u32) -> bool {
+        self.is_none_or(|tracers| kind != tracers.kind)
+    }
+
+    #[inline]
+    fn meet(
+        &mut self,
+        gas: &mut Gas<P>,
+        meeting: &Meeting<VectorOf<P>>,
+        stream: &mut impl Rng,
+    ) -> Outcome {
+        match self {
+            None => Bounce.meet(gas, meeting, stream),
+            Some(tracers) => tracers.meet(gas, meeting, stream),
+        }
+    }
+}
+
 /// One species is so rare that it leaves no trace: the others do not notice it, and it does not meet itself.
 ///
 /// The tracer limit of a mixture, for whatever number of tracers the statistics asks for.

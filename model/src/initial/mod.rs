@@ -14,7 +14,7 @@ mod velocities;
 pub use file::{FileError, StartFile, read};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
-pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition};
+pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition, sequential_addition_of};
 pub use velocities::{maxwellian, rescale, thermal_spins};
 
 use nalgebra::Vector2;
@@ -47,6 +47,18 @@ pub struct Placement {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlacementError {
+    /// Disks of several sizes do not fit.
+    #[error(
+        "{count} disks of several sizes do not fit into a box of {:.6} x {:.6} when placed at random one by one, the large \
+         ones first; a lower packing fraction or a larger box may do",
+        lengths[0], lengths[1]
+    )]
+    Jammed {
+        /// Number of disks.
+        count: usize,
+        /// Box.
+        lengths: [f64; 2],
+    },
     /// The lattice that fits into the box is too tight.
     #[error(
         "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {:.6} x {:.6}: \
@@ -67,6 +79,27 @@ pub enum PlacementError {
         /// Largest packing fraction that this lattice holds.
         allowed: f64,
     },
+}
+
+/// Places disks of the given radii at random in a periodic box.
+///
+/// # Errors
+/// [`PlacementError::Jammed`] if one finds no place.
+pub fn place_unlike(
+    radii: &[f64],
+    domain: &Domain<Plane>,
+    streams: &Streams,
+) -> Result<Placement, PlacementError> {
+    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let positions =
+        sequential_addition_of(radii, domain, &mut stream).ok_or(PlacementError::Jammed {
+            count: radii.len(),
+            lengths: domain.lengths().into(),
+        })?;
+    Ok(Placement {
+        positions,
+        reciprocal: Vec::new(),
+    })
 }
 
 /// Places equal disks in a periodic box.

@@ -18,7 +18,35 @@ pub fn sequential_addition(
     domain: &Domain<Plane>,
     stream: &mut impl Rng,
 ) -> Option<Vec<Vector2<f64>>> {
+    add(&vec![0.5 * diameter; count], domain, stream)
+}
+
+/// As [`sequential_addition`], for disks of the given radii: the large ones first, which would find no place among the
+/// small ones. Places are in the order of the radii.
+pub fn sequential_addition_of(
+    radii: &[f64],
+    domain: &Domain<Plane>,
+    stream: &mut impl Rng,
+) -> Option<Vec<Vector2<f64>>> {
+    let mut order: Vec<usize> = (0..radii.len()).collect();
+    order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
+    let sorted: Vec<f64> = order.iter().map(|&index| radii[index]).collect();
+    let found = add(&sorted, domain, stream)?;
+    let mut positions = vec![Vector2::zeros(); radii.len()];
+    for (index, position) in order.into_iter().zip(found) {
+        positions[index] = position;
+    }
+    Some(positions)
+}
+
+/// Adds disks in their order.
+fn add(radii: &[f64], domain: &Domain<Plane>, stream: &mut impl Rng) -> Option<Vec<Vector2<f64>>> {
     const MOST_TRIALS: usize = 1_000_000;
+    let count = radii.len();
+    let diameter = 2.0
+        * radii
+            .iter()
+            .fold(0.0, |most: f64, &radius| most.max(radius));
     let lengths = domain.lengths();
     // As fine as a diameter, but never many more cells than disks.
     let most = (2.0 * count as f64).sqrt().ceil() as usize + 1;
@@ -31,7 +59,7 @@ pub fn sequential_addition(
     };
     let mut grid: Vec<Vec<u32>> = vec![Vec::new(); cells[0] * cells[1]];
     let mut positions: Vec<Vector2<f64>> = Vec::with_capacity(count);
-    for index in 0..count {
+    for (index, radius) in radii.iter().enumerate() {
         let mut place = None;
         for _ in 0..MOST_TRIALS {
             let trial = vector![
@@ -49,9 +77,10 @@ pub fn sequential_addition(
             };
             let free = neighbours(y, cells[1]).all(|row| {
                 neighbours(x, cells[0]).all(|column| {
-                    grid[row * cells[0] + column]
-                        .iter()
-                        .all(|&other| domain.distance(trial, positions[other as usize]) > diameter)
+                    grid[row * cells[0] + column].iter().all(|&other| {
+                        let other = other as usize;
+                        domain.distance(trial, positions[other]) > radius + radii[other]
+                    })
                 })
             });
             if free {
