@@ -131,8 +131,9 @@ fn front_cells(row: &FrontierRow, place: usize) -> Vec<String> {
     ]
 }
 
-const ORDERS: [Column; 7] = [
+const ORDERS: [Column; 8] = [
     ("sequence", true),
+    ("settings", false),
     ("quantity", true),
     ("t/t0", false),
     ("order by theory", false),
@@ -148,6 +149,7 @@ fn order_cells(row: &OrderRow) -> Vec<String> {
     };
     vec![
         row.sequence.to_owned(),
+        format!("{}, h ≤ {}", row.settings, row.coarsest),
         row.quantity.to_owned(),
         format!("{:.3}", row.time_over_t0),
         row.order.to_string(),

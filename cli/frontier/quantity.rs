@@ -145,8 +145,8 @@ pub(crate) fn observe(setup: &Setup, engine: &Engine, run: &Finished, whole: boo
 
 /// What theory says of a quantity, where it is exact in the limit of a large gas; none elsewhere.
 ///
-/// An elastic gas keeps its energy, is Maxwellian, collides at Enskog's rate (Henderson's contact value is right to 0.1 %
-/// up to packing 0.5; N disks of momentum zero have `sqrt(1 - 1/N)` of the rate) and has uniform impact parameters. A gas
+/// An elastic gas keeps its energy, is Maxwellian, collides at Enskog's rate (the contact value is right to 0.1 % up
+/// to packing 0.5; N disks of momentum zero have `sqrt(1 - 1/N)` of the rate) and has uniform impact parameters. A gas
 /// that cools in a box too small for growing waves of shear follows Haff's law with the relaxation of a2.
 pub(crate) fn theory(setup: &Setup, quantity: Quantity) -> Option<Known> {
     if !setup.has_theory() || setup.case.drive.is_some() {

@@ -150,22 +150,31 @@ pub fn over(found: Estimate, unit: f64) -> Estimate {
     }
 }
 
+/// A number beside its tolerance: in powers of ten where that is below what four decimals show.
+fn shown(value: f64, tolerance: Option<f64>) -> String {
+    if tolerance.is_some_and(|tolerance| tolerance < 1e-6) {
+        format!("{value:.1e}")
+    } else {
+        format!("{value:.4}")
+    }
+}
+
 /// One line of text for the terminal.
 pub fn line(row: &Row) -> String {
-    let tolerance = row
-        .tolerance
-        .map_or_else(String::new, |tolerance| format!(" within {tolerance:.4}"));
+    let tolerance = row.tolerance.map_or_else(String::new, |tolerance| {
+        format!(" within {}", shown(tolerance, row.tolerance))
+    });
     format!(
-        "{:10} {:11} {:24} {:12} phi {:.2}  {:34} expected {:.4}{tolerance}, found {:.4} ± {:.4}",
+        "{:10} {:11} {:24} {:12} phi {:.2}  {:34} expected {}{tolerance}, found {} ± {}",
         row.verdict.name(),
         row.part,
         row.scheme,
         row.setting,
         row.packing,
         row.quantity,
-        row.expected,
-        row.found,
-        row.standard_error,
+        shown(row.expected, row.tolerance),
+        shown(row.found, row.tolerance),
+        shown(row.standard_error, row.tolerance),
     )
 }
 
@@ -176,21 +185,22 @@ pub fn markdown(rows: &[Row]) -> String {
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
-        let tolerance = row
-            .tolerance
-            .map_or_else(|| "-".to_owned(), |tolerance| format!("{tolerance:.4}"));
+        let tolerance = row.tolerance.map_or_else(
+            || "-".to_owned(),
+            |tolerance| shown(tolerance, row.tolerance),
+        );
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {:.4} | {tolerance} | {:.4} ± {:.4} | {} | {:.1} |",
+            "| {} | {} | {} | {} | {} | {} | {tolerance} | {} ± {} | {} | {:.1} |",
             row.part,
             row.scheme,
             row.setting,
             row.packing,
             row.quantity,
-            row.expected,
-            row.found,
-            row.standard_error,
+            shown(row.expected, row.tolerance),
+            shown(row.found, row.tolerance),
+            shown(row.standard_error, row.tolerance),
             row.verdict.name(),
             row.seconds,
         );

@@ -50,7 +50,7 @@ pub(super) fn all() -> Vec<Row> {
             packing: 0.25,
             value: 1.5833,
             rounding: 0.0001,
-            found: kinetic::contact_value(0.25),
+            found: kinetic::henderson(0.25),
         },
         Printed {
             what: "a2 of disks, r = 0.8 (van Noije & Ernst 1998)",

@@ -101,10 +101,11 @@ impl Chapter {
             }
             Self::MonteCarlo => {
                 let default: Vec<_> = METHODS.iter().filter(|m| m.default).copied().collect();
-                let effort = Effort { quick: true };
-                // Its rows are told by itself. Only the quick forms: the others take hours.
-                rows.extend(Part::Cooling.run(effort, &default, say)?);
+                // Rows are told by the parts themselves.
+                rows.extend(Part::Cooling.run(Effort { quick }, &default, say)?);
                 if !quick {
+                    // The quick forms: the others take hours.
+                    let effort = Effort { quick: true };
                     rows.extend(Part::Elastic.run(effort, &default, say)?);
                     rows.extend(Part::Unstable.run(effort, &default, say)?);
                 }
