@@ -68,7 +68,7 @@ windows = [[0, 4]]
 contact_time = 1e-4
 
 [engine.dsmc]
-contact_value = "enskog"
+scheme = "contact-point"
 simulators_per_grain = 4
 "#;
 

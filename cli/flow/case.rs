@@ -363,7 +363,7 @@ pub struct Start {
     #[schemars(extend("minimum" = 0.0, "x-allowed" = "a spin temperature is an energy of at least 0, and is given only with contact.tangential_restitution"))]
     pub spin_temperature: Option<f64>,
     /// Mean free path in the uniform box: all diameters are scaled so that it is this. For a dilute gas in Monte Carlo.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a mean free path lies above 0, and is given only where [engine.dsmc] alone runs with a dilute contact value"))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "a mean free path lies above 0, and is given only where [engine.dsmc] alone runs with the scheme \"boltzmann\""))]
     pub mean_free_path: Option<f64>,
     /// Mean velocity. Default: at rest.
     #[schemars(extend(
@@ -468,11 +468,11 @@ pub struct Exact {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MonteCarlo {
-    /// How density raises the collision rate.
-    #[schemars(extend("x-allowed" = "a contact value is \"dilute\", \"enskog\" or \"free-volume\""))]
-    pub contact_value: ContactValue,
+    /// Which pairs collide, and how often.
+    #[schemars(extend("x-allowed" = "a scheme is \"boltzmann\", \"free-volume\", \"enskog\" or \"contact-point\""))]
+    pub scheme: Scheme,
     /// Side of a cell. Default: half the mean free path of the uniform box, and at least such that a cell holds ten
-    /// simulators, but no less than two diameters where contacts are dense.
+    /// simulators, but no less than two diameters for dense schemes; "contact-point" chooses for itself.
     #[schemars(extend("exclusiveMinimum" = 0.0, "x-allowed" = "the side of a cell lies above 0"))]
     pub cell_size: Option<f64>,
     /// Simulators for each grain.
@@ -481,7 +481,7 @@ pub struct MonteCarlo {
     /// Steps in which the fastest grain crosses a cell, and in a mean free time.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1000.0, "x-allowed" = "a number of steps lies above 0 and at most at 1000"))]
     pub steps_per_crossing: f64,
-    /// Where walls act on a grain. Default: on its centre where contacts are dilute, otherwise at its radius.
+    /// Where walls act on a grain. Default: on its centre for the scheme "boltzmann", otherwise at its radius.
     #[schemars(extend("x-allowed" = "walls act on the \"centre\" or at the \"radius\" of a grain"))]
     pub walls_act_on: Option<WallsActOn>,
     /// Weights of simulators by region: more simulators where grains are few.
@@ -491,7 +491,7 @@ pub struct MonteCarlo {
 impl Default for MonteCarlo {
     fn default() -> Self {
         Self {
-            contact_value: ContactValue::Dilute,
+            scheme: Scheme::Boltzmann,
             cell_size: None,
             simulators_per_grain: 1,
             steps_per_crossing: 4.0,
@@ -501,17 +501,26 @@ impl Default for MonteCarlo {
     }
 }
 
-/// How density raises the collision rate.
+/// Which pairs collide, and how often.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum ContactValue {
-    /// It does not: Boltzmann's gas of points.
+pub enum Scheme {
+    /// The dilute gas of points.
     #[default]
-    Dilute,
-    /// Enskog's rate at the packing around.
-    Enskog,
-    /// The free volume in the cell.
+    Boltzmann,
+    /// The rate of the free volume in the cell; the pressure is that of points.
     FreeVolume,
+    /// Enskog's rate at the packing around; the pressure is that of points.
+    Enskog,
+    /// Enskog's rate with partners around the point of contact, and his pressure: the one to compare with exact disks.
+    ContactPoint,
+}
+
+impl Scheme {
+    /// Whether collisions carry momentum over the distance of the partners.
+    pub fn carries(self) -> bool {
+        self == Self::ContactPoint
+    }
 }
 
 /// Where walls act on a grain.
@@ -624,7 +633,7 @@ impl Relations<'_> {
 
     fn sizes(&self) -> Result<(), Problem> {
         let Engines { ed, dsmc } = &self.flow.engine;
-        let dilute = (dsmc.as_ref()).is_some_and(|dsmc| dsmc.contact_value == ContactValue::Dilute);
+        let dilute = (dsmc.as_ref()).is_some_and(|dsmc| dsmc.scheme == Scheme::Boltzmann);
         if self.flow.start.mean_free_path.is_some() && (ed.is_some() || !dilute) {
             let key = "start.mean_free_path";
             return self.refuse_with_sentence(KeyPath::of(key), key);

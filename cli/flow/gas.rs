@@ -114,26 +114,33 @@ impl<P: Physics> Observe<P> for Watch<'_, P::Space> {
 const LEG_SIMULATOR_STEPS: u64 = 5_000_000;
 const LEAST_STEPS: u64 = 20;
 
-impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
+/// Monte Carlo.
+pub(super) struct Chance<P: Physics> {
+    pub(super) engine: stosszahl_dsmc::Engine<P, Unfollowed>,
+    /// Whether collisions carry momentum over the distance of the partners.
+    pub(super) carries: bool,
+}
+
+impl<P: Physics> Gas for Chance<P> {
     type Space = P::Space;
     type Checkpoint = stosszahl_dsmc::Checkpoint<P, Unfollowed>;
 
     fn leg(&mut self, until: f64, fields: &mut Fields) -> Result<bool, RunError> {
-        let steps = (LEG_SIMULATOR_STEPS / self.simulators().max(1) as u64).max(LEAST_STEPS);
+        let simulators = self.engine.simulators().max(1) as u64;
+        let steps = (LEG_SIMULATOR_STEPS / simulators).max(LEAST_STEPS);
         let mut watch = Watch {
             fields,
-            domain: *self.grid().domain(),
-            // Without displacement of partners, none is carried.
-            carries: false,
+            domain: *self.engine.grid().domain(),
+            carries: self.carries,
         };
-        Ok(self.advance(until, steps, &mut watch))
+        Ok(self.engine.advance(until, steps, &mut watch))
     }
 
     fn visit(&self, mut look: impl FnMut(u32, &Sighting, f64)) {
-        let scene = self.scene();
+        let scene = self.engine.scene();
         let sizes = scene.sizes();
         let down = scene.field();
-        self.visit(|position, velocity, spin, tag, weight| {
+        self.engine.visit(|position, velocity, spin, tag, weight| {
             let mass = sizes.mass(tag);
             let energy = scene.surface().spin_energy(mass, sizes.radius(tag), spin);
             let sighting = Sighting {
@@ -152,19 +159,19 @@ impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
     }
 
     fn time(&self) -> f64 {
-        self.time()
+        self.engine.time()
     }
 
     fn collisions(&self) -> u64 {
-        self.tally().collisions
+        self.engine.tally().collisions
     }
 
     fn weight(&self) -> f64 {
-        self.weight()
+        self.engine.weight()
     }
 
     fn books(&self) -> Ledger {
-        let books = self.books();
+        let books = self.engine.books();
         let mut entries = Vec::new();
         for (axis, names) in super::case::FACES.iter().enumerate() {
             for (side, name) in names.iter().enumerate() {
@@ -191,15 +198,15 @@ impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
     }
 
     fn checkpoint(&self) -> Self::Checkpoint {
-        self.checkpoint()
+        self.engine.checkpoint()
     }
 
     fn work(&self) -> BTreeMap<String, f64> {
-        let tally = self.tally();
+        let tally = self.engine.tally();
         let over = |a: f64, b: u64| a / b.max(1) as f64;
         [
             ("steps", tally.steps as f64),
-            ("simulators", self.simulators() as f64),
+            ("simulators", self.engine.simulators() as f64),
             (
                 "trials_per_collision",
                 over(tally.trials as f64, tally.collisions),
@@ -208,7 +215,10 @@ impl<P: Physics> Gas for stosszahl_dsmc::Engine<P, Unfollowed> {
                 "majorant_violations_per_trial",
                 over(tally.majorant_violations as f64, tally.trials),
             ),
-            ("grains_laid_to_rest_on_walls", self.books().rests as f64),
+            (
+                "grains_laid_to_rest_on_walls",
+                self.engine.books().rests as f64,
+            ),
         ]
         .map(|(name, number)| (name.to_owned(), number))
         .into()

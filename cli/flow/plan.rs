@@ -2,12 +2,12 @@
 
 use stosszahl_analysis::Error as AnalysisError;
 use stosszahl_analysis::fields::{Freedom, Grid};
-use stosszahl_dsmc::{Copies, Displacement, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{Copies, Displacement, Neighbourhood, Parameters};
 use stosszahl_model::walls::{Vibration, WallError};
 use stosszahl_model::{Face, Rebound, Rough, Space, Species, Wall, Walls, species};
 
 use super::FlowError;
-use super::case::{self, ContactValue, FaceWord, Flow, MonteCarlo, WallsActOn};
+use super::case::{self, FaceWord, Flow, MonteCarlo, Scheme, WallsActOn};
 
 /// A case of a flow and all that is derived from it.
 #[derive(Clone, Debug)]
@@ -150,45 +150,47 @@ impl Plan {
     pub fn walls_act_on_centres(&self, dsmc: &MonteCarlo) -> bool {
         match dsmc.walls_act_on {
             Some(place) => place == WallsActOn::Centre,
-            None => dsmc.contact_value == ContactValue::Dilute,
+            None => dsmc.scheme == Scheme::Boltzmann,
         }
     }
 
-    /// Side of a Monte Carlo cell \[length\].
-    pub fn cell_size(&self, dsmc: &MonteCarlo) -> f64 {
-        dsmc.cell_size.unwrap_or_else(|| {
-            let simulators = self.flow.grains() as f64 * dsmc.simulators_per_grain as f64;
-            let ten = (10.0 * self.volume / simulators).powf(1.0 / self.dimension() as f64);
-            let chi = match (dsmc.contact_value, self.dimension()) {
-                (ContactValue::Dilute, _) => 1.0,
-                (_, 2) => stosszahl_model::Plane::contact_value(self.packing_fraction().min(0.6)),
-                _ => stosszahl_model::Volume::contact_value(self.packing_fraction().min(0.5)),
-            };
-            let wanted = (0.5 * self.mean_free_path() / chi).max(ten);
-            let largest = self
-                .kinds
-                .iter()
-                .map(|kind| kind.radius)
-                .fold(0.0, f64::max);
-            if dsmc.contact_value == ContactValue::Dilute {
-                wanted
-            } else {
-                wanted.max(4.0 * largest)
-            }
+    /// Side of a Monte Carlo cell \[length\]; `None` where the engine chooses it.
+    pub fn cell_size(&self, dsmc: &MonteCarlo) -> Option<f64> {
+        if dsmc.cell_size.is_some() || dsmc.scheme == Scheme::ContactPoint {
+            return dsmc.cell_size;
+        }
+        let simulators = self.flow.grains() as f64 * dsmc.simulators_per_grain as f64;
+        let ten = (10.0 * self.volume / simulators).powf(1.0 / self.dimension() as f64);
+        let chi = match (dsmc.scheme, self.dimension()) {
+            (Scheme::Boltzmann, _) => 1.0,
+            (_, 2) => stosszahl_model::Plane::contact_value(self.packing_fraction().min(0.6)),
+            _ => stosszahl_model::Volume::contact_value(self.packing_fraction().min(0.5)),
+        };
+        let wanted = (0.5 * self.mean_free_path() / chi).max(ten);
+        let largest = self
+            .kinds
+            .iter()
+            .map(|kind| kind.radius)
+            .fold(0.0, f64::max);
+        Some(if dsmc.scheme == Scheme::Boltzmann {
+            wanted
+        } else {
+            wanted.max(4.0 * largest)
         })
     }
 
     /// The numerical choices of Monte Carlo.
     pub fn parameters(&self, dsmc: &MonteCarlo) -> Parameters {
-        let scheme = match dsmc.contact_value {
-            ContactValue::Dilute => Scheme::Boltzmann,
-            ContactValue::Enskog => Scheme::Enskog(Neighbourhood::Cells(1)),
-            ContactValue::FreeVolume => Scheme::FreeVolume,
+        let scheme = match dsmc.scheme {
+            Scheme::Boltzmann => stosszahl_dsmc::Scheme::Boltzmann,
+            Scheme::Enskog => stosszahl_dsmc::Scheme::Enskog(Neighbourhood::Cells(1)),
+            Scheme::FreeVolume => stosszahl_dsmc::Scheme::FreeVolume,
+            Scheme::ContactPoint => stosszahl_dsmc::Scheme::ContactPoint { radius: None },
         };
         Parameters {
             scheme,
             displacement: Displacement::None,
-            cell_size: Some(self.cell_size(dsmc)),
+            cell_size: self.cell_size(dsmc),
             simulators_per_disk: dsmc.simulators_per_grain as u32,
             copies: Copies::Independent,
             steps_per_crossing: dsmc.steps_per_crossing.max(1.0),
@@ -248,8 +250,9 @@ impl Plan {
             ),
             ("length_of_a_block", self.block()),
         ];
-        if let Some(dsmc) = &self.flow.engine.dsmc {
-            let size = self.cell_size(dsmc);
+        if let Some(dsmc) = &self.flow.engine.dsmc
+            && let Some(size) = self.cell_size(dsmc)
+        {
             let per_cell = self.flow.grains() as f64 * dsmc.simulators_per_grain as f64
                 / self.volume
                 * size.powi(self.dimension() as i32);

@@ -15,7 +15,7 @@ use stosszahl_model::{Physics, Plane, Space, Volume};
 
 use super::FlowError;
 use super::case::{Along, MonteCarlo};
-use super::gas::{Exact, Gas, Ledger};
+use super::gas::{Chance, Exact, Gas, Ledger};
 use super::obstacles;
 use super::plan::Plan;
 use super::scene::{Visit, with_scene};
@@ -269,7 +269,10 @@ impl Job<'_> {
                     )?
                 }
             };
-            Ok(engine)
+            Ok(Chance {
+                engine,
+                carries: written.scheme.carries(),
+            })
         })
     }
 

@@ -4,7 +4,7 @@ use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
 use stosszahl_analysis::theory::{Column, Layer, TheoryError};
 use stosszahl_model::{Plane, Rough, Space, Volume};
 
-use super::case::{ContactValue, Face, FaceWord, Flow, Wall};
+use super::case::{Face, FaceWord, Flow, Scheme, Wall};
 use super::plan::Plan;
 
 /// Theory of a case.
@@ -115,8 +115,8 @@ fn cooling(plan: &Plan) -> Result<Vec<(f64, [f64; 2])>, TheoryError> {
     let gas = |space: usize| {
         let contact = &plan.flow.contact;
         let (restitution, diameter) = (contact.restitution, 2.0 * kind.radius);
-        let dense = (plan.flow.engine.dsmc.as_ref())
-            .is_none_or(|dsmc| dsmc.contact_value != ContactValue::Dilute);
+        let dense =
+            (plan.flow.engine.dsmc.as_ref()).is_none_or(|dsmc| dsmc.scheme != Scheme::Boltzmann);
         let packing = plan.packing_fraction();
         // The dilute theory for points; with exact disks beside them, they are not.
         if space == 2 {
@@ -172,9 +172,8 @@ fn column(plan: &Plan) -> Result<Option<Column>, TheoryError> {
     };
     let along = gravity.acceleration.iter().enumerate();
     let only = along.filter(|&(axis, _)| axis != 1).all(|(_, &g)| g == 0.0);
-    let points = (flow.engine.dsmc.as_ref()).is_some_and(|dsmc| {
-        dsmc.contact_value == ContactValue::Dilute && plan.walls_act_on_centres(dsmc)
-    });
+    let points = (flow.engine.dsmc.as_ref())
+        .is_some_and(|dsmc| dsmc.scheme == Scheme::Boltzmann && plan.walls_act_on_centres(dsmc));
     let closed = [0, 1].iter().all(|&side| {
         !matches!(
             flow.walls.at(1, side),
