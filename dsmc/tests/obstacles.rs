@@ -233,6 +233,83 @@ fn a_grain_slides_down_a_slope() {
     assert!((given - vector![1.0, 1.0]).norm() < 1e-6, "{given}");
 }
 
+/// Grains that lose half of their speed in every contact fall into a funnel with a disc in it, and come to rest in wedges
+/// between its sides, the disc and the floor: the run ends, no grain is in an obstacle or outside, the energy only falls, and
+/// what boundaries and weight gave is what is there.
+#[test]
+fn grains_come_to_rest_in_wedges() {
+    let law = Rebound::Restitutive {
+        restitution: 0.5,
+        slip: 1.0,
+    };
+    let polygon = |points: [[f64; 2]; 3]| {
+        let points = points.into_iter().map(Into::into).collect();
+        obstacle(Outline::Polygon { points }, law)
+    };
+    let centre = vector![5.2, 2.0];
+    let disc = Outline::Disc {
+        centre,
+        radius: 0.7,
+    };
+    let obstacles = vec![
+        polygon([[0.0, 0.0], [4.5, 0.0], [0.0, 5.0]]),
+        polygon([[5.5, 0.0], [10.0, 0.0], [10.0, 2.0]]),
+        obstacle(disc, law),
+    ];
+    for clearance in [Clearance::Centre, Clearance::Radius] {
+        let boundaries = Boundaries {
+            walls: Walls::new(&[[Face::Wall(Wall::still(law)); 2]; 2]).expect("fit"),
+            ..around(obstacles.clone(), clearance)
+        };
+        let down = Gravity::<Plane>::new(vector![0.0, -1.0]).expect("finite");
+        let scene = grains(0.2, 1.0, Smooth, down);
+        let domain = boundaries.walls.domain(vector![10.0, 10.0]);
+        let mut state: State<Grains<Plane, Smooth, Gravity<Plane>>> =
+            gas(&scene, domain.expect("a box"), 0.1, 200, 1.0, 3);
+        for body in &mut state.bodies {
+            body.position[1] = 6.0 + 0.3 * body.position[1];
+        }
+        let parameters = Parameters {
+            scheme: Scheme::Collisionless,
+            ..PARAMETERS
+        };
+        let mut engine: Engine<_> =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        let radius = if clearance == Clearance::Radius {
+            0.1
+        } else {
+            0.0
+        };
+        let energy = |state: &State<Grains<Plane, Smooth, Gravity<Plane>>>| {
+            let heights = state.bodies.iter().map(|body| body.position[1]);
+            state.kinetic_energy(&scene) + heights.sum::<f64>()
+        };
+        let mut last = energy(&state);
+        for sample in 1..=20 {
+            engine.advance(5.0 * f64::from(sample), u64::MAX, &mut ());
+            let now = engine.state();
+            assert!(energy(&now) <= last + 1e-9, "{last} {}", energy(&now));
+            last = energy(&now);
+            for body in &now.bodies {
+                let deepest = obstacles
+                    .iter()
+                    .map(|obstacle| obstacle.clearance(body.position));
+                assert!(deepest.fold(9.0, f64::min) > radius - 1e-6, "{body:?}");
+                assert!(body.position.min() >= radius && body.position.max() <= 10.0 - radius);
+            }
+        }
+        let end = engine.state();
+        let moving = end.kinetic_energy(&scene);
+        assert!(moving < 1.0, "{moving}");
+        let (_, momentum, given) = engine.books().total();
+        let weight = vector![0.0, -1.0] * (100.0 * 200.0);
+        let change = end.momentum(&scene) - state.momentum(&scene) - weight;
+        assert!((change - momentum).norm() < 1e-3, "{change} {momentum}");
+        assert!((given - (last - energy(&state))).abs() < 1e-3, "{given}");
+    }
+}
+
 /// In three dimensions obstacles are prisms: spheres around a cylinder keep their energy, stay out, and fill the rest.
 #[test]
 fn spheres_flow_around_a_cylinder() {

@@ -257,12 +257,16 @@ impl<P: Physics> Motion<'_, '_, P> {
             mass: self.mass,
             radius: self.radius,
         };
-        if let Some((_, lift)) = self.support.take() {
-            self.acceleration -= lift;
-        }
+        self.let_go();
         let before = (simulator.velocity, self.energy::<F>(simulator));
         let Simulator { velocity, spin, .. } = simulator;
         law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
+        for axis in 0..P::Space::DIMENSION {
+            // Pushed off, or into, a wall on which it rested.
+            if self.rests[axis].is_some() && simulator.velocity[axis] != before.0[axis] {
+                self.release(axis);
+            }
+        }
         self.obstacle_touches += 1;
         let leaving = simulator.velocity.inner(&normal);
         let pull = self.acceleration.inner(&normal);
@@ -317,8 +321,16 @@ impl<P: Physics> Motion<'_, '_, P> {
         }
     }
 
+    /// Lets a simulator off the obstacle that it slides along.
+    fn let_go(&mut self) {
+        if let Some((_, lift)) = self.support.take() {
+            self.acceleration -= lift;
+        }
+    }
+
     /// Lets a simulator off a wall.
     fn release(&mut self, axis: usize) {
+        self.let_go();
         self.rests[axis] = None;
         self.acceleration[axis] = self.trip.scene.field().acceleration()[axis];
     }
@@ -352,6 +364,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         draws: &mut Draws,
         books: &mut Books<P::Space>,
     ) {
+        self.let_go();
         // On the wall, to the last digit.
         let height = self.clearance + wall.displacement(self.now);
         simulator.position[axis] = if side == 0 {
