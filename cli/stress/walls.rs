@@ -319,8 +319,7 @@ fn grazing(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
                 let velocity = vector![1.0, sign * 10.0_f64.powi(exponent)];
                 let begin = state(&walls, size, vec![(vector![5.0, height], velocity)])?;
                 let speed = velocity.norm();
-                let mut engine =
-                    exact(&scene, Dissipation::Scene, begin.clone(), &walls, &[])?;
+                let mut engine = exact(&scene, Dissipation::Scene, begin.clone(), &walls, &[])?;
                 let mut points = monte_carlo(&scene, &begin, &boundaries(&walls, &[]))?;
                 for time in [10.0, 1000.0] {
                     engine.advance(time, u64::MAX, &mut ())?;
@@ -349,11 +348,8 @@ fn fast_wall(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
     // Amplitude 1 in half a period of 1e-3: speed 1000.
     floor.vibration = Vibration::new(1.0, 2e-3);
     let top = Wall::still(Rebound::Diffuse { temperature: 1.0 });
-    let walls = Walls::new(&[
-        [Face::Periodic; 2],
-        [Face::Wall(floor), Face::Wall(top)],
-    ])
-    .map_err(|_| Trouble::NoStart("walls do not fit"))?;
+    let walls = Walls::new(&[[Face::Periodic; 2], [Face::Wall(floor), Face::Wall(top)]])
+        .map_err(|_| Trouble::NoStart("walls do not fit"))?;
     let size = vector![10.0, 10.0];
     let count = 20;
     let scene = disks(count, 1.0, vector![0.0, -1.0])?;
@@ -425,11 +421,8 @@ fn inside(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
 }
 
 fn open_channel() -> Result<Walls<Plane>, Trouble> {
-    Walls::new(&[
-        [Face::Open; 2],
-        [Face::Wall(Wall::specular()); 2],
-    ])
-    .map_err(|_| Trouble::NoStart("walls do not fit"))
+    Walls::new(&[[Face::Open; 2], [Face::Wall(Wall::specular()); 2]])
+        .map_err(|_| Trouble::NoStart("walls do not fit"))
 }
 
 fn stream(density: f64, speed: f64) -> Inflow<Plane> {
@@ -496,12 +489,24 @@ fn supersonic(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
     let expected = density * size[0] * size[1];
     let found = sum / f64::from(samples);
     let error = (expected / f64::from(samples)).sqrt();
-    findings.at_most("number in the channel, in standard errors", (found - expected).abs() / error, 4.4);
-    findings.at_most("number in the channel, relative", (found / expected - 1.0).abs(), 0.01);
+    findings.at_most(
+        "number in the channel, in standard errors",
+        (found - expected).abs() / error,
+        4.4,
+    );
+    findings.at_most(
+        "number in the channel, relative",
+        (found / expected - 1.0).abs(),
+        0.01,
+    );
     let came = engine.books().inflows[0].particles - before;
     let due = density * speed * size[1] * 2.0 * f64::from(samples) * passage;
     let flux_error = due.sqrt();
-    findings.at_most("flux, in standard errors", (came - due).abs() / flux_error, 4.4);
+    findings.at_most(
+        "flux, in standard errors",
+        (came - due).abs() / flux_error,
+        4.4,
+    );
     findings.at_most("flux, relative", (came / due - 1.0).abs(), 0.01);
     findings.found(format!(
         "{found:.0} grains, {expected:.0} expected (± {error:.0}); flux {:.4} of n u",
