@@ -102,13 +102,8 @@ where
             Dissipation::Scene => *rebound,
             Dissipation::ContactTime(contact_time) => {
                 let recent = self.touches_again(who, contact_time);
-                match rebound {
-                    Rebound::Restitutive { .. } if recent => {
-                        self.tally.elastic_contacts += 1;
-                        SPECULAR
-                    }
-                    _ => *rebound,
-                }
+                self.tally.elastic_contacts += u64::from(recent);
+                if recent { SPECULAR } else { *rebound }
             }
         }
     }

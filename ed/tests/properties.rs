@@ -111,7 +111,7 @@ impl Recipe {
             let law = wall
                 .temperature
                 .map(|temperature| Rebound::Diffuse { temperature });
-            let mut made = Wall::still(law.unwrap_or(restitutive));
+            let mut made: Wall<Plane> = Wall::still(law.unwrap_or(restitutive));
             made.sliding[1 - axis] = wall.sliding;
             wall.vibration.map_or(made, |(amplitude, period)| {
                 vibrates(made, amplitude, period)
@@ -267,13 +267,13 @@ fn checkpoints_continue_to_the_same_bytes() {
     });
 }
 
-/// The contacts of the plain oracle, in scenes without collapse.
+/// The contacts of the plain oracle, in scenes where no disk comes to rest so soon.
 #[test]
 fn contacts_are_those_of_the_oracle() {
     check(150, |mut recipe| {
-        recipe.restitution = 0.5 + 0.5 * recipe.restitution;
+        recipe.restitution = 0.9 + 0.1 * recipe.restitution;
         for wall in recipe.walls.iter_mut().flatten().flatten() {
-            wall.restitution = 0.5 + 0.5 * wall.restitution;
+            wall.restitution = 0.9 + 0.1 * wall.restitution;
         }
         // A single disk may meet nothing.
         recipe.disks += 4;
