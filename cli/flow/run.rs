@@ -191,7 +191,7 @@ impl Job<'_> {
             let gas = match checkpoint {
                 Some(gas) => gas,
                 None => self
-                    .start(scene, &boundaries.walls, &boundaries.obstacles)?
+                    .start(0, scene, &boundaries.walls, &boundaries.obstacles)?
                     .into(),
             };
             Ok(Exact {
@@ -207,17 +207,20 @@ impl Job<'_> {
         self.monte_carlo(scene, Vec::new())
     }
 
+    /// The start of a set of simulators; that of number 0 is the start of exact dynamics too.
     fn start<P: Physics>(
         &self,
+        set: u64,
         scene: &P,
         walls: &stosszahl_model::Walls<P::Space>,
         obstacles: &[Obstacle],
     ) -> Result<stosszahl_model::State<P>, RunError> {
-        let streams = self.streams();
-        Ok(
-            start::make(self.plan, scene, walls, obstacles, self.room(), &streams)
-                .map_err(FlowError::from)?,
-        )
+        let streams = match set {
+            0 => self.streams(),
+            _ => self.streams().branch(SETS).branch(set),
+        };
+        let state = start::make(self.plan, scene, walls, obstacles, self.room(), &streams);
+        Ok(state.map_err(FlowError::from)?)
     }
 
     fn monte_carlo<P: Physics>(
@@ -259,11 +262,14 @@ impl Job<'_> {
                     )?
                 }
                 None => {
-                    let state = self.start(scene, &boundaries.walls, &boundaries.obstacles)?;
-                    stosszahl_dsmc::Engine::start_between(
+                    // The first set is the start of exact dynamics; the others are starts of the same gas.
+                    let sets = (0..written.simulators_per_grain)
+                        .map(|set| self.start(set, scene, &boundaries.walls, &boundaries.obstacles))
+                        .collect::<Result<Vec<_>, _>>()?;
+                    stosszahl_dsmc::Engine::start_sets(
                         scene,
                         parameters,
-                        &state,
+                        &sets,
                         &boundaries,
                         streams,
                     )?
@@ -369,6 +375,9 @@ impl Job<'_> {
 /// Engines of one replica draw different numbers.
 const ED: u64 = 1;
 const DSMC: u64 = 2;
+
+/// Sets of simulators begin with different numbers.
+const SETS: u64 = 3;
 
 /// Looks at all grains: for the course of the gas and, in a block of time, for the fields.
 fn sample<G: Gas>(plan: &Plan, gas: &G, block: Option<usize>, fields: &mut Fields) -> Sample {

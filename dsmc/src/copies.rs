@@ -10,6 +10,27 @@ use crate::simulator::{Follow, Simulator, SimulatorOf};
 /// Particles in the neighbourhood that coherent copies keep the mean of.
 const NEIGHBOURHOOD: f64 = 32.0;
 
+/// All simulators of states that are one set each, set after set.
+pub(crate) fn of_sets<P: Physics, F: Follow<P::Space>>(
+    scene: &P,
+    sets: &[State<P>],
+) -> Vec<SimulatorOf<P, F>> {
+    let sizes = scene.sizes().repeated(sets.len());
+    let bodies = sets
+        .iter()
+        .flat_map(|set| set.bodies.iter().map(move |body| (set, body)));
+    bodies
+        .enumerate()
+        .map(|(index, (set, body))| Simulator {
+            position: set.domain.wrap(body.position),
+            velocity: body.velocity,
+            tag: sizes.tag(index),
+            mark: F::Mark::default(),
+            spin: body.spin,
+        })
+        .collect()
+}
+
 /// All simulators of a state, set after set, each in the order of the state.
 pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
     scene: &P,
@@ -44,7 +65,14 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
 
 /// The whole state, moved and turned at random.
 fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>> {
-    let shift = random_vector::<P>(state.domain.lengths(), stream);
+    let mut room = state.domain.lengths();
+    for axis in 0..P::Space::DIMENSION {
+        // Mirrored at walls, a position is anywhere with equal chance only after a way of up to there and back.
+        if !state.domain.is_periodic(axis) {
+            room[axis] *= 2.0;
+        }
+    }
+    let shift = random_vector::<P>(room, stream);
     let turn = P::Space::random_turn(stream);
     let turned = |body: &Body<P>| Body {
         position: body.position + shift,

@@ -339,6 +339,16 @@ pub enum EngineError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// Not one state for each simulator of a particle.
+    #[error(
+        "{found} states for {wanted} simulators of each particle; allowed: one for each, all alike in number, time and box"
+    )]
+    UnlikeSets {
+        /// How many were given.
+        found: usize,
+        /// How many are needed.
+        wanted: usize,
+    },
     /// Simulators come and go, and each particle has a size of its own.
     #[error(
         "open faces or weights, and a size of its own for each particle; allowed: equal particles, or species"

@@ -140,6 +140,60 @@ where
     ) -> Result<Self, EngineError> {
         parameters.check()?;
         let simulators = copies::simulators::<P, F>(scene, &parameters, state, streams);
+        let checked = state.bodies.len();
+        Self::begin(
+            scene, parameters, state, simulators, checked, boundaries, streams,
+        )
+    }
+
+    /// [`Engine::start_between`] from one state for each simulator of a particle: starts of one gas that are independent
+    /// of each other, where a state may not be moved and turned, as between walls and in a flow.
+    ///
+    /// # Errors
+    /// As [`Engine::start_between`], and unless there is a state for each simulator of a particle, all with as many
+    /// particles, at the same time and in the same box.
+    pub fn start_sets(
+        scene: &P,
+        parameters: Parameters,
+        sets: &[State<P>],
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
+        parameters.check()?;
+        let wanted = parameters.simulators_per_disk as usize;
+        let alike = |a: &State<P>, b: &State<P>| {
+            a.bodies.len() == b.bodies.len() && a.time == b.time && a.domain == b.domain
+        };
+        let first = match sets {
+            [first, others @ ..]
+                if sets.len() == wanted && others.iter().all(|set| alike(first, set)) =>
+            {
+                first
+            }
+            _ => {
+                return Err(EngineError::UnlikeSets {
+                    found: sets.len(),
+                    wanted,
+                });
+            }
+        };
+        let simulators = copies::of_sets::<P, F>(scene, sets);
+        let checked = simulators.len();
+        Self::begin(
+            scene, parameters, first, simulators, checked, boundaries, streams,
+        )
+    }
+
+    /// Starts with simulators, of which the first so many must be where they may be.
+    fn begin(
+        scene: &P,
+        parameters: Parameters,
+        state: &State<P>,
+        simulators: Vec<SimulatorOf<P, F>>,
+        checked: usize,
+        boundaries: &Boundaries<P::Space>,
+        streams: Streams,
+    ) -> Result<Self, EngineError> {
         let sizes = scene
             .sizes()
             .repeated(parameters.simulators_per_disk as usize);
@@ -155,7 +209,7 @@ where
             means,
         };
         let domain = state.domain;
-        let fresh = Some(state.bodies.len());
+        let fresh = Some(checked);
         let mut engine = Self::build(
             scene, parameters, domain, checkpoint, boundaries, streams, fresh,
         )?;
