@@ -261,6 +261,9 @@ where
     ) -> Result<Self, EngineError> {
         parameters.check()?;
         boundaries.check(&domain, parameters)?;
+        if P::Sizes::INDIVIDUAL && boundaries.is_open() {
+            return Err(EngineError::Individuals);
+        }
         if parameters.displacement == Displacement::Inelastic {
             check_displacement(scene, &domain)?;
         }

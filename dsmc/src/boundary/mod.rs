@@ -59,6 +59,11 @@ impl<S: Space> Boundaries<S> {
             && self.obstacles.is_empty()
     }
 
+    /// Whether simulators come and go.
+    pub fn is_open(&self) -> bool {
+        self.walls.is_open() || !self.inflows.is_empty() || !self.weights.is_uniform()
+    }
+
     /// Packing fraction of the densest inflow.
     pub(crate) fn densest<Z: Sizes>(&self, sizes: &Z) -> f64 {
         let inflows = self.inflows.iter();

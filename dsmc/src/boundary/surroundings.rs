@@ -106,9 +106,6 @@ impl<P: Physics> Surroundings<P> {
             speeds: VectorOf::<P>::default(),
             walls,
         };
-        if P::Sizes::INDIVIDUAL && surroundings.is_open() {
-            return Err(EngineError::Individuals);
-        }
         surroundings.speeds = surroundings.fastest(scene, &boundaries.inflows, mean_mass);
         surroundings.set_time(grid, time);
         Ok(Some(surroundings))
@@ -187,16 +184,6 @@ impl<P: Physics> Surroundings<P> {
             Clearance::Centre => 0.0,
             Clearance::Radius => radius,
         }
-    }
-
-    /// Whether simulators weigh differently here and there.
-    pub(crate) fn is_weighted(&self) -> bool {
-        !self.factors.is_empty()
-    }
-
-    /// Whether simulators come and go.
-    pub(crate) fn is_open(&self) -> bool {
-        self.is_weighted() || self.walls.is_open()
     }
 
     /// Particles of a simulator in a cell, over those where the factor is one.
