@@ -1,9 +1,11 @@
 //! What the tables of a flow say, in words.
 
 use stosszahl_analysis::compare::{self, Verdict as Test};
+use stosszahl_model::walls::Obstacle;
 
 use super::case::{Face, FaceName, FaceWord};
 use super::export::{Tables, Window, granular_temperature, over, spin_temperature, total};
+use super::obstacles;
 use super::plan::Plan;
 use super::run::{Record, Replica, Sample};
 use super::tables::{FieldRow, ProfileRow, SeriesRow};
@@ -42,6 +44,7 @@ pub fn verdicts(
         list.extend(said.column(theory, &runs));
         list.extend(said.walls(theory));
         list.extend(said.channel());
+        list.extend(said.drag());
         list.extend(said.balance(&runs));
     }
     list
@@ -491,7 +494,8 @@ impl Said<'_> {
         });
         let [columns, rows] = flow.fields.cells.map(|count| count as usize);
         let cells = self.fields();
-        if !through || !walled || rows < 4 || columns < 8 || cells.len() != rows * columns {
+        let plain = flow.obstacle.is_empty() && rows >= 4 && columns >= 8;
+        if !through || !walled || !plain || cells.len() != rows * columns {
             return Vec::new();
         }
         let at = |column: usize, row: usize| cells[column + columns * row];
@@ -612,6 +616,47 @@ impl Said<'_> {
             });
         }
         list
+    }
+
+    /// The drag of each obstacle in a stream from the left, and its coefficient F/(rho u^2 h/2) with the height h that it
+    /// has across the stream.
+    fn drag(&self) -> Vec<Verdict> {
+        let flow = &self.plan.flow;
+        let Some(inflow) = flow.inflow.iter().find(|one| one.face == FaceName::Left) else {
+            return Vec::new();
+        };
+        let Ok(obstacles) = obstacles::of(flow) else {
+            return Vec::new();
+        };
+        let mass_density: f64 = (self.plan.kinds.iter().enumerate())
+            .map(|(species, kind)| {
+                let uniform = kind.count as f64 / self.plan.volume;
+                let given = inflow.number_density.as_ref();
+                kind.mass * given.map_or(uniform, |densities| densities[species])
+            })
+            .sum();
+        let speed = inflow.velocity[0];
+        let one = |(index, obstacle): (usize, &Obstacle)| {
+            let name = format!("obstacle {}", index + 1);
+            let row = (self.tables.boundaries.iter())
+                .find(|row| row.engine == self.engine && row.boundary == name)?;
+            let [low, high] = obstacle.bounds();
+            let scale = 0.5 * mass_density * speed * speed * (high[1] - low[1]);
+            let share = |force: f64, error: Option<f64>| {
+                written(-force / scale, error.map(|error| error / scale))
+            };
+            Some(Verdict {
+                topic: self.topic(&format!("drag of {name}")),
+                sentence: format!(
+                    "The stream drags it with the force {}, the coefficient of drag is {}, that of lift {}.",
+                    written(-row.force_x, row.force_x_se),
+                    share(row.force_x, row.force_x_se),
+                    share(row.force_y, row.force_y_se)
+                ),
+                kind: VerdictKind::Agree,
+            })
+        };
+        obstacles.iter().enumerate().filter_map(one).collect()
     }
 
     /// What splitting and merging of simulators added.

@@ -486,7 +486,8 @@ fn supersonic(_: Effort, findings: &mut Findings) -> Result<(), Trouble> {
         cell_size: Some(size[1]),
         ..POINTS
     };
-    let mut engine = MonteCarlo::start_between(&scene, wide, &begin, &all, streams())?;
+    let mut engine: MonteCarlo<Disks> =
+        MonteCarlo::start_between(&scene, wide, &begin, &all, streams())?;
     let passage = size[0] / speed;
     engine.advance(3.0 * passage, u64::MAX, &mut ());
     let before = engine.books().inflows[0].particles;

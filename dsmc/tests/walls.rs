@@ -598,3 +598,44 @@ fn dense_disks_press_on_their_walls() {
         );
     }
 }
+
+/// Copies of a start between walls fill the box as evenly as the start: the mean height of 200 disks with 64 simulators
+/// each, whose sets are mirrored as wholes, is that of 64 draws of a set's mean (z = 4.4); and starts given one by one are
+/// taken as they are, or refused with what is wrong.
+#[test]
+fn several_simulators_start_evenly_between_walls() {
+    let boundaries = boxed(Wall::specular());
+    let scene: Disks = grains(0.01, 1.0, Smooth, Free);
+    let domain = domain(&boundaries, [10.0, 10.0]);
+    let state = |seed| gas::<Disks>(&scene, domain, 0.0, 200, 1.0, seed);
+    let parameters = Parameters {
+        simulators_per_disk: 64,
+        ..PARAMETERS
+    };
+    let streams = Streams::new(1, 0);
+    let engine =
+        Engine::<Disks>::start_between(&scene, parameters, &state(1), &boundaries, streams)
+            .expect("an engine");
+    let all = engine.state().bodies;
+    assert_eq!(all.len(), 64 * 200);
+    let error = 10.0 / (12.0_f64 * 64.0).sqrt();
+    for axis in 0..2 {
+        let mean = all.iter().map(|body| body.position[axis]).sum::<f64>() / all.len() as f64;
+        assert!((mean - 5.0).abs() < 4.4 * error, "{axis}: {mean}");
+    }
+    let two = Parameters {
+        simulators_per_disk: 2,
+        ..PARAMETERS
+    };
+    let sets = [state(1), state(2)];
+    let engine =
+        Engine::<Disks>::start_sets(&scene, two, &sets, &boundaries, streams).expect("an engine");
+    let energy: f64 = sets.iter().map(|set| set.kinetic_energy(&scene)).sum();
+    let found = engine.state().kinetic_energy(engine.scene());
+    assert!((found / energy - 1.0).abs() < 1e-14);
+    let said = Engine::<Disks>::start_sets(&scene, two, &sets[..1], &boundaries, streams)
+        .map(|_| ())
+        .expect_err("refused")
+        .to_string();
+    assert!(said.contains("1 states for 2 simulators"), "{said}");
+}
