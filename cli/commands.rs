@@ -1,6 +1,6 @@
 //! What each command does.
 //!
-//! A case is of one [`Kind`]; what `check` and `run` do with a kind is its [`job::Job`], and this is the only place
+//! A case is of one [`Kind`]; what `check` and `run` do with a kind is its `Job`, and this is the only place
 //! that chooses among them.
 
 mod flow;
