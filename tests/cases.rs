@@ -310,14 +310,15 @@ fn the_schema_has_every_key_and_a_description_for_each() {
         "simulators_per_disk",
         "steps_per_crossing",
     ];
-    let tables: [(&str, &[&str]); 14] = [
+    let tables: [(&str, &[&str]); 15] = [
         (
             "",
             &[
                 "format", "kind", "title", "units", "seed", "replicas", "gas", "box", "start",
-                "run", "drive", "engine", "measure", "verdict", "sweep",
+                "run", "drive", "engine", "measure", "verdict", "accuracy", "sweep",
             ],
         ),
+        ("accuracy.", &["target"]),
         ("drive.", &["heating", "interval"]),
         (
             "gas.",

@@ -13,7 +13,7 @@ pub struct BadObstacle {
     /// Which, from 1.
     pub number: usize,
     /// Why.
-    pub source: ObstacleError,
+    pub source: Box<ObstacleError>,
 }
 
 /// The obstacles of a case.
@@ -25,7 +25,7 @@ pub fn of(flow: &Flow) -> Result<Vec<Obstacle>, BadObstacle> {
     let one = |(index, written): (usize, &case::Obstacle)| {
         let failed = |source| BadObstacle {
             number: index + 1,
-            source,
+            source: Box::new(source),
         };
         let law = rebound(written.restitution, written.slip, written.temperature);
         let obstacle = Obstacle::new(outline(written), law).map_err(failed)?;

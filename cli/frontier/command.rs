@@ -13,9 +13,9 @@ use super::front::{Measured, rows};
 use super::measure::{Task, Workshop};
 use super::orders::orders;
 use super::page::{self, Page};
-use super::plan::{PATIENCE, plan};
+use super::plan::{PATIENCE, TESTS, plan};
 use super::quantity::{Kind, Quantity, measured as measured_case, quantities};
-use super::recommend::{Engines, Target, choose, finer_that_fails, nearest, test};
+use super::recommend::{Choice, Engines, Target, choose, finer_that_fails, nearest, test};
 use super::reference::{self, Cache, References};
 use super::setting::{self, Setting};
 use crate::arguments::FrontierArguments;
@@ -240,26 +240,46 @@ impl<'a> Sweep<'a> {
             .collect()
     }
 
-    /// Chooses a setting of an engine, tests it, and says what came of it.
-    fn recommendation(&self, engines: Engines) -> Result<String, FrontierError> {
+    /// Chooses a setting for each engine, tests it, and says what came of it.
+    fn recommendations(&self) -> Result<Vec<String>, FrontierError> {
+        let references = &self.references.values;
+        let choices = Engines::ALL.map(|engines| {
+            let target = self.target();
+            choose(
+                engines,
+                &self.measured,
+                &self.quantities,
+                references,
+                &target,
+            )
+        });
+        // Time is kept for tests of what there is to test.
+        let count = choices.iter().flatten().count().max(1);
+        let share = TESTS * self.options.budget / count as f64;
+        let said = Engines::ALL.into_iter().zip(choices);
+        said.map(|(engines, choice)| match choice {
+            Some(choice) => self.recommendation(engines, &choice, share),
+            None => Ok(self.unmet(engines)),
+        })
+        .collect()
+    }
+
+    /// Tests a choice, and says what was predicted and found.
+    fn recommendation(
+        &self,
+        engines: Engines,
+        choice: &Choice,
+        share: f64,
+    ) -> Result<String, FrontierError> {
         let target = self.target();
-        let Some(choice) = choose(
-            engines,
-            &self.measured,
-            &self.quantities,
-            &self.references.values,
-            &target,
-        ) else {
-            return Ok(self.unmet(engines));
-        };
         let tested = test(
             self.workshop,
-            &choice,
+            choice,
             &self.measured,
             &self.quantities,
             &self.references.values,
             &target,
-            self.options.budget,
+            share,
         )?;
         let one = &self.measured[choice.index];
         let predicted = format!(
@@ -282,7 +302,7 @@ impl<'a> Sweep<'a> {
             time(tested.core_seconds),
             percent(tested.error),
         );
-        let finer = finer_that_fails(&choice, &self.measured, &self.quantities, &target);
+        let finer = finer_that_fails(choice, &self.measured, &self.quantities, &target);
         let finer = finer.map(|(finer, error)| {
             format!(
                 " Its errors cancel: the finer {} is off by {}, so this holds for this case alone.",
@@ -344,9 +364,7 @@ pub fn command(
     let orders = orders(&sweep.measured, &sweep.quantities, references);
     table(&options.folder.join(ORDERS), &orders)?;
     let mut sentences = sweep.provenance(&cache);
-    for engines in Engines::ALL {
-        sentences.push(sweep.recommendation(engines)?);
-    }
+    sentences.extend(sweep.recommendations()?);
     sentences.push(format!(
         "Core time of everything: {}.",
         time(workshop.spent())

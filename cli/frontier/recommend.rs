@@ -6,7 +6,6 @@ use stosszahl_analysis::accuracy::Accuracy;
 use super::FrontierError;
 use super::front::Measured;
 use super::measure::{Sample, Task, Workshop};
-use super::plan::TESTS;
 use super::quantity::{Kind, Quantity};
 use super::reference::{Reference, Source};
 use super::setting::EXACT;
@@ -191,7 +190,7 @@ pub(crate) struct Tested {
     pub(crate) core_seconds: f64,
 }
 
-/// Runs a choice on fresh seeds, as often as asked for and the budget \[s\] allows, but at least once.
+/// Runs a choice on fresh seeds, as often as asked for and its share of the time \[s\] allows, but at least once.
 ///
 /// # Errors
 /// [`FrontierError`] if runs cannot be made.
@@ -202,12 +201,11 @@ pub(crate) fn test(
     quantities: &[Quantity],
     references: &[Reference],
     target: &Target<'_>,
-    budget: f64,
+    share: f64,
 ) -> Result<Tested, FrontierError> {
     let setting = measured[choice.index].setting.clone();
     let one = setting.nominal_seconds(workshop.setup) * choice.replicas as f64;
-    let affordable = TESTS * budget / Engines::ALL.len() as f64 / one;
-    let tests = (affordable as u64).clamp(1, target.tests.max(1));
+    let tests = ((share / one) as u64).clamp(1, target.tests.max(1));
     let task = Task {
         setting,
         replicas: FIRST..FIRST + tests * choice.replicas,
