@@ -94,7 +94,7 @@ pub enum CommandError {
         /// Results folder; checkpoints are kept there.
         folder: PathBuf,
         /// Why.
-        source: RunError,
+        source: Box<RunError>,
     },
     /// A table or the manifest cannot be written.
     #[error(transparent)]

@@ -272,108 +272,109 @@ fn a_channel_keeps_its_books() {
     }
 }
 
-/// Each fault: what is changed, and words that the message must have.
+/// What is changed in the first case, into what, and words that the message must have.
+const FAULTS: &[(&str, &str, &[&str])] = &[
+    (
+        "number = 60",
+        "number = 0",
+        &["species[0].number", "whole number from 1"],
+    ),
+    ("number = 60", "numbers = 60", &["numbers", "number"]),
+    ("size = [20, 20]", "size = [20]", &["box.size", "two sides"]),
+    (
+        "size = [20, 20]",
+        "size = [20, -1]",
+        &["box.size", "above 0"],
+    ),
+    (
+        "right = \"specular\"",
+        "right = \"mirror\"",
+        &["walls.right", "specular"],
+    ),
+    (
+        "right = \"specular\"",
+        "right = \"open\"",
+        &["walls.right", "exact dynamics keeps"],
+    ),
+    (
+        "right = \"specular\"\n",
+        "",
+        &["walls.right", "both periodic"],
+    ),
+    (
+        "slip = 0.5 }",
+        "slip = 1.5 }",
+        &["walls.left.slip", "from -1 to 1"],
+    ),
+    (
+        "left = { restitution = 0.9,",
+        "left = {",
+        &["walls.left.restitution"],
+    ),
+    (
+        "amplitude = 0.2",
+        "amplitude = 15",
+        &["amplitude", "half the box"],
+    ),
+    (
+        "sliding = [0.5, 0]",
+        "sliding = [0.5, 1]",
+        &["walls.top.sliding", "zero across"],
+    ),
+    (
+        "[0, -0.5]",
+        "[0, -0.5, 0]",
+        &["gravity.acceleration", "as many components"],
+    ),
+    (
+        "tangential_restitution = 0.2",
+        "inertia = 0.4",
+        &["contact.inertia", "tangential_restitution"],
+    ),
+    (
+        "radius = 2 }",
+        "radius = 12 }",
+        &["number 1", "allowed is the box"],
+    ),
+    (
+        "[[2, 5], [6, 4]]",
+        "[[2, 5], [2, 5]]",
+        &["number 2", "length"],
+    ),
+    (
+        "disc = {",
+        "polygon = [[1, 1], [2, 1], [2, 2]]\ndisc = {",
+        &["obstacle[0]", "exactly one"],
+    ),
+    (
+        "samples = 40",
+        "samples = 41",
+        &["run.samples", "multiple of run.blocks"],
+    ),
+    ("[[0, 4]]", "[[0, 40]]", &["fields.windows[0]"]),
+    (
+        "[engine.ed]\ncontact_time = 1e-4\n\n[engine.dsmc]\ncontact_value = \"enskog\"\nsimulators_per_grain = 4",
+        "[engine]",
+        &["engine", "at least one engine"],
+    ),
+    (
+        "[run]",
+        "[start]\nmean_free_path = 1\n\n[run]",
+        &["start.mean_free_path"],
+    ),
+    (
+        "[run]",
+        "[start]\nempty = true\n\n[run]",
+        &["start.empty", "inflow"],
+    ),
+    ("number = 60", "number = 600", &["finds no place"]),
+    ("kind = \"flow\"", "kind = \"flows\"", &["kind", "flow"]),
+];
+
 #[test]
 fn bad_cases_are_refused_with_key_and_reason() {
-    let faults: &[(&str, &str, &[&str])] = &[
-        (
-            "number = 60",
-            "number = 0",
-            &["species[0].number", "whole number from 1"],
-        ),
-        ("number = 60", "numbers = 60", &["numbers", "number"]),
-        ("size = [20, 20]", "size = [20]", &["box.size", "two sides"]),
-        (
-            "size = [20, 20]",
-            "size = [20, -1]",
-            &["box.size", "above 0"],
-        ),
-        (
-            "right = \"specular\"",
-            "right = \"mirror\"",
-            &["walls.right", "specular"],
-        ),
-        (
-            "right = \"specular\"",
-            "right = \"open\"",
-            &["walls.right", "exact dynamics keeps"],
-        ),
-        (
-            "right = \"specular\"\n",
-            "",
-            &["walls.right", "both periodic"],
-        ),
-        (
-            "slip = 0.5 }",
-            "slip = 1.5 }",
-            &["walls.left.slip", "from -1 to 1"],
-        ),
-        (
-            "left = { restitution = 0.9,",
-            "left = {",
-            &["walls.left.restitution"],
-        ),
-        (
-            "amplitude = 0.2",
-            "amplitude = 15",
-            &["amplitude", "half the box"],
-        ),
-        (
-            "sliding = [0.5, 0]",
-            "sliding = [0.5, 1]",
-            &["walls.top.sliding", "zero across"],
-        ),
-        (
-            "[0, -0.5]",
-            "[0, -0.5, 0]",
-            &["gravity.acceleration", "as many components"],
-        ),
-        (
-            "tangential_restitution = 0.2",
-            "inertia = 0.4",
-            &["contact.inertia", "tangential_restitution"],
-        ),
-        (
-            "radius = 2 }",
-            "radius = 12 }",
-            &["number 1", "allowed is the box"],
-        ),
-        (
-            "[[2, 5], [6, 4]]",
-            "[[2, 5], [2, 5]]",
-            &["number 2", "length"],
-        ),
-        (
-            "disc = {",
-            "polygon = [[1, 1], [2, 1], [2, 2]]\ndisc = {",
-            &["obstacle[0]", "exactly one"],
-        ),
-        (
-            "samples = 40",
-            "samples = 41",
-            &["run.samples", "multiple of run.blocks"],
-        ),
-        ("[[0, 4]]", "[[0, 40]]", &["fields.windows[0]"]),
-        (
-            "[engine.ed]\ncontact_time = 1e-4\n\n[engine.dsmc]\ncontact_value = \"enskog\"\nsimulators_per_grain = 4",
-            "[engine]",
-            &["engine", "at least one engine"],
-        ),
-        (
-            "[run]",
-            "[start]\nmean_free_path = 1\n\n[run]",
-            &["start.mean_free_path"],
-        ),
-        (
-            "[run]",
-            "[start]\nempty = true\n\n[run]",
-            &["start.empty", "inflow"],
-        ),
-        ("number = 60", "number = 600", &["finds no place"]),
-        ("kind = \"flow\"", "kind = \"flows\"", &["kind", "flow"]),
-    ];
     let folder = tempfile::tempdir().expect("a folder");
-    for (found, replaced, words) in faults {
+    for (found, replaced, words) in FAULTS {
         assert!(BOTH.contains(found), "{found}");
         fs::write(
             folder.path().join("case.toml"),

@@ -141,7 +141,7 @@ impl Subject for Pairs {
                     let collision = Collision {
                         // The last moment of the window does not belong to it.
                         time: time - 0.5 * step,
-                        position: Default::default(),
+                        position: vector![0.0, 0.0],
                         relative,
                         line,
                         reduced_mass: 0.5,

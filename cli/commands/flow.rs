@@ -64,7 +64,7 @@ impl Job for Flow {
         let ((plan, theory), folder) = (run.plan, place.folder);
         let replicas = run::run(plan, place).map_err(|source| CommandError::Run {
             folder: folder.to_owned(),
-            source,
+            source: Box::new(source),
         })?;
         let tables = Tables::new(plan, theory, &replicas);
         tables.write(folder)?;

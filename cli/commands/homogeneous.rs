@@ -55,7 +55,7 @@ impl Job for Case {
         let (plan, folder) = (run.plan, place.folder);
         let runs = run::run(plan, place).map_err(|source| CommandError::Run {
             folder: folder.to_owned(),
-            source,
+            source: Box::new(source),
         })?;
         let tables = Tables::new(plan, &runs).map_err(|source| CommandError::Plan {
             path: run.file.path.clone(),

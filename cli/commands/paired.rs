@@ -76,7 +76,7 @@ impl Job for Case {
         let (setup, folder) = (run.plan, place.folder);
         let replicas = run::run(setup, place).map_err(|source| CommandError::Run {
             folder: folder.to_owned(),
-            source,
+            source: Box::new(source),
         })?;
         let tables = Tables::new(setup, &replicas);
         tables.write(setup, folder)?;

@@ -410,7 +410,8 @@ fn windows(plan: &Plan, steady: impl Iterator<Item = Option<f64>>) -> Vec<Window
         }
     };
     let until = plan.flow.run.until;
-    let from = steady.fold(Some(0.0_f64), |latest, from| Some(latest?.max(from?)));
+    let mut steady = steady;
+    let from = steady.try_fold(0.0_f64, |latest, from| Some(latest.max(from?)));
     let last = match from {
         // The block in which it becomes steady is left out.
         Some(from) => window((from / length).ceil() * length, until, true),

@@ -11,10 +11,11 @@
 //! | [`run`] | replicas, checkpoints, samples |
 //! | [`theory`] | what theory says |
 //! | [`tables`], [`export`] | the tables |
-//! | [`verdicts`] | what they say |
+//! | [`verdicts`], `channel` | what they say |
 //! | [`manifest`], `report` | the manifest and the page |
 
 pub mod case;
+mod channel;
 pub mod export;
 mod gas;
 pub mod manifest;

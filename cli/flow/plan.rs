@@ -276,7 +276,7 @@ fn cross_section(one: &species::Kind, other: &species::Kind, dimension: usize) -
     }
 }
 
-/// Mean over the grains of 1/sum_q n_q s_pq sqrt(1 + m_p/m_q), the mean free path of a dilute mixture at one
+/// Mean over the grains of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one
 /// temperature (Kawasaki 1985, A.1; Bird 1976).
 fn mean_free_path(kinds: &[species::Kind], volume: f64, dimension: usize) -> f64 {
     let total: f64 = kinds.iter().map(|kind| kind.count as f64).sum();

@@ -111,24 +111,26 @@ fn points(
             })
         })
         .collect();
-    thinned(all)
+    thinned(&all)
 }
 
 /// At most some hundred points of a curve.
-fn thinned(points: Vec<Point>) -> Vec<Point> {
+fn thinned(points: &[Point]) -> Vec<Point> {
     const MOST: usize = 120;
-    crate::report::figures::spread(&points, MOST)
+    crate::report::figures::spread(points, MOST)
 }
+
+/// A part of the energy: its name, its column and its colour.
+type Part = (&'static str, fn(&SeriesRow) -> f64, &'static str);
+const PARTS: [Part; 4] = [
+    ("all", |row| row.energy, "var(--ink)"),
+    ("translation", |row| row.translation, "var(--engine-0)"),
+    ("rotation", |row| row.rotation, "var(--engine-1)"),
+    ("height", |row| row.potential, "var(--engine-2)"),
+];
 
 fn energies(rows: &[SeriesRow]) -> Option<Figure> {
     let names = engines(rows.iter().map(|row| &row.engine));
-    type Part = (&'static str, fn(&SeriesRow) -> f64, &'static str);
-    const PARTS: [Part; 4] = [
-        ("all", |row| row.energy, "var(--ink)"),
-        ("translation", |row| row.translation, "var(--engine-0)"),
-        ("rotation", |row| row.rotation, "var(--engine-1)"),
-        ("height", |row| row.potential, "var(--engine-2)"),
-    ];
     let panels = names.iter().map(|name| {
         let curves = PARTS.iter().map(|(label, of, colour)| Curve {
             label: (*label).to_owned(),
@@ -160,11 +162,12 @@ fn energies(rows: &[SeriesRow]) -> Option<Figure> {
     .drawable()
 }
 
+/// A temperature of the series and its standard error.
+type Temperature = fn(&SeriesRow) -> Option<(f64, Option<f64>)>;
+
 fn temperatures(rows: &[SeriesRow]) -> Option<Figure> {
     let names = engines(rows.iter().map(|row| &row.engine));
-    let panel = |of: fn(&SeriesRow) -> Option<(f64, Option<f64>)>,
-                 expected: fn(&SeriesRow) -> Option<f64>,
-                 label: &str| {
+    let panel = |of: Temperature, expected: fn(&SeriesRow) -> Option<f64>, label: &str| {
         let mut curves: Vec<Curve> = names
             .iter()
             .map(|name| Curve {
@@ -234,7 +237,7 @@ fn species(rows: &[SpeciesRow]) -> Option<Figure> {
                 colour: format!("var(--engine-{})", place % 7),
                 mark: None,
                 stroke: Stroke::Solid,
-                points: thinned(ordered(all)),
+                points: thinned(&ordered(all)),
             }
         });
         let chart = Chart {
@@ -295,6 +298,21 @@ fn maps(results: &Results, counter: &mut Counter) -> Markup {
     }
 }
 
+/// A field that is drawn: its name, its column and whether arrows show the velocity.
+type Field = (&'static str, fn(&FieldRow) -> f64, bool);
+const FIELDS: [Field; 6] = [
+    ("number density", |row| row.number_density, false),
+    (
+        "speed of the flow",
+        |row| row.velocity_x.hypot(row.velocity_y),
+        true,
+    ),
+    ("granular temperature", |row| row.temperature, false),
+    ("temperature of rotation", |row| row.spin_temperature, false),
+    ("pressure", |row| row.pressure, false),
+    ("collision rate", |row| row.collision_rate, false),
+];
+
 fn engine_maps(
     results: &Results,
     engine: &str,
@@ -311,19 +329,6 @@ fn engine_maps(
     let size = [
         results.manifest.size.first().copied().unwrap_or(1.0),
         results.manifest.size.get(1).copied().unwrap_or(1.0),
-    ];
-    type Field = (&'static str, fn(&FieldRow) -> f64, bool);
-    const FIELDS: [Field; 6] = [
-        ("number density", |row| row.number_density, false),
-        (
-            "speed of the flow",
-            |row| row.velocity_x.hypot(row.velocity_y),
-            true,
-        ),
-        ("granular temperature", |row| row.temperature, false),
-        ("temperature of rotation", |row| row.spin_temperature, false),
-        ("pressure", |row| row.pressure, false),
-        ("collision rate", |row| row.collision_rate, false),
     ];
     let drawn: Vec<(&str, Map)> = FIELDS
         .iter()
@@ -368,6 +373,27 @@ fn profiles(results: &Results, counter: &mut Counter) -> Markup {
     }
 }
 
+/// A column of a profile and its standard error.
+type Column = (&'static str, fn(&ProfileRow) -> (f64, Option<f64>));
+const COLUMNS: [Column; 6] = [
+    ("number density", |row| {
+        (row.number_density, row.number_density_se)
+    }),
+    ("velocity along x", |row| {
+        (row.velocity_x, row.velocity_x_se)
+    }),
+    ("velocity along y", |row| {
+        (row.velocity_y, row.velocity_y_se)
+    }),
+    ("granular temperature", |row| {
+        (row.temperature, row.temperature_se)
+    }),
+    ("temperature of rotation", |row| {
+        (row.spin_temperature, row.spin_temperature_se)
+    }),
+    ("pressure", |row| (row.pressure, row.pressure_se)),
+];
+
 fn profile(rows: &[ProfileRow], along: &str) -> Option<Figure> {
     let rows: Vec<&ProfileRow> = rows.iter().filter(|row| row.along == along).collect();
     let last = *windows(rows.iter().map(|row| (row.window_start, row.window_end))).last()?;
@@ -379,25 +405,6 @@ fn profile(rows: &[ProfileRow], along: &str) -> Option<Figure> {
         return None;
     }
     let names = engines(rows.iter().map(|row| &row.engine));
-    type Column = (&'static str, fn(&ProfileRow) -> (f64, Option<f64>));
-    const COLUMNS: [Column; 6] = [
-        ("number density", |row| {
-            (row.number_density, row.number_density_se)
-        }),
-        ("velocity along x", |row| {
-            (row.velocity_x, row.velocity_x_se)
-        }),
-        ("velocity along y", |row| {
-            (row.velocity_y, row.velocity_y_se)
-        }),
-        ("granular temperature", |row| {
-            (row.temperature, row.temperature_se)
-        }),
-        ("temperature of rotation", |row| {
-            (row.spin_temperature, row.spin_temperature_se)
-        }),
-        ("pressure", |row| (row.pressure, row.pressure_se)),
-    ];
     let mut kinds: Vec<&String> = Vec::new();
     for row in &rows {
         if !kinds.contains(&&row.species) {

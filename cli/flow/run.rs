@@ -245,35 +245,26 @@ impl Job<'_> {
         };
         let streams = self.streams().branch(DSMC);
         self.follow(|checkpoint| {
-            let engine = match checkpoint {
-                Some(gas) => {
-                    let size = Plan::vector::<P::Space>(&flow.domain.size);
-                    let domain = boundaries.walls.domain(size);
-                    let domain = domain
-                        .ok_or(start::StartError::Box)
-                        .map_err(FlowError::from)?;
-                    stosszahl_dsmc::Engine::resume_between(
-                        scene,
-                        parameters,
-                        domain,
-                        gas,
-                        &boundaries,
-                        streams,
-                    )?
-                }
-                None => {
-                    // The first set is the start of exact dynamics; the others are starts of the same gas.
-                    let sets = (0..written.simulators_per_grain)
-                        .map(|set| self.start(set, scene, &boundaries.walls, &boundaries.obstacles))
-                        .collect::<Result<Vec<_>, _>>()?;
-                    stosszahl_dsmc::Engine::start_sets(
-                        scene,
-                        parameters,
-                        &sets,
-                        &boundaries,
-                        streams,
-                    )?
-                }
+            let engine = if let Some(gas) = checkpoint {
+                let size = Plan::vector::<P::Space>(&flow.domain.size);
+                let domain = boundaries.walls.domain(size);
+                let domain = domain
+                    .ok_or(start::StartError::Box)
+                    .map_err(FlowError::from)?;
+                stosszahl_dsmc::Engine::resume_between(
+                    scene,
+                    parameters,
+                    domain,
+                    gas,
+                    &boundaries,
+                    streams,
+                )?
+            } else {
+                // The first set is the start of exact dynamics; the others are starts of the same gas.
+                let sets = (0..written.simulators_per_grain)
+                    .map(|set| self.start(set, scene, &boundaries.walls, &boundaries.obstacles))
+                    .collect::<Result<Vec<_>, _>>()?;
+                stosszahl_dsmc::Engine::start_sets(scene, parameters, &sets, &boundaries, streams)?
             };
             Ok(Chance {
                 engine,

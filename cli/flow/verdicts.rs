@@ -3,7 +3,8 @@
 use stosszahl_analysis::compare::{self, Verdict as Test};
 use stosszahl_model::walls::Obstacle;
 
-use super::case::{Face, FaceName, FaceWord};
+use super::case::FaceName;
+use super::channel::Channel;
 use super::export::{Tables, Window, granular_temperature, over, spin_temperature, total};
 use super::obstacles;
 use super::plan::Plan;
@@ -56,7 +57,7 @@ fn title(engine: &str) -> &'static str {
 }
 
 /// A number with its standard error.
-fn written(value: f64, error: Option<f64>) -> String {
+pub(super) fn written(value: f64, error: Option<f64>) -> String {
     match error {
         Some(error) => format!("{value:.4} ± {error:.4}"),
         None => format!("{value:.4} (error unknown)"),
@@ -483,139 +484,26 @@ impl Said<'_> {
     /// A flow from left to right between walls: what happens along its middle, at its walls, and in its two halves.
     fn channel(&self) -> Vec<Verdict> {
         let flow = &self.plan.flow;
-        let through = flow
-            .inflow
-            .iter()
-            .any(|inflow| inflow.face == FaceName::Left)
-            && *flow.walls.at(0, 1) == Face::Word(FaceWord::Open);
-        let walled = [0, 1].iter().all(|&side| match flow.walls.at(1, side) {
-            Face::Word(word) => *word == FaceWord::Specular,
-            Face::Wall(_) => true,
-        });
-        let [columns, rows] = flow.fields.cells.map(|count| count as usize);
         let cells = self.fields();
-        let plain = flow.obstacle.is_empty() && rows >= 4 && columns >= 8;
-        if !through || !walled || !plain || cells.len() != rows * columns {
-            return Vec::new();
-        }
-        let at = |column: usize, row: usize| cells[column + columns * row];
-        // The middle fifth, and an eighth of the length at each end.
-        let middle = (2 * rows / 5)..(3 * rows).div_ceil(5);
-        let ends = [0..columns / 8, columns - columns / 8..columns];
-        let mean = |columns: std::ops::Range<usize>,
-                    rows: std::ops::Range<usize>,
-                    of: &dyn Fn(&FieldRow) -> (f64, Option<f64>)| {
-            let (mut number, mut sum, mut square) = (0.0, 0.0, Some(0.0));
-            for column in columns {
-                for row in rows.clone() {
-                    let cell = at(column, row);
-                    let (value, error) = of(cell);
-                    number += cell.number_density;
-                    sum += cell.number_density * value;
-                    square = square
-                        .zip(error)
-                        .map(|(square, error)| square + (cell.number_density * error).powi(2));
-                }
-            }
-            (
-                sum / number,
-                square.map(|square: f64| square.sqrt() / number),
-            )
-        };
-        let change = |of: &dyn Fn(&FieldRow) -> (f64, Option<f64>)| {
-            let [first, last] = ends.clone().map(|end| mean(end, middle.clone(), of));
-            let quotient = last.0 / first.0;
-            let error = first
-                .1
-                .zip(last.1)
-                .map(|(a, b)| quotient.abs() * (a / first.0).hypot(b / last.0));
-            (quotient, error)
-        };
-        let speed = |row: &FieldRow| (row.velocity_x, row.velocity_x_se);
-        let heat = |row: &FieldRow| (row.temperature, row.temperature_se);
-        let density = |row: &FieldRow| (row.number_density, row.number_density_se);
-        let (speed_change, speed_error) = change(&speed);
-        let (heat_change, heat_error) = change(&heat);
-        let (density_change, density_error) = change(&density);
-        let informs = |topic: &str, sentence: String| Verdict {
-            topic: self.topic(topic),
-            sentence,
-            kind: VerdictKind::Agree,
-        };
-        let last = ends[1].clone();
-        let (centre, centre_error) = mean(last.clone(), middle.clone(), &speed);
-        let entering = (flow.inflow.iter())
-            .find(|inflow| inflow.face == FaceName::Left)
-            .map_or(centre, |inflow| inflow.velocity[0]);
-        let mut list = vec![informs(
-            "along the channel",
-            format!(
-                "From the first to the last eighth, in the middle of the channel, the velocity changes by the factor {}, the temperature by {}, the density by {}; at the exit the velocity there is {} of that of the inflow.",
-                written(speed_change, speed_error),
-                written(heat_change, heat_error),
-                written(density_change, density_error),
-                written(
-                    centre / entering,
-                    centre_error.map(|error| error / entering)
-                )
-            ),
-        )];
-        let edges = [0..1, rows - 1..rows].map(|rows| mean(last.clone(), rows, &speed));
-        let slip = 0.5 * (edges[0].0 + edges[1].0) / centre;
-        let slip_error = edges[0]
-            .1
-            .zip(edges[1].1)
-            .zip(centre_error)
-            .map(|((a, b), c)| {
-                ((0.5 * a.hypot(b) / centre).powi(2) + (slip * c / centre).powi(2)).sqrt()
-            });
-        // Where the velocity along y reaches 99 % of that in the middle.
-        let profile: Vec<f64> = (0..rows)
-            .map(|row| mean(last.clone(), row..row + 1, &speed).0 / centre)
-            .collect();
-        let layer = profile.iter().take(rows / 2).filter(|&&u| u < 0.99).count();
-        let height = flow.domain.size[1] * layer as f64 / rows as f64;
-        list.push(informs(
-            "walls of the channel",
-            format!(
-                "At the exit grains slip along the walls at {} of the velocity in the middle, and are slower than 0.99 of it up to {height:.3} from the wall.",
-                written(slip, slip_error)
-            ),
-        ));
-        // The two halves.
-        if flow.gravity.is_none() && flow.walls.bottom == flow.walls.top {
-            let (mut chi_squared, mut count) = (0.0, 0.0);
-            for column in 0..columns {
-                for row in 0..rows / 2 {
-                    let (a, b) = (at(column, row), at(column, rows - 1 - row));
-                    for of in [&speed as &dyn Fn(&FieldRow) -> _, &heat, &density] {
-                        let ((x, Some(x_error)), (y, Some(y_error))) = (of(a), of(b)) else {
-                            continue;
-                        };
-                        let error = x_error.hypot(y_error);
-                        if error > 0.0 {
-                            chi_squared += ((x - y) / error).powi(2);
-                            count += 1.0;
-                        }
-                    }
-                }
-            }
-            let mean_square: f64 = chi_squared / f64::max(count, 1.0);
-            list.push(Verdict {
+        Channel::of(flow, &cells).map_or_else(Vec::new, |channel| {
+            let said = [channel.along(), channel.walls()]
+                .into_iter()
+                .map(|(what, sentence)| Verdict {
+                    topic: self.topic(what),
+                    sentence,
+                    kind: VerdictKind::Agree,
+                });
+            let halves = channel.symmetry().map(|(sentence, holds)| Verdict {
                 topic: self.topic("symmetry"),
-                sentence: format!(
-                    "Velocity, temperature and density of mirrored cells differ by {:.3} standard errors (root mean square of {count} differences; one is noise).",
-                    mean_square.sqrt()
-                ),
-                // Errors from forty blocks have some ten per cent of error of their own.
-                kind: if mean_square <= 1.3 {
+                sentence,
+                kind: if holds {
                     VerdictKind::Agree
                 } else {
                     VerdictKind::Differ
                 },
             });
-        }
-        list
+            said.chain(halves).collect()
+        })
     }
 
     /// The drag of each obstacle in a stream from the left, and its coefficient F/(rho u^2 h/2) with the height h that it
