@@ -4,7 +4,7 @@
 //! height heats it: with `n` degrees of freedom of a particle, x = m g L/T and the mean height
 //! L (1/x - 1/(e^x - 1)) of a barometric profile,
 //!
-//! sum N (n T0/2 + m g L/2) = sum N (n T/2 + m g <z>(T)).
+//! `sum N (n T0/2 + m g L/2) = sum N (n T/2 + m g <z>(T))`.
 //!
 //! Kawasaki, Monte Carlo calculation of the flow of granular materials (California Institute of Technology, 1985),
 //! appendix B, corrected. Dilute gases: grains have no volume here.

@@ -90,6 +90,7 @@ mod tests {
         assert_eq!(bins.kinds().len(), 6);
         let collision = |distance: f64, reduced_mass: f64| Collision {
             time: 0.0,
+            position: vector![0.0, 0.0],
             relative: vector![-1.0, 0.0],
             line: vector![distance, 0.0],
             reduced_mass,
