@@ -68,7 +68,7 @@ windows = [[0, 4]]
 contact_time = 1e-4
 
 [engine.dsmc]
-scheme = "contact-point"
+scheme = "enskog"
 simulators_per_grain = 4
 "#;
 
@@ -113,7 +113,7 @@ blocks = 10
 cells = [16, 8]
 
 [engine.dsmc]
-weights = { along = "x", factors = [1, 0.5] }
+weights = { along = "x", factors = [1, 0.7] }
 "#;
 
 fn stosszahl(folder: &Path, arguments: &[&str]) -> Output {
@@ -299,7 +299,7 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
     (
         "right = \"specular\"\n",
         "",
-        &["walls.right", "both periodic"],
+        &["walls.left", "both periodic"],
     ),
     (
         "slip = 0.5 }",
@@ -353,7 +353,7 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
     ),
     ("[[0, 4]]", "[[0, 40]]", &["fields.windows[0]"]),
     (
-        "[engine.ed]\ncontact_time = 1e-4\n\n[engine.dsmc]\ncontact_value = \"enskog\"\nsimulators_per_grain = 4",
+        "[engine.ed]\ncontact_time = 1e-4\n\n[engine.dsmc]\nscheme = \"enskog\"\nsimulators_per_grain = 4",
         "[engine]",
         &["engine", "at least one engine"],
     ),
@@ -368,6 +368,11 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
         &["start.empty", "inflow"],
     ),
     ("number = 60", "number = 600", &["finds no place"]),
+    (
+        "scheme = \"enskog\"",
+        "scheme = \"contact-point\"",
+        &["engine.dsmc.scheme", "obstacles"],
+    ),
     ("kind = \"flow\"", "kind = \"flows\"", &["kind", "flow"]),
 ];
 

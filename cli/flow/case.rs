@@ -794,6 +794,15 @@ impl Relations<'_> {
         if ed.is_none() && dsmc.is_none() {
             return self.refuse_with_sentence(KeyPath::of("engine"), "engine");
         }
+        if let Some(dsmc) = dsmc.as_ref()
+            && dsmc.scheme == Scheme::ContactPoint
+            && (dsmc.weights.is_some() || !flow.obstacle.is_empty())
+        {
+            return self.refuse(
+                KeyPath::of("engine.dsmc.scheme"),
+                "obstacles and weights go with the schemes \"boltzmann\", \"free-volume\" and \"enskog\"",
+            );
+        }
         if ed.is_some() {
             if flow.dimension() != 2 {
                 return self.refuse(

@@ -191,7 +191,7 @@ impl<P: Physics> Gas for Chance<P> {
         for (index, inflow) in books.inflows.iter().enumerate() {
             entries.push(Entry::of_transfer(format!("inflow {}", index + 1), inflow));
         }
-        if books.balance.particles != 0.0 {
+        if books.balanced > 0 {
             entries.push(Entry::of_transfer(BALANCE, &books.balance));
         }
         Ledger { entries }
