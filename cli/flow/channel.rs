@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::case::{Face, FaceName, FaceWord, Flow};
 use super::tables::FieldRow;
-use super::verdicts::written;
+use crate::verdicts::with_error;
 
 /// A number and its standard error.
 type Measured = (f64, Option<f64>);
@@ -105,13 +105,13 @@ impl<'a> Channel<'a> {
     pub(super) fn along(&self) -> (&'static str, String) {
         let [_, last] = self.ends();
         let (centre, error) = self.mean(last, self.middle(), speed);
-        let say = |(value, error): Measured| written(value, error);
+        let say = |(value, error): Measured| with_error(value, error);
         let sentence = format!(
             "From the first to the last eighth, in the middle of the channel, the velocity changes by the factor {}, the temperature by {}, the density by {}; at the exit the velocity there is {} of that of the inflow.",
             say(self.change(speed)),
             say(self.change(heat)),
             say(self.change(density)),
-            written(
+            with_error(
                 centre / self.entering,
                 error.map(|error| error / self.entering.abs())
             )
@@ -136,7 +136,7 @@ impl<'a> Channel<'a> {
         let height = self.flow.domain.size[1] * slow as f64 / self.rows as f64;
         let sentence = format!(
             "At the exit grains slip along the walls at {} of the velocity in the middle, and are slower than {FREE} of it up to {height:.3} from the wall.",
-            written(slip, error)
+            with_error(slip, error)
         );
         ("walls of the channel", sentence)
     }

@@ -4,7 +4,7 @@ use rand::{Rng, RngExt};
 use stosszahl_model::initial::{maxwellian, thermal_spins};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Obstacle;
-use stosszahl_model::{Body, Physics, Sizes, Space, State, Vector, VectorOf, Walls};
+use stosszahl_model::{Body, Domain, Physics, Sizes, Space, State, Vector, VectorOf, Walls};
 
 use super::plan::Plan;
 
@@ -63,7 +63,7 @@ pub fn make<P: Physics>(
         bodies: Vec::with_capacity(grains),
     };
     let mut stream = streams.at(Purpose::Placement, [0, 0]);
-    let mut places = Places::new(plan, scene, walls, obstacles, room, grains);
+    let mut places = Places::new(scene, domain, walls, obstacles, room, grains);
     // The largest first, which find no place later.
     let mut order: Vec<usize> = (0..grains).collect();
     let radius = |index: usize| scene.sizes().radius(scene.sizes().tag(index));
@@ -91,6 +91,7 @@ pub fn make<P: Physics>(
 struct Places<'a, P: Physics> {
     walls: &'a Walls<P::Space>,
     obstacles: &'a [Obstacle],
+    domain: Domain<P::Space>,
     size: VectorOf<P>,
     room: Room,
     grains: usize,
@@ -103,14 +104,14 @@ const MOST_TRIALS: usize = 1_000_000;
 
 impl<'a, P: Physics> Places<'a, P> {
     fn new(
-        plan: &Plan,
         scene: &P,
+        domain: Domain<P::Space>,
         walls: &'a Walls<P::Space>,
         obstacles: &'a [Obstacle],
         room: Room,
         grains: usize,
     ) -> Self {
-        let size = Plan::vector::<P::Space>(&plan.flow.domain.size);
+        let size = domain.lengths();
         let largest = scene.sizes().largest_radius();
         // As fine as a diameter, but never many more cells than grains.
         let most = (2.0 * grains as f64)
@@ -127,6 +128,7 @@ impl<'a, P: Physics> Places<'a, P> {
         Self {
             walls,
             obstacles,
+            domain,
             size,
             room,
             grains,
@@ -201,8 +203,6 @@ impl<'a, P: Physics> Places<'a, P> {
         if blocked || self.room == Room::Points {
             return !blocked;
         }
-        let domain = self.walls.domain(self.size);
-        let Some(domain) = domain else { return false };
         let home = self.cell(trial);
         let around = |axis: usize| {
             let (centre, count) = (home[axis], self.counts[axis]);
@@ -219,7 +219,7 @@ impl<'a, P: Physics> Places<'a, P> {
                     self.cells[self.number([x, y, z])]
                         .iter()
                         .all(|&(other, far)| {
-                            let apart = domain.displacement(trial, other);
+                            let apart = self.domain.displacement(trial, other);
                             apart.square() > (radius + far).powi(2)
                         })
                 })

@@ -12,6 +12,7 @@ use super::run::{Record, Replica, Sample};
 use super::tables::{FieldRow, ProfileRow, SeriesRow};
 use super::theory::{Theory, keeps_energy};
 use crate::manifest::{Verdict, VerdictKind};
+use crate::verdicts::with_error;
 
 /// Largest relative change of an energy that is kept.
 const KEPT: f64 = 1e-10;
@@ -54,14 +55,6 @@ pub fn verdicts(
 /// How an engine is called.
 fn title(engine: &str) -> &'static str {
     if engine == "ed" { "ED" } else { "DSMC" }
-}
-
-/// A number with its standard error.
-pub(super) fn written(value: f64, error: Option<f64>) -> String {
-    match error {
-        Some(error) => format!("{value:.4} ± {error:.4}"),
-        None => format!("{value:.4} (error unknown)"),
-    }
 }
 
 fn percent(found: f64, expected: f64) -> String {
@@ -127,7 +120,7 @@ fn engines_agree(plan: &Plan, replicas: &[Replica]) -> Vec<Verdict> {
             .any(|one| matches!(one.verdict, Test::Higher | Test::Lower));
         let agree = found.iter().all(|one| one.verdict == Test::Agree);
         let last = found.last()?;
-        let quotient = written(last.quotient.value, last.quotient.standard_error);
+        let quotient = with_error(last.quotient.value, last.quotient.standard_error);
         Some(Verdict {
             topic: format!("{topic}, ED against DSMC"),
             sentence: format!(
@@ -352,7 +345,7 @@ impl Said<'_> {
             topic: self.topic("settled column"),
             sentence: format!(
                 "The temperature is {} times that of the start; theory says {:.4} ({}).",
-                written(temperature / start, error.map(|e| e / start)),
+                with_error(temperature / start, error.map(|e| e / start)),
                 expected / start,
                 percent(temperature, expected)
             ),
@@ -424,7 +417,7 @@ impl Said<'_> {
             sentence: format!(
                 "The centre of mass is lowest at t = {time:.3}, {:.1} mean collision times after the release: it falls {} further than where it comes to rest, in units of the whole fall{}.",
                 time * rate,
-                written(depth, error),
+                with_error(depth, error),
                 if seen {
                     ""
                 } else {
@@ -467,11 +460,11 @@ impl Said<'_> {
             topic: self.topic("thermal walls"),
             sentence: format!(
                 "The gas has {} times the temperature of its walls, and moves along them at {} thermal speeds (both to be known to 1 %).",
-                written(
+                with_error(
                     temperature / expected,
                     temperature_error.map(|e| e / expected)
                 ),
-                written(drift / thermal, drift_error.map(|e| e / thermal))
+                with_error(drift / thermal, drift_error.map(|e| e / thermal))
             ),
             kind: if good {
                 VerdictKind::Agree
@@ -531,13 +524,13 @@ impl Said<'_> {
             let [low, high] = obstacle.bounds();
             let scale = 0.5 * mass_density * speed * speed * (high[1] - low[1]);
             let share = |force: f64, error: Option<f64>| {
-                written(-force / scale, error.map(|error| error / scale))
+                with_error(-force / scale, error.map(|error| error / scale))
             };
             Some(Verdict {
                 topic: self.topic(&format!("drag of {name}")),
                 sentence: format!(
                     "The stream drags it with the force {}, the coefficient of drag is {}, that of lift {}.",
-                    written(-row.force_x, row.force_x_se),
+                    with_error(-row.force_x, row.force_x_se),
                     share(row.force_x, row.force_x_se),
                     share(row.force_y, row.force_y_se)
                 ),
@@ -570,8 +563,8 @@ impl Said<'_> {
             topic: self.topic("splitting and merging"),
             sentence: format!(
                 "Over the whole run it added {} grains and the energy {}; on average it adds nothing.",
-                written(grains, grains_error),
-                written(energy, energy_error)
+                with_error(grains, grains_error),
+                with_error(energy, energy_error)
             ),
             kind: if fair(grains, grains_error) && fair(energy, energy_error) {
                 VerdictKind::Agree
