@@ -2,17 +2,20 @@
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 /// Steps of the bar.
 const STEPS: u64 = 10_000;
 
 /// Seconds between plain lines.
 const LINE_SECONDS: u64 = 10;
+
+/// Bars of what runs side by side share the terminal.
+static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
 #[derive(Debug, Default)]
 struct Shared {
@@ -115,7 +118,7 @@ fn show(all: &Shared, name: &str) {
     let began = Instant::now();
     let terminal = std::io::stderr().is_terminal();
     let bar = if terminal {
-        ProgressBar::new(STEPS)
+        BARS.add(ProgressBar::new(STEPS))
     } else {
         ProgressBar::hidden()
     };

@@ -47,6 +47,10 @@ impl Job for Flow {
         outline(plan)
     }
 
+    fn jobs((plan, _): &Self::Plan) -> usize {
+        plan.flow.replicas as usize * plan.engines().len()
+    }
+
     fn fingerprint((plan, _): &Self::Plan) -> Fingerprint {
         let mut hash = blake3::Hasher::new();
         hash.update(env!("CARGO_PKG_VERSION").as_bytes());

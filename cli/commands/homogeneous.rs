@@ -39,6 +39,10 @@ impl Job for Case {
         outline(plan)
     }
 
+    fn jobs(plan: &Plan) -> usize {
+        plan.case.replicas
+    }
+
     fn fingerprint(plan: &Plan) -> Fingerprint {
         let mut hash = blake3::Hasher::new();
         hash.update(env!("CARGO_PKG_VERSION").as_bytes());

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use std::{fs, thread};
 
+use rayon::prelude::*;
 use stosszahl_model::snapshot::{Fingerprint, write_whole};
 
 use super::{CommandError, note, say};
@@ -44,6 +45,9 @@ pub(super) trait Job: Form + Sync {
 
     /// What a plan means, in lines.
     fn outline(plan: &Self::Plan) -> String;
+
+    /// How many threads one point can keep busy.
+    fn jobs(plan: &Self::Plan) -> usize;
 
     /// What decides the numbers of a run.
     fn fingerprint(plan: &Self::Plan) -> Fingerprint;
@@ -160,18 +164,27 @@ pub(super) fn run<C: Job>(arguments: &RunArguments) -> Result<(), CommandError> 
     if sweep {
         write_json(&folder.join(manifest::SWEEP_FILE), &sweep_index(file))?;
     }
-    for ((point, plan), (_, fingerprint)) in planned.points().zip(&runs) {
-        let place = if sweep {
-            folder.join(&point.name)
-        } else {
-            folder.clone()
-        };
-        if arguments.resume && results::is_complete(&place, C::FILES) {
-            note(&format!("{} is complete", place.display()));
-            results::remove_checkpoints(&place)?;
-            continue;
-        }
-        pool.install(|| run_point(file, (point, plan), fingerprint, &place, &stop))?;
+    let jobs = planned.plans.iter().map(C::jobs).min().unwrap_or(1);
+    // Points of few replicas run side by side, as many as have a thread for each replica.
+    let side_by_side = (pool.current_num_threads() / jobs.max(1)).max(1);
+    let points: Vec<_> = planned.points().zip(&runs).collect();
+    for points in points.chunks(side_by_side) {
+        pool.install(|| {
+            points
+                .par_iter()
+                .try_for_each(|&((point, plan), (_, fingerprint))| {
+                    let place = if sweep {
+                        folder.join(&point.name)
+                    } else {
+                        folder.clone()
+                    };
+                    if arguments.resume && results::is_complete(&place, C::FILES) {
+                        note(&format!("{} is complete", place.display()));
+                        return Ok(results::remove_checkpoints(&place)?);
+                    }
+                    run_point(file, (point, plan), fingerprint, &place, &stop)
+                })
+        })?;
     }
     let path = report::write_report(&folder)?;
     say(&format!("report: {}", path.display()));

@@ -61,6 +61,10 @@ impl Job for Case {
         outline(setup)
     }
 
+    fn jobs(setup: &Setup) -> usize {
+        setup.case.replicas * setup.case.engines.len()
+    }
+
     fn fingerprint(setup: &Setup) -> Fingerprint {
         fingerprint(setup)
     }

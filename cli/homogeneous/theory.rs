@@ -45,7 +45,8 @@ pub(super) fn curves(plan: &Plan) -> Result<Vec<Curve>, TheoryError> {
         .collect();
     let mixture = plan.mixture()?;
     let start = plan.temperatures();
-    let particles: Vec<f64> = plan.groups.iter().map(|group| group.density).collect();
+    let classes = plan.classes();
+    let particles: Vec<f64> = classes.iter().map(|class| class.density).collect();
     let mean = |values: &dyn Fn(usize) -> f64| -> f64 {
         let total: f64 = particles.iter().sum();
         let sum: f64 = particles
@@ -61,11 +62,16 @@ pub(super) fn curves(plan: &Plan) -> Result<Vec<Curve>, TheoryError> {
             energy_ratio: mean(&|k| moment.temperatures[k]) / mean(&|k| start[k]),
             collisions: mean(&|k| moment.collisions[k]),
             displacement: mean(&|k| moment.displacements[k]),
-            groups: (0..start.len())
-                .map(|k| GroupCurve {
-                    temperature: moment.temperatures[k],
-                    displacement: moment.displacements[k],
-                    correlation: (-moment.decays[k]).exp(),
+            groups: (0..plan.groups.len())
+                .map(|group| {
+                    let count = |k: usize| classes[k].count as f64;
+                    let square = |k: usize| count(k) * start[k] / classes[k].mass;
+                    GroupCurve {
+                        temperature: plan.over_classes(group, count, |k| moment.temperatures[k]),
+                        displacement: plan.over_classes(group, count, |k| moment.displacements[k]),
+                        correlation: plan
+                            .over_classes(group, square, |k| (-moment.decays[k]).exp()),
+                    }
                 })
                 .collect(),
         };
@@ -89,9 +95,14 @@ pub(super) fn time_averaged(plan: &Plan) -> Option<Vec<Vec<f64>>> {
     }
     let state = plan.cooling_state()?;
     let total = plan.case.run.until * plan.time;
-    let of_group = |k: usize| {
+    let count = |k: usize| plan.classes()[k].count as f64;
+    let of_group = |group: usize| {
         lags.iter()
-            .map(|lag| state.time_averaged(k, lag * plan.time, total))
+            .map(|lag| {
+                plan.over_classes(group, count, |k| {
+                    state.time_averaged(k, lag * plan.time, total)
+                })
+            })
             .collect()
     };
     Some((0..plan.groups.len()).map(of_group).collect())

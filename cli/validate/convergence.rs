@@ -166,7 +166,7 @@ fn swept(effort: Effort, method: &Method, sweep: &Sweep) -> Result<Vec<Row>, Tro
     let mut total = 0.0;
     for &(h, parameters) in &sweep.values {
         let count = replicas(effort, &parameters);
-        let found = over_seeds(count, |seed| measure(parameters, seed))?;
+        let found = over_seeds(0..count, |seed| measure(parameters, seed))?;
         here.setting = format!("{} {h:.4}", sweep.name);
         here.seconds = found.iter().map(|gas| gas.seconds).sum();
         total += here.seconds;

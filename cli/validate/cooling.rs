@@ -144,7 +144,7 @@ pub(super) fn run(
 ) -> Result<Vec<Row>, Trouble> {
     let few = if effort.quick { 400 } else { 10_000 };
     let many = if effort.quick { 16 } else { 400 };
-    let exact = Means::new(&over_seeds(few, Course::exact)?)?;
+    let exact = Means::new(&over_seeds(0..few, Course::exact)?)?;
     let theory = kinetic::fourth_cumulant(2, RESTITUTION);
     let mut rows = Vec::new();
     let mut add = |row: Row| {
@@ -165,7 +165,7 @@ pub(super) fn run(
             }
             let copies = parameters.simulators_per_disk;
             let replicas = (few / u64::from(copies)).max(many);
-            let found = over_seeds(replicas, |seed| Course::monte_carlo(parameters, seed))?;
+            let found = over_seeds(0..replicas, |seed| Course::monte_carlo(parameters, seed))?;
             let found = Means::new(&found)?;
             let name = format!("{} {copies}", setting.name());
             let here = place(method.name, &name, found.seconds, method.default);

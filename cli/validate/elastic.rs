@@ -30,11 +30,11 @@ const SLOWEST: f64 = 0.15;
 const FASTEST: f64 = 0.6;
 /// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged; what the cells do not resolve is left
 /// out, and the first begins with the box.
-const BANDS: [f64; 5] = [0.0, 0.25, 0.5, 1.0, std::f64::consts::PI];
+const BANDS: [f64; 4] = [0.0, 0.5, 1.0, std::f64::consts::PI];
 /// Most modes of a band.
-const MODES: usize = 160;
-/// Fewest modes of all gases in a band from which a verdict is drawn: energies are exponentially distributed, and of fewer
-/// the error is itself uncertain by more than a tenth, and small where the mean happens to be.
+const MODES: usize = 640;
+/// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially distributed, so that a gas of
+/// fewer says little.
 const FEWEST: usize = 100;
 /// Samples of noise and structure, and their distance in collisions of a disk.
 const SAMPLES: u32 = 12;
@@ -211,17 +211,26 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
     sum / displacements.len().max(1) as f64
 }
 
-/// Replicas at a setting, and disks of each; more simulators have less noise, and cost more.
-fn extent(effort: Effort, setting: Setting) -> (u64, usize) {
-    match (effort.quick, setting) {
-        (true, Setting::Single) => (4, 2_000),
-        (true, _) => (4, 500),
-        (false, Setting::Single) => (16, 20_000),
-        (false, _) => (6, 20_000),
-    }
+/// Gases at a setting.
+struct Extent {
+    disks: usize,
+    /// How many there are at first, and at most.
+    gases: [u64; 2],
 }
 
-/// All settings of the schemes at all packings.
+/// More simulators have less noise, and cost more.
+fn extent(effort: Effort, setting: Setting) -> Extent {
+    let (disks, gases) = match (effort.quick, setting) {
+        (true, Setting::Single) => (2_000, [4, 4]),
+        (true, _) => (500, [4, 4]),
+        (false, Setting::Single) => (20_000, [4, 64]),
+        (false, Setting::Eight) => (2_000, [8, 128]),
+        (false, Setting::Refined) => (500, [8, 64]),
+    };
+    Extent { disks, gases }
+}
+
+/// All settings of the schemes at all packings. Gases are added until every claim is decided, or there are the most.
 pub(super) fn run(
     effort: Effort,
     methods: &[Method],
@@ -230,17 +239,29 @@ pub(super) fn run(
     let mut rows = Vec::new();
     for packing in PACKINGS {
         for setting in Setting::ALL {
-            let (replicas, disks) = extent(effort, setting);
-            let starts = over_seeds(replicas, |seed| start(disks, packing, seed, 20.0))?;
+            let Extent { disks, gases } = extent(effort, setting);
+            let mut starts = Vec::new();
             for method in methods {
                 let parameters = method.at(setting);
                 let cell = parameters.cell_size.unwrap_or(2.0);
-                let plan = Plan::new(packing, cell, &starts[0])?;
-                let found = over_seeds(replicas, |seed| {
-                    let state = &starts[seed as usize];
-                    plan.measure(&mut monte_carlo(state, 1.0, parameters, seed)?)
-                })?;
-                for row in table(&plan, method, setting, &found)? {
+                let mut found = Vec::new();
+                let mut count = gases[0];
+                let table = loop {
+                    starts.extend(over_seeds(starts.len() as u64..count, |seed| {
+                        start(disks, packing, seed, 20.0)
+                    })?);
+                    let plan = Plan::new(packing, cell, &starts[0])?;
+                    found.extend(over_seeds(found.len() as u64..count, |seed| {
+                        let state = &starts[seed as usize];
+                        plan.measure(&mut monte_carlo(state, 1.0, parameters, seed)?)
+                    })?);
+                    let table = table(&plan, method, setting, &found)?;
+                    if count >= gases[1] || table.iter().all(Row::is_decided) {
+                        break table;
+                    }
+                    count = (2 * count).min(gases[1]);
+                };
+                for row in table {
                     say(&row);
                     rows.push(row);
                 }
@@ -321,7 +342,7 @@ fn table(
                 format!("{what} energy/T, {name}"),
                 1.0,
                 Estimate::over_replicas(&energies).ok_or(Trouble::NoReplicas)?,
-                claim(quantity, 0.02).filter(|_| energies.len() >= FEWEST),
+                claim(quantity, 0.02).filter(|_| energies.len() >= FEWEST * found.len()),
             ));
         }
     }

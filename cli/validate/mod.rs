@@ -22,6 +22,8 @@ pub mod table;
 mod unstable;
 pub mod whole;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 pub use command::{ValidateError, command};
@@ -72,16 +74,16 @@ impl Part {
 /// How much work is put in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
-    /// A minute instead of hours: few and small gases, whose errors are too wide for most verdicts.
+    /// A minute instead of an hour: few and small gases, whose errors are too wide for most verdicts.
     pub quick: bool,
 }
 
-/// Does something for each of so many seeds in parallel; results are in their order.
+/// Does something for each of some seeds in parallel; results are in their order.
 fn over_seeds<T: Send>(
-    count: u64,
+    seeds: Range<u64>,
     job: impl Fn(u64) -> Result<T, Trouble> + Sync + Send,
 ) -> Result<Vec<T>, Trouble> {
-    (0..count).into_par_iter().map(job).collect()
+    seeds.into_par_iter().map(job).collect()
 }
 
 /// What keeps a gas from being made or measured.

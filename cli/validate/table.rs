@@ -127,6 +127,17 @@ fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Ver
     }
 }
 
+impl Row {
+    /// Whether more gases would hardly change the verdict.
+    pub fn is_decided(&self) -> bool {
+        let Some(tolerance) = self.tolerance else {
+            return true;
+        };
+        let beyond = (self.found - self.expected).abs() - tolerance;
+        self.verdict == Verdict::Pass || beyond > SURE * self.standard_error
+    }
+}
+
 /// An estimate that is a difference or ratio to another measured one: its relative error with that of the other.
 pub fn against(found: Estimate, other: Estimate) -> Estimate {
     let relative = |e: Estimate| e.standard_error.map(|error| error / e.value);

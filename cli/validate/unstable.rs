@@ -189,7 +189,7 @@ pub(super) fn run(
     } else {
         (32, 10_000)
     };
-    let starts = over_seeds(replicas, |seed| start(disks, PACKING, seed, 20.0))?;
+    let starts = over_seeds(0..replicas, |seed| start(disks, PACKING, seed, 20.0))?;
     let lengths: [f64; 2] = starts[0].domain.lengths().into();
     let first = std::f64::consts::TAU / lengths[0];
     let place = |scheme: &str, setting: &str, seconds, default| Place {
@@ -207,14 +207,14 @@ pub(super) fn run(
             rows.push(row);
         }
     };
-    let found = over_seeds(replicas, |seed| exact(&starts[seed as usize]))?;
+    let found = over_seeds(0..replicas, |seed| exact(&starts[seed as usize]))?;
     let reference = Growth::new(&found)?;
     let here = place("event-driven", "exact", reference.seconds, false);
     add(reference.rows(&here, first, None, None));
     for method in methods {
         for setting in [Setting::Single, Setting::Eight] {
             let fewer = if setting == Setting::Single { 1 } else { 4 };
-            let found = over_seeds((replicas / fewer).max(4), |seed| {
+            let found = over_seeds(0..(replicas / fewer).max(4), |seed| {
                 simulated(&starts[seed as usize], method.at(setting), seed)
             })?;
             let growth = Growth::new(&found)?;

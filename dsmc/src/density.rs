@@ -73,6 +73,11 @@ impl Scheme {
         )
     }
 
+    /// Whether the number of its trials follows from a bound of the speeds at which partners approach.
+    pub(crate) fn bounds_trials(self) -> bool {
+        !matches!(self, Self::StochasticDisks { .. })
+    }
+
     /// Cells on each side over which the packing is taken; none for the whole box, or where it does not count.
     /// `cell` and `diameter`: their widths.
     fn reach(

@@ -22,9 +22,10 @@ use crate::tile::{Outbox, Tile};
 /// the fewer leave it.
 const PER_TILE: usize = 8192;
 
-/// The same for partners across cells: there the spread of velocities around a tile bounds how fast partners approach, and a
-/// wide tile holds many flows.
-const PER_TILE_ACROSS: usize = 256;
+/// The same for partners across cells: the larger a tile, the less often the cells around it are looked at. But gases of few
+/// simulators keep so many tiles that threads have enough of each colour.
+const PER_TILE_ACROSS: usize = 3072;
+const TILES_ACROSS: usize = 100;
 
 /// Everything needed to continue a run to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
@@ -489,7 +490,7 @@ fn grid<S: Space>(
         .fold(0.0, f64::max);
     let reach = across::reach(parameters.scheme, diameter, radius, widest);
     let per_tile = if reach > 0.0 {
-        PER_TILE_ACROSS
+        (simulators / TILES_ACROSS).clamp(PER_TILE_ACROSS / 12, PER_TILE_ACROSS)
     } else {
         PER_TILE
     };

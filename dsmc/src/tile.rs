@@ -209,6 +209,13 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         ]
     }
 
+    /// The number within the tile of a cell.
+    pub(crate) fn number(&self, cell: [u32; 3]) -> usize {
+        let Place { first, sides, .. } = self.place;
+        let [x, y, z] = [0, 1, 2].map(|axis| cell[axis] - first[axis]);
+        (x + sides[0] * (y + sides[1] * z)) as usize
+    }
+
     /// The number within the tile of the cell of a position that is in it.
     #[inline(always)]
     pub(crate) fn code(&self, grid: &Grid<P::Space>, position: VectorOf<P>) -> u16 {

@@ -173,7 +173,7 @@ pub(super) fn state(quick: bool) -> Result<Vec<Row>, Trouble> {
 pub(super) fn structure(quick: bool) -> Result<Vec<Row>, Trouble> {
     let began = Instant::now();
     let seeds = if quick { 32 } else { 200 };
-    let found = over_seeds(seeds, |seed| {
+    let found = over_seeds(0..seeds, |seed| {
         let state = start(2000, 0.25, seed, 40.0)?;
         let lengths = state.domain.lengths().into();
         Ok(long_waves_fluctuate(&columns(&state).0, lengths, 1.0, 0.25).statistic)

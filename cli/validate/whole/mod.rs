@@ -58,8 +58,7 @@ impl Chapter {
         }
     }
 
-    /// Whether it is so much work that every claim is resolved. The gases of `validate dsmc` that are in for hours are taken in
-    /// their quick form, whose errors are too wide for some.
+    /// Whether it is so much work that every claim is resolved.
     pub fn resolves(self) -> bool {
         self != Self::MonteCarlo
     }
@@ -102,10 +101,9 @@ impl Chapter {
             Self::MonteCarlo => {
                 let default: Vec<_> = METHODS.iter().filter(|m| m.default).copied().collect();
                 // Rows are told by the parts themselves.
-                rows.extend(Part::Cooling.run(Effort { quick }, &default, say)?);
+                let effort = Effort { quick };
+                rows.extend(Part::Cooling.run(effort, &default, say)?);
                 if !quick {
-                    // The quick forms: the others take hours.
-                    let effort = Effort { quick: true };
                     rows.extend(Part::Elastic.run(effort, &default, say)?);
                     rows.extend(Part::Unstable.run(effort, &default, say)?);
                 }

@@ -82,7 +82,7 @@ fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, Trouble> {
 /// order, from which that of the Boltzmann equation in the plane differs by 0.004.
 fn cooling<S: Space>(seeds: u64) -> Result<Vec<Row>, Trouble> {
     let began = Instant::now();
-    let courses = over_seeds(seeds, course::<S>)?;
+    let courses = over_seeds(0..seeds, course::<S>)?;
     let setting = format!("{PARTICLES} in {} dimensions", S::DIMENSION);
     let packing = S::ball(0.5) * DENSITY;
     let here = place("homogeneous", &setting, packing, began);
@@ -120,7 +120,7 @@ pub(super) fn haff(quick: bool) -> Result<Vec<Row>, Trouble> {
 /// 12.0678 million collisions and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
 pub(super) fn published_mixture() -> Result<Vec<Row>, Trouble> {
     let began = Instant::now();
-    let runs = over_seeds(3, |seed| {
+    let runs = over_seeds(0..3, |seed| {
         let work = BenchMixture {
             selection: Pick::Own,
             monomers: 1_000_000,

@@ -190,7 +190,7 @@ fn elastic(subject: &dyn Subject, work: Work) -> Result<Vec<Row>, Trouble> {
         restitution: 1.0,
         times: vec![ELASTIC_TIME / enskog],
     };
-    let courses = over_seeds(seeds, |seed| subject.follow(&gas, seed))?;
+    let courses = over_seeds(0..seeds, |seed| subject.follow(&gas, seed))?;
     let here = place(subject, "elastic", DENSE, began.elapsed().as_secs_f64());
     let chaos = |course: &Course| course.window.dissipation(enskog, disks);
     // Pairs of N disks of momentum zero are fewer than N²/2 by 1/N and faster by half of that.
@@ -224,7 +224,7 @@ fn cooling(subject: &dyn Subject, work: Work) -> Result<Vec<Row>, Trouble> {
         restitution: RESTITUTION,
         times: COOLING_TIMES.map(|time| time * haff).to_vec(),
     };
-    let courses = over_seeds(seeds, |seed| subject.follow(&gas, seed))?;
+    let courses = over_seeds(0..seeds, |seed| subject.follow(&gas, seed))?;
     let here = place(subject, "cooling", DILUTE, began.elapsed().as_secs_f64());
     let mut rows = Vec::new();
     for (index, time) in COOLING_TIMES.into_iter().enumerate() {

@@ -8,6 +8,7 @@ use stosszahl_model::{
 use super::arm::{self, Arm};
 use super::partners::Search;
 use super::shared::{Around, At};
+use super::speeds::{Speeds, patches};
 use super::{Bounds, Rates, Report};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered, draw_whole, nearest_image};
@@ -20,8 +21,9 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a Kernel<'a, P>,
     pub(super) rates: &'a Rates<P::Space>,
     pub(super) arm: &'a Arm,
-    /// Of the tile and all next to it together, with velocities relative to the middle of the tile.
-    pub(super) bounds: Bounds<VectorOf<P>>,
+    /// Of the tile and all next to it together.
+    pub(super) bounds: Bounds,
+    pub(super) speeds: Speeds<P::Space>,
     pub(super) around: Around<'b, 'c, P, F>,
     pub(super) report: Report<P>,
 }
@@ -55,22 +57,13 @@ struct Trial<V> {
 }
 
 /// The bounds of a tile and all next to it.
-pub(super) fn around<S: Space>(
-    grid: &Grid<S>,
-    bounds: &[Bounds<S::Vector>],
-    number: usize,
-) -> Bounds<S::Vector> {
+pub(super) fn around<S: Space>(grid: &Grid<S>, bounds: &[Bounds], number: usize) -> Bounds {
     let mut all = bounds[number];
     let tile = grid.place_of(number);
     for step in 0..OFFSETS {
         let other = &bounds[grid.tile_number(grid.neighbour(tile, offset(step)))];
         all.crowd = all.crowd.max(other.crowd);
         all.chi = all.chi.max(other.chi);
-        // An empty tile has no velocities.
-        if other.crowd > 0 {
-            let apart = (other.middle - all.middle).square().sqrt();
-            all.spread = all.spread.max(apart + other.spread);
-        }
     }
     all
 }
@@ -85,36 +78,42 @@ where
         let number = self.around.middle();
         let kernel = self.kernel;
         let mut search = Search::new(kernel.grid, kernel.partner_radius);
-        let scheme = kernel.density.scheme();
-        let cells = self.around.tile(number).cells();
-        for local in 0..cells {
-            let Some(cell) = self.cell(number, local) else {
-                continue;
-            };
-            let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
-            let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
-            match scheme {
-                Scheme::ContactPoint { .. } => self.around_points(cell, &mut search, &mut stream),
-                Scheme::Esmc(_) => self.in_cells(cell, &mut stream),
-                Scheme::StochasticDisks { stiffness } => {
-                    self.overlapping(cell, stiffness, &mut stream);
+        for patch in patches(&self.around.tile(number).place) {
+            if kernel.density.scheme().bounds_trials() {
+                self.speeds = Speeds::new(kernel.grid, &self.around, patch);
+            }
+            for at in patch.cells() {
+                let local = self.around.tile(number).number(at);
+                if let Some(cell) = self.cell(number, local) {
+                    self.collide_in(cell, local, &mut search);
                 }
-                _ => {}
             }
-            let tally = &mut self.report.tally;
-            let collisions = tally.collisions - before;
-            if cell.limited {
-                tally.limited_collisions += collisions;
-            }
-            let virial = tally.virial - virial;
-            (self.around).count(number, local, kernel.weight * collisions as f64, virial);
-            let tally = &mut self.report.tally;
-            let each = 2.0 * collisions as f64;
-            tally.busiest_cell = tally
-                .busiest_cell
-                .max(each / f64::from(cell.end - cell.begin));
         }
         self.report
+    }
+
+    /// Collides the simulators of a cell.
+    fn collide_in(&mut self, cell: Cell, local: usize, search: &mut Search<'_, P>) {
+        let kernel = self.kernel;
+        let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
+        let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
+        match kernel.density.scheme() {
+            Scheme::ContactPoint { .. } => self.around_points(cell, search, &mut stream),
+            Scheme::Esmc(_) => self.in_cells(cell, &mut stream),
+            Scheme::StochasticDisks { stiffness } => {
+                self.overlapping(cell, stiffness, &mut stream);
+            }
+            _ => {}
+        }
+        let tally = &mut self.report.tally;
+        let collisions = tally.collisions - before;
+        if cell.limited {
+            tally.limited_collisions += collisions;
+        }
+        let each = 2.0 * collisions as f64 / f64::from(cell.end - cell.begin);
+        tally.busiest_cell = tally.busiest_cell.max(each);
+        let virial = tally.virial - virial;
+        (self.around).count(cell.tile, local, kernel.weight * collisions as f64, virial);
     }
 
     /// A cell of a tile, if it is not empty.
@@ -152,7 +151,8 @@ where
         let simulator = self.around.read(first);
         let normal = P::Space::random_direction(stream);
         let threshold = majorant * stream.random::<f64>();
-        let fastest = (simulator.velocity - self.bounds.middle).inner(&normal) + self.bounds.spread;
+        let velocity = simulator.velocity - self.speeds.middle();
+        let fastest = velocity.inner(&normal) + self.speeds.spread(cell.at);
         Trial {
             first,
             position: simulator.position,
@@ -198,9 +198,9 @@ where
         let members = &self.around.tile(cell.tile).simulators;
         let squares = members[cell.begin as usize..cell.end as usize]
             .iter()
-            .map(|member| (member.velocity - self.bounds.middle).square());
+            .map(|member| self.speeds.square(member.velocity));
         // Room for the rounding of the middle.
-        (squares.fold(0.0, f64::max).sqrt() + self.bounds.spread) * (1.0 + 1e-12)
+        (squares.fold(0.0, f64::max).sqrt() + self.speeds.spread(cell.at)) * (1.0 + 1e-12)
     }
 
     /// Partners around the point of contact, at the rate of Enskog's theory.
@@ -356,8 +356,10 @@ where
         let outcome = collide(kernel.scene, &encounter, restitution);
         let after = outcome.velocities;
         let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
-        for ((place, velocity), spin) in places.into_iter().zip(after).zip(outcome.spins) {
-            self.around.set(place, velocity, spin);
+        for (number, (place, velocity)) in places.into_iter().zip(after).enumerate() {
+            self.around.set(place, velocity, outcome.spins[number]);
+            let cell = kernel.grid.cell_at(pair[number].position);
+            self.speeds.note(cell, velocity);
         }
         let tally = &mut self.report.tally;
         tally.collisions += 1;

@@ -10,11 +10,12 @@ mod overlap;
 mod partners;
 mod rate;
 mod shared;
+mod speeds;
 #[cfg(test)]
 mod tests;
 
 use rayon::prelude::*;
-use stosszahl_model::{Collision, Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{Collision, Physics, Sizes, Vector, VectorOf};
 
 pub(crate) use arm::Arm;
 pub(crate) use rate::Rates;
@@ -25,13 +26,11 @@ use crate::simulator::Follow;
 use crate::tally::Tally;
 use crate::tile::Tile;
 use arm::Distances;
+use speeds::Speeds;
 
-/// What the simulators of a tile have in common, before the collisions of a step.
+/// What the cells of a tile have in common, before the collisions of a step.
 #[derive(Clone, Copy)]
-struct Bounds<V> {
-    /// Middle of all velocities, and how far from it the farthest is.
-    middle: V,
-    spread: f64,
+struct Bounds {
     /// Most simulators in a cell.
     crowd: u32,
     /// Largest chi of a cell.
@@ -94,6 +93,7 @@ where
                 rates,
                 arm: learnt,
                 bounds: kernel::around(grid, &bounds, number),
+                speeds: Speeds::unknown(),
                 around,
                 report: Report::<P>::default(),
             };
@@ -110,17 +110,10 @@ where
     }
 
     /// Takes stock of a tile.
-    fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds<VectorOf<P>> {
-        tile.stock = crate::tally::Stock::default();
+    fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
         let needs_chi = matches!(self.density.scheme(), Scheme::Esmc(_));
-        let mut bounds = Bounds {
-            middle: VectorOf::<P>::default(),
-            spread: 0.0,
-            crowd: 0,
-            chi: 0.0,
-        };
-        let mut range: Option<[VectorOf<P>; 2]> = None;
-        let mut stock = tile.stock;
+        let mut bounds = Bounds { crowd: 0, chi: 0.0 };
+        let mut stock = crate::tally::Stock::default();
         let sizes = self.scene.sizes();
         for cell in 0..tile.cells() {
             let members = tile.members(cell);
@@ -133,22 +126,9 @@ where
             for member in members {
                 let v = member.velocity;
                 stock.note(v, v, sizes.mass(member.tag) * v.square(), self.units);
-                let [low, high] = range.get_or_insert([v; 2]);
-                for axis in 0..P::Space::DIMENSION {
-                    low[axis] = crate::tally::smaller(v[axis], low[axis]);
-                    high[axis] = crate::tally::larger(v[axis], high[axis]);
-                }
             }
         }
         tile.stock = stock;
-        if let Some([low, high]) = range {
-            bounds.middle = (low + high) * 0.5;
-            let squares = tile
-                .simulators
-                .iter()
-                .map(|member| (member.velocity - bounds.middle).square());
-            bounds.spread = squares.fold(0.0, f64::max).sqrt();
-        }
         bounds
     }
 }

@@ -68,10 +68,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         let owner = self.grid.owner(cell);
         let step = offset_number(self.grid.tiles(), self.middle, owner)?;
         let slot = u32::from(self.slots[step]);
-        let place = &self.tiles[slot as usize].place;
-        let [x, y, z] = [0, 1, 2].map(|axis| cell[axis] - place.first[axis]);
-        let local = x + place.sides[0] * (y + place.sides[1] * z);
-        Some((slot, local as usize))
+        Some((slot, self.tiles[slot as usize].number(cell)))
     }
 
     /// One of the tiles at hand.

@@ -8,6 +8,7 @@ use stosszahl_model::{Plane, Space, State};
 
 use super::partners::Search;
 use super::shared::{At, sweep_around};
+use super::speeds::{Speeds, patches};
 use crate::tests::{Equal, Seen, equal, in_pool, start};
 use crate::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
 
@@ -106,6 +107,65 @@ fn partners_are_those_of_a_plain_search() {
             let allowed = 4.4 * (2.0_f64 * expected).sqrt() + 10.0;
             assert!((squares - expected).abs() < allowed, "{squares} {expected}");
         }
+    }
+}
+
+/// The bound of each cell is the largest speed within reach as a look at all simulators finds it, also when one becomes fast.
+#[test]
+fn bounds_of_speed_are_those_of_a_plain_search() {
+    for (sides, count, per_tile) in [
+        ([60.0, 50.0], 900, 300),
+        ([60.0, 6.0], 120, 40),
+        ([2.5, 3.5], 5, 5),
+    ] {
+        let state = start::<Equal<Plane>>(count, Vector2::from(sides), 4);
+        let mut engine =
+            Engine::new(&equal(1.0), PARAMETERS, &state, Streams::new(1, 0)).expect("an engine");
+        engine.retile(per_tile);
+        let grid = engine.grid.clone();
+        let all = engine.state().bodies;
+        let width = grid.width();
+        let counts = grid.counts();
+        let is_in_reach = |one: [u32; 3], other: [u32; 3]| {
+            (0..2).all(|axis| {
+                let apart = one[axis].abs_diff(other[axis]);
+                let around = apart.min(counts[axis] - apart);
+                f64::from(around) <= (grid.reach() / width[axis]).ceil()
+            })
+        };
+        let cells = sweep_around(false, &grid, &mut engine.tiles, |_, around| {
+            let mut cells = 0;
+            for patch in patches(&around.tile(around.middle()).place) {
+                let mut speeds = Speeds::new(&grid, &around, patch);
+                let plain = |speeds: &Speeds<Plane>, cell| {
+                    (all.iter())
+                        .filter(|body| is_in_reach(cell, grid.cell_at(body.position)))
+                        .map(|body| speeds.square(body.velocity).sqrt())
+                        .fold(0.0, f64::max)
+                };
+                for cell in patch.cells() {
+                    assert_eq!(speeds.spread(cell), plain(&speeds, cell));
+                    cells += 1;
+                }
+                let Some(cell) = patch.cells().next() else {
+                    continue;
+                };
+                // A neighbour, around the box where the cell is at its edge.
+                let hot = [(cell[0] + counts[0] - 1) % counts[0], cell[1], cell[2]];
+                let velocity = speeds.middle() + Vector2::new(30.0, 40.0);
+                speeds.note(hot, velocity);
+                for cell in patch.cells() {
+                    let expected = if is_in_reach(cell, hot) {
+                        speeds.square(velocity).sqrt()
+                    } else {
+                        plain(&speeds, cell)
+                    };
+                    assert_eq!(speeds.spread(cell), expected);
+                }
+            }
+            cells
+        });
+        assert_eq!(cells.iter().sum::<usize>(), grid.cells());
     }
 }
 
