@@ -98,7 +98,11 @@ where
         let temperature = self.stock.twice_energy(self.unit) / degrees as f64;
         // The mean mass is one in the program's units.
         let mean_speed = P::Space::MEAN_SPEED * temperature.sqrt();
-        let step = crossing.min(self.constants.mean_free_path / mean_speed);
+        let step = if self.density.collides() {
+            crossing.min(self.constants.mean_free_path / mean_speed)
+        } else {
+            crossing
+        };
         // A gas at rest: any step, that can be added to another.
         (step / self.parameters.steps_per_crossing).min(1e150)
     }

@@ -6,7 +6,7 @@ use stosszahl_model::{
 };
 
 use super::arm::{self, Arm};
-use super::partners::Search;
+use super::partners::{Aim, Search};
 use super::shared::{Around, At};
 use super::speeds::{Speeds, patches};
 use super::{Bounds, Rates, Report};
@@ -77,7 +77,12 @@ where
     pub(super) fn collide(mut self) -> Report<P> {
         let number = self.around.middle();
         let kernel = self.kernel;
-        let mut search = Search::new(kernel.grid, kernel.partner_radius);
+        let mut search = Search::new(
+            kernel.grid,
+            kernel.partner_radius,
+            kernel.scene.sizes(),
+            kernel.mean_radius,
+        );
         for patch in patches(&self.around.tile(number).place) {
             if kernel.density.scheme().bounds_trials() {
                 self.speeds = Speeds::new(kernel.grid, &self.around, patch);
@@ -184,7 +189,8 @@ where
         let sizes = self.kernel.scene.sizes();
         let contact = sizes.radius(pair[0].tag) + sizes.radius(pair[1].tag);
         if !P::Sizes::UNIFORM {
-            let share = self.pair_share(cell, contact, largest) / ceiling;
+            let diameters = pair.map(|simulator| 2.0 * sizes.radius(simulator.tag));
+            let share = self.pair_share(cell, diameters, largest) / ceiling;
             if stream.random::<f64>() >= share {
                 return None;
             }
@@ -212,7 +218,10 @@ where
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         // Of pairs over pairs of the largest with the chi of equal ones.
         let ceiling = self.pair_ceiling(cell, largest);
-        let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * self.rates.at(cell.units);
+        // The rate of the smallest there could be, of which others are accepted less often.
+        let smallest = if P::Sizes::UNIFORM { 1.0 } else { 0.0 };
+        let most = self.rates.at(cell.units, smallest);
+        let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * most;
         let count = f64::from(cell.end - cell.begin);
         let trials = draw_whole(count * rate * majorant * kernel.step, stream);
         self.report.tally.trials += trials;
@@ -230,12 +239,21 @@ where
                 distance,
                 ..
             } = trial;
-            let point = position + normal * (reach * distance);
+            if !P::Sizes::UNIFORM {
+                let own = covered::<P, F>(sizes, &[self.around.read(first)]);
+                if stream.random::<f64>() * most >= self.rates.at(cell.units, own) {
+                    continue;
+                }
+            }
+            let aim = Aim {
+                point: position + normal * (reach * distance),
+                along: normal * reach,
+            };
             // Beyond a wall there is nobody.
             if !kernel.has_room(position + normal * distance) {
                 continue;
             }
-            let Some(second) = search.partner(&self.around, point, first, stream) else {
+            let Some(second) = search.partner(&self.around, aim, first, stream) else {
                 self.report.tally.missed += 1;
                 continue;
             };
@@ -317,17 +335,16 @@ where
         if P::Sizes::UNIFORM {
             1.0
         } else {
-            self.pair_share(cell, largest, largest).max(1.0)
+            self.pair_share(cell, [largest; 2], largest).max(1.0)
         }
     }
 
-    /// The same of pairs with a contact distance; they are taken as alike, which is right to the second order in their
-    /// difference.
-    fn pair_share(&self, cell: Cell, contact: f64, largest: f64) -> f64 {
+    /// The same of pairs of given diameters.
+    fn pair_share(&self, cell: Cell, diameters: [f64; 2], largest: f64) -> f64 {
         let chi = P::Space::contact_value(cell.packing.min(0.9));
         let pair = self
             .kernel
-            .pair_factor(chi, cell.packing.min(0.9), [contact; 2]);
+            .pair_factor(chi, cell.packing.min(0.9), diameters);
         pair / (P::Space::cross_section(largest) * chi)
     }
 

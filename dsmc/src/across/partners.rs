@@ -1,7 +1,7 @@
 //! The search for a partner around a point.
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Space, VectorOf};
+use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
 use super::shared::{Around, At};
 use crate::grid::Grid;
@@ -21,55 +21,84 @@ const DRAWS: u32 = 12;
 /// Widest search for the nearest, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
 
+/// Where a partner is sought: around the point at which one of the mean radius would be, and as much farther along the line
+/// of centres as it is larger.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim<V> {
+    pub(super) point: V,
+    /// How much farther for each unit of the radius.
+    pub(super) along: V,
+}
+
 /// Finds partners around a tile.
 pub(super) struct Search<'a, P: Physics> {
     grid: &'a Grid<P::Space>,
     radius: f64,
+    sizes: &'a P::Sizes,
+    mean_radius: f64,
+    /// How far the radius of a particle is from the mean, at most.
+    spread: f64,
     runs: Vec<Run>,
 }
 
 impl<'a, P: Physics> Search<'a, P> {
     /// `radius`: within which all simulators are equally likely.
-    pub(super) fn new(grid: &'a Grid<P::Space>, radius: f64) -> Self {
+    pub(super) fn new(
+        grid: &'a Grid<P::Space>,
+        radius: f64,
+        sizes: &'a P::Sizes,
+        mean_radius: f64,
+    ) -> Self {
+        let spread = if P::Sizes::UNIFORM {
+            0.0
+        } else {
+            mean_radius.max(sizes.largest_radius() - mean_radius)
+        };
         Self {
             grid,
             radius,
+            sizes,
+            mean_radius,
+            spread,
             runs: Vec::new(),
         }
     }
 
-    /// A simulator other than `who` around a point in the box or a little outside: any within the radius, all equally
-    /// likely; if there is none, the nearest; none if that is farther than a few cells.
+    /// A simulator other than `who` around its point of the aim, in the box or a little outside: any within the radius, all
+    /// equally likely; if there is none, the nearest; none if that is farther than a few cells.
     pub(super) fn partner<F: Follow<P::Space>>(
         &mut self,
         around: &Around<'_, '_, P, F>,
-        point: VectorOf<P>,
+        aim: Aim<VectorOf<P>>,
         who: At,
         stream: &mut impl Rng,
     ) -> Option<At> {
-        let point = self.grid.domain().wrap(point);
+        let aim = Aim {
+            point: self.grid.domain().wrap(aim.point),
+            ..aim
+        };
         if self.radius > 0.0 {
-            let total = self.gather(around, point, self.radius);
+            let total = self.gather(around, aim, self.radius);
             if total > 0
-                && let Some(found) = self.draw(around, point, who, total, stream)
+                && let Some(found) = self.draw(around, aim, who, total, stream)
             {
                 return Some(found);
             }
         }
-        self.nearest(around, point, who)
+        self.nearest(around, aim, who)
     }
 
     /// Any simulator within the radius, all equally likely.
     fn draw<F: Follow<P::Space>>(
         &self,
         around: &Around<'_, '_, P, F>,
-        point: VectorOf<P>,
+        aim: Aim<VectorOf<P>>,
         who: At,
         total: u32,
         stream: &mut impl Rng,
     ) -> Option<At> {
         let square = self.radius * self.radius;
-        let is_near = |at: At| at != who && self.distance_square(around, point, at) < square;
+        let is_near = |at: At| at != who && self.distance_square(around, aim, at) < square;
         let draws = if total > DRAWS { DRAWS } else { 0 };
         for _ in 0..draws {
             let at = self.nth(stream.random_range(0..total));
@@ -91,11 +120,11 @@ impl<'a, P: Physics> Search<'a, P> {
         found
     }
 
-    /// The nearest simulator to a point.
+    /// The nearest simulator to its point of the aim.
     fn nearest<F: Follow<P::Space>>(
         &mut self,
         around: &Around<'_, '_, P, F>,
-        point: VectorOf<P>,
+        aim: Aim<VectorOf<P>>,
         who: At,
     ) -> Option<At> {
         let width = self.grid.width();
@@ -104,11 +133,11 @@ impl<'a, P: Physics> Search<'a, P> {
             .fold(f64::MAX, f64::min);
         for cells in 1..=WIDEST {
             let reach = cells as f64 * narrowest;
-            let total = self.gather(around, point, reach);
+            let total = self.gather(around, aim, reach);
             let mut best = (f64::MAX, None);
             for number in 0..total {
                 let at = self.nth(number);
-                let square = self.distance_square(around, point, at);
+                let square = self.distance_square(around, aim, at);
                 if square < best.0 && at != who {
                     best = (square, Some(at));
                 }
@@ -123,14 +152,19 @@ impl<'a, P: Physics> Search<'a, P> {
     fn distance_square<F: Follow<P::Space>>(
         &self,
         around: &Around<'_, '_, P, F>,
-        point: VectorOf<P>,
+        aim: Aim<VectorOf<P>>,
         at: At,
     ) -> f64 {
-        let position = around.tile(at.tile).simulators[at.index as usize].position;
+        let simulator = &around.tile(at.tile).simulators[at.index as usize];
+        let position = simulator.position;
+        let mut point = aim.point;
+        if !P::Sizes::UNIFORM {
+            point += aim.along * (self.sizes.radius(simulator.tag) - self.mean_radius);
+        }
         let lengths = self.grid.images();
         let mut square = 0.0;
         for axis in 0..P::Space::DIMENSION {
-            // Both are in the box.
+            // Both are in the box, or the point a little outside.
             let apart = (position[axis] - point[axis]).abs();
             let apart = if apart > 0.5 * lengths[axis] {
                 lengths[axis] - apart
@@ -159,14 +193,20 @@ impl<'a, P: Physics> Search<'a, P> {
         At { tile: 0, index: 0 }
     }
 
-    /// Gathers the runs of all cells that a ball around a point touches, and returns how many simulators they hold.
+    /// Gathers the runs of all cells that balls around the points of an aim touch, and returns how many simulators they hold.
     fn gather<F: Follow<P::Space>>(
         &mut self,
         around: &Around<'_, '_, P, F>,
-        point: VectorOf<P>,
+        aim: Aim<VectorOf<P>>,
         radius: f64,
     ) -> u32 {
         self.runs.clear();
+        let point = aim.point;
+        let radius = if P::Sizes::UNIFORM {
+            radius
+        } else {
+            radius + self.spread * aim.along.square().sqrt()
+        };
         let counts = self.grid.counts();
         let width = self.grid.width();
         let (mut low, mut span) = ([0_u32; 3], [1_u32; 3]);

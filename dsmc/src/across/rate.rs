@@ -3,7 +3,8 @@
 //! The number in a neighbourhood of a simulator is a noisy measure of the density there, in two ways. It counts the
 //! simulator itself, and the others around it are fewer than the mean, as particles that collide with momentum transfer over
 //! a distance keep apart: on average n V - 1 + S(0), with the structure factor S at long waves, which is the isothermal
-//! compressibility. So S(0), and not 1, is to be taken off the count to be right on average. And n chi(n) is convex: its mean
+//! compressibility. So S(0), and not 1, is to be taken off the count to be right on average; where sizes differ and what is
+//! counted is area or volume, S(0) times that of the simulator itself. And n chi(n) is convex: its mean
 //! exceeds that of the mean density by (n chi)''/2 times the variance n S(0)/V, which is taken off too. Both corrections
 //! vanish with many simulators in the neighbourhood.
 
@@ -40,7 +41,7 @@ impl<S: Space> Rates<S> {
         if uniform {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
-                .map(|units| rates.compute(f64::from(units)))
+                .map(|units| rates.compute(f64::from(units), 1.0))
                 .collect();
         }
         rates
@@ -51,10 +52,10 @@ impl<S: Space> Rates<S> {
         packing * S::contact_value(packing.min(DENSEST)).min(self.limit)
     }
 
-    fn compute(&self, units: f64) -> f64 {
+    fn compute(&self, units: f64, own: f64) -> f64 {
         let raw = units * self.unit;
         let structure = S::structure_factor_at_zero(raw.clamp(1e-6, 0.7));
-        let packing = (raw - structure * self.unit).max(0.0);
+        let packing = (raw - structure * own * self.unit).max(0.0);
         let near = 0.02_f64.min(0.5 * packing);
         let curvature = if near > 0.0 {
             let around = self.covered_chi(packing + near) + self.covered_chi(packing - near);
@@ -66,15 +67,15 @@ impl<S: Space> Rates<S> {
         (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0) / self.ball
     }
 
-    /// n chi where the neighbourhood of a simulator holds so many units, itself included \[1/length^D\].
+    /// n chi where the neighbourhood of a simulator of `own` units holds so many, itself included \[1/length^D\].
     #[inline]
-    pub(crate) fn at(&self, units: f64) -> f64 {
-        let known = if units.fract() == 0.0 {
+    pub(crate) fn at(&self, units: f64, own: f64) -> f64 {
+        let known = if units.fract() == 0.0 && own == 1.0 {
             self.table.get(units as usize)
         } else {
             None
         };
-        known.copied().unwrap_or_else(|| self.compute(units))
+        known.copied().unwrap_or_else(|| self.compute(units, own))
     }
 
     pub(crate) fn bytes(&self) -> usize {

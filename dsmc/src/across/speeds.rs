@@ -91,13 +91,16 @@ impl<S: Space> Speeds<S> {
         Patch { first, sides }: Patch,
     ) -> Self {
         let width = grid.width();
+        let counts = grid.counts();
         let mut reach = [0; 3];
         for axis in 0..S::DIMENSION {
-            reach[axis] = (grid.reach() / width[axis]).ceil() as u32;
+            // Half the way around the box is as far as it goes.
+            let cells = (grid.reach() / width[axis]).ceil() as u32;
+            reach[axis] = cells.min(counts[axis].div_ceil(2));
         }
         let mut speeds = Self {
             middle: S::Vector::default(),
-            counts: grid.counts(),
+            counts,
             first,
             sides,
             reach,
