@@ -6,13 +6,14 @@
 //! - *cell*: a collision in a cell of width h carries momentum across it, which raises the viscosity by 16/(45 π) (h/λ)²
 //!   for the mean free path λ (F. J. Alexander, A. L. Garcia & B. J. Alder, Phys. Fluids 10, 1540 (1998),
 //!   doi:10.1063/1.869674, for spheres);
-//! - *step*: flights are cut into steps, which raises it by 16/(150 π) (v Δt/λ)² with v = √(2T/m) (N. G.
-//!   Hadjiconstantinou, Phys. Fluids 12, 2634 (2000), for spheres). Where partners are displaced,
+//! - *step*: flights are cut into steps. The Green-Kubo integral of a stress that relaxes at the rate ν = nT/η is then a
+//!   sum by the trapezoidal rule, which raises the viscosity by (ν Δt)²/12: π/48 (v Δt/λ)² for disks with v = √(2T/m), and
+//!   16/(75 π) for spheres, where it is known (N. G. Hadjiconstantinou, Phys. Fluids 12, 2634 (2000)). Where partners are displaced,
 //!   one that collides again in the same step gives momentum back: about half a collision per step of it, as measured
-//!   (`docs/validation.md`);
+//!   (`docs/validation-background.md`);
 //! - *few simulators*: the rate of displaced cells errs by a third over the number in a cell, K at `t_0` with partners
 //!   around the point of contact by 0.4 over their number (both measured at packing 0.25 and restitution 0.8,
-//!   `docs/validation.md` and `docs/monte-carlo.md`);
+//!   `docs/validation-background.md` and `docs/monte-carlo.md`);
 //! - *limit*, *contact time*: the share of collisions that are not what they should be, twice that for the energy of a gas
 //!   that cools at a rate that is wrong by it;
 //! - *majorant*, *separation* across cells: no estimate, and a mark by the size of what was measured;
@@ -130,7 +131,7 @@ impl Budget<'_> {
         let step = self.work("collisions_per_simulator_and_step");
         // The most probable speed over the mean one.
         let speeds = 2.0 / std::f64::consts::PI.sqrt();
-        let flight = 16.0 / (150.0 * std::f64::consts::PI) * (speeds * step).powi(2);
+        let flight = std::f64::consts::PI / 48.0 * (speeds * step).powi(2);
         let displaced = !matches!(displacement(dsmc), None | Some(Displacement::None));
         let (estimate, reason) = if displaced {
             let reason = "displaced partners that collide again in the step give momentum back: error of the collisional pressure";

@@ -60,7 +60,7 @@
 //! In cells of two diameters at packing 0.25 (1.27 disks each, as in Luding, Müller & McNamara 1998):
 //! chi of so few disks is noisy and must be limited; the displacement thins out the pairs within a cell;
 //! the same few pairs meet again and again and become correlated; momentum is carried over three mean
-//! free paths. `docs/validation.md` has the measured sizes. More simulators per disk reduce all but the
+//! free paths. `docs/validation-background.md` has the measured sizes. More simulators per disk reduce all but the
 //! last, and weaken thermal noise. [`Scheme::ContactPoint`] has the rate and the pressure of Enskog's theory even so, and
 //! needs many simulators only for chaos.
 
