@@ -264,7 +264,7 @@ impl Observe<Unlike> for Kinds {
 /// neighbourhood of many. Of eight gases; the standard errors are at most half of that.
 #[test]
 fn unlike_disks_meet_at_the_rates_of_a_mixture() {
-    let (disks, packing) = (2000_u32, 0.2);
+    let (disks, packing) = (1000_u32, 0.2);
     let kinds = UNLIKE;
     let scene = unlike(disks as usize);
     let half = f64::from(disks) / 2.0;
