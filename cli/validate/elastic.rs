@@ -240,17 +240,16 @@ pub(super) fn run(
     for packing in PACKINGS {
         for setting in Setting::ALL {
             let Extent { disks, gases } = extent(effort, setting);
-            let mut starts = Vec::new();
+            let make = |seed| start(disks, packing, seed, 20.0);
+            let mut starts = over_seeds(0..gases[0], make)?;
             for method in methods {
                 let parameters = method.at(setting);
                 let cell = parameters.cell_size.unwrap_or(2.0);
+                let plan = Plan::new(packing, cell, &starts[0])?;
                 let mut found = Vec::new();
                 let mut count = gases[0];
                 let table = loop {
-                    starts.extend(over_seeds(starts.len() as u64..count, |seed| {
-                        start(disks, packing, seed, 20.0)
-                    })?);
-                    let plan = Plan::new(packing, cell, &starts[0])?;
+                    starts.extend(over_seeds(starts.len() as u64..count, make)?);
                     found.extend(over_seeds(found.len() as u64..count, |seed| {
                         let state = &starts[seed as usize];
                         plan.measure(&mut monte_carlo(state, 1.0, parameters, seed)?)

@@ -88,9 +88,8 @@ where
                 self.speeds = Speeds::new(kernel.grid, &self.around, patch);
             }
             for at in patch.cells() {
-                let local = self.around.tile(number).number(at);
-                if let Some(cell) = self.cell(number, local) {
-                    self.collide_in(cell, local, &mut search);
+                if let Some(cell) = self.cell(number, at) {
+                    self.collide_in(cell, &mut search);
                 }
             }
         }
@@ -98,7 +97,7 @@ where
     }
 
     /// Collides the simulators of a cell.
-    fn collide_in(&mut self, cell: Cell, local: usize, search: &mut Search<'_, P>) {
+    fn collide_in(&mut self, cell: Cell, search: &mut Search<'_, P>) {
         let kernel = self.kernel;
         let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
         let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
@@ -118,18 +117,19 @@ where
         let each = 2.0 * collisions as f64 / f64::from(cell.end - cell.begin);
         tally.busiest_cell = tally.busiest_cell.max(each);
         let virial = tally.virial - virial;
+        let local = self.around.tile(cell.tile).number(cell.at);
         (self.around).count(cell.tile, local, kernel.weight * collisions as f64, virial);
     }
 
     /// A cell of a tile, if it is not empty.
-    fn cell(&mut self, tile: u32, local: usize) -> Option<Cell> {
+    fn cell(&mut self, tile: u32, at: [u32; 3]) -> Option<Cell> {
         let kernel = self.kernel;
         let home = self.around.tile(tile);
+        let local = home.number(at);
         let members = home.members(local);
         if members.is_empty() {
             return None;
         }
-        let at = home.cell_at(local);
         let (begin, end) = (home.starts[local], home.starts[local + 1]);
         let own = covered::<P, F>(kernel.scene.sizes(), members);
         let (_, limited, packing) = kernel.density.contact_value(at, own);

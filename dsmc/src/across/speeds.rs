@@ -216,8 +216,7 @@ impl<S: Space> Speeds<S> {
         let mut places = [[0; 3]; 3];
         for axis in 0..3 {
             let count = self.counts[axis];
-            let from = (self.first[axis] + count - self.reach[axis] % count) % count;
-            let place = (cell[axis] + count - from) % count;
+            let place = (cell[axis] + count - self.edge(axis)) % count;
             places[axis] = [place, count, wide[axis]];
         }
         let along = |axis: usize| {
@@ -260,12 +259,15 @@ impl<S: Space> Speeds<S> {
         [0, 1, 2].map(|axis| self.sides[axis] + 2 * self.reach[axis])
     }
 
+    /// Where the margin begins in the box.
+    fn edge(&self, axis: usize) -> u32 {
+        let count = self.counts[axis];
+        (self.first[axis] + count - self.reach[axis] % count) % count
+    }
+
     /// The cell of the box at a place in the patch with its margin.
     fn cell(&self, place: [u32; 3]) -> [u32; 3] {
-        [0, 1, 2].map(|axis| {
-            let count = self.counts[axis];
-            (self.first[axis] + place[axis] + count - self.reach[axis] % count) % count
-        })
+        [0, 1, 2].map(|axis| (self.edge(axis) + place[axis]) % self.counts[axis])
     }
 }
 

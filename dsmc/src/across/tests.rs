@@ -12,7 +12,7 @@ use stosszahl_model::{
 use super::partners::{Aim, Search};
 use super::shared::{At, sweep_around};
 use super::speeds::{Speeds, patches};
-use crate::tests::{Equal, Seen, equal, in_pool, start};
+use crate::tests::{Equal, Seen, equal, in_pool, mean_and_error, start};
 use crate::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
 
 const PARAMETERS: Parameters = Parameters {
@@ -219,10 +219,7 @@ fn elastic_rate_and_pressure_are_enskogs() {
                 found[1].push(z / (1.0 + 2.0 * packing * chi));
             }
             for (values, bar) in found.iter().zip([rate_bar, pressure_bar]) {
-                let n = values.len() as f64;
-                let mean = values.iter().sum::<f64>() / n;
-                let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-                let error = (variance / n).sqrt();
+                let (mean, error) = mean_and_error(values);
                 let what = format!("{simulators} {packing}: {mean} ± {error}");
                 assert!(error < bar / 3.0, "too wide: {what}");
                 assert!((mean - 1.0).abs() < bar + 3.0 * error, "{what}");
@@ -307,10 +304,7 @@ fn unlike_disks_meet_at_the_rates_of_a_mixture() {
             }
         }
         for (kind, values) in found.iter().enumerate() {
-            let n = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / n;
-            let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-            let error = (variance / n).sqrt();
+            let (mean, error) = mean_and_error(values);
             let what = format!("{simulators} simulators, kind {kind}: {mean} ± {error}");
             assert!(error < bar / 2.0, "too wide: {what}");
             assert!((mean - 1.0).abs() < bar + 3.0 * error, "{what}");

@@ -67,6 +67,14 @@ pub(crate) fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> 
     }
 }
 
+/// The mean of independent values and its standard error.
+pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
 pub(crate) fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     pool.build().expect("threads").install(work)
@@ -330,10 +338,7 @@ fn spheres_collide_at_the_rate_of_theory() {
         assert!((energy - 1.0).abs() < 1e-13, "{energy}");
         assert!(end.momentum(&scene).norm() < 1e-10);
     }
-    let n = rates.len() as f64;
-    let mean = rates.iter().sum::<f64>() / n;
-    let variance = rates.iter().map(|rate| (rate - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    let error = (variance / n).sqrt();
+    let (mean, error) = mean_and_error(&rates);
     assert!(error < 0.001, "the error {error} is too wide");
     assert!((mean - 1.0).abs() < 4.0 * error, "{mean} ± {error}");
 }
