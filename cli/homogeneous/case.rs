@@ -47,6 +47,9 @@ pub struct Case {
     pub measure: Measure,
     /// Largest deviation from theory that counts as agreement, above 0.
     pub tolerance: f64,
+    /// Orders of the Sonine expansion in theory; none leaves them to the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sonine_orders: Option<usize>,
 }
 
 /// What a gas consists of.

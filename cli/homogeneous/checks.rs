@@ -38,6 +38,8 @@ struct Point {
     measured: f64,
     error: Option<f64>,
     theory: f64,
+    /// Change of the theory from one order less.
+    theory_error: Option<f64>,
 }
 
 impl Point {
@@ -45,9 +47,11 @@ impl Point {
         self.measured / self.theory - 1.0
     }
 
+    /// Deviation in standard errors, to which what is unknown of the theory adds up.
     fn z(&self) -> Option<f64> {
         let error = self.error.filter(|&error| error > 0.0)?;
-        Some((self.measured - self.theory) / error)
+        let total = error.hypot(self.theory_error.unwrap_or(0.0));
+        Some((self.measured - self.theory) / total)
     }
 
     /// Outcome for a tolerance.
@@ -57,7 +61,7 @@ impl Point {
         };
         let far = self.deviation().abs() > tolerance;
         let significant = self.z().is_none_or(|z| z.abs() > SIGNIFICANT);
-        let narrow = error <= tolerance * self.theory.abs();
+        let narrow = error.max(self.theory_error.unwrap_or(0.0)) <= tolerance * self.theory.abs();
         match (far, significant, narrow) {
             (true, true, _) => VerdictKind::Differ,
             (false, _, true) => VerdictKind::Agree,
@@ -101,6 +105,7 @@ fn row(
         measured: worst.measured,
         measured_se: worst.error,
         theory: worst.theory,
+        theory_error: worst.theory_error,
         deviation_percent: 100.0 * worst.deviation(),
         z: worst.z(),
         verdict: name(worst.outcome(tolerance)).to_owned(),
@@ -117,6 +122,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
             measured: row.energy_ratio,
             error: row.energy_ratio_se,
             theory: row.energy_ratio_theory?,
+            theory_error: row.energy_ratio_theory_error,
         })
     });
     let collisions = later().filter_map(|row| {
@@ -125,6 +131,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
             measured: row.collisions_per_particle?,
             error: row.collisions_per_particle_se,
             theory: row.collisions_per_particle_theory?,
+            theory_error: row.collisions_per_particle_theory_error,
         })
     });
     let total = later().filter_map(|row| {
@@ -133,6 +140,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
             measured: row.displacement_square?,
             error: row.displacement_square_se,
             theory: row.displacement_square_theory?,
+            theory_error: row.displacement_square_theory_error,
         })
     });
     let mut rows: Vec<CheckRow> = Vec::new();
@@ -154,6 +162,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
                 measured: row.temperature,
                 error: row.temperature_se,
                 theory: row.temperature_theory?,
+                theory_error: row.temperature_theory_error,
             })
         });
         rows.extend(row(TEMPERATURE, Some(number), temperature, tolerance));
@@ -163,6 +172,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
                 measured: row.displacement_square?,
                 error: row.displacement_square_se,
                 theory: row.displacement_square_theory?,
+                theory_error: row.displacement_square_theory_error,
             })
         });
         rows.extend(row(DISPLACEMENT, Some(number), displacement, tolerance));
@@ -174,6 +184,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
                 measured: row.velocity_correlation?,
                 error: row.velocity_correlation_se,
                 theory,
+                theory_error: row.velocity_correlation_theory_error,
             })
         });
         rows.extend(row(CORRELATION, Some(number), correlation, tolerance));
@@ -187,11 +198,12 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
                     measured: row.displacement_square,
                     error: row.displacement_square_se,
                     theory: row.displacement_square_theory?,
+                    theory_error: None,
                 })
             });
         rows.extend(row(TIME_AVERAGED, Some(number), averaged, tolerance));
     }
-    rows.extend(cumulant(plan, runs).and_then(|point| {
+    rows.extend(cumulant(plan, runs, tables).and_then(|point| {
         // An absolute quantity near zero: only its standard error counts.
         let mut row = row(CUMULANT, None, std::iter::once(point), f64::MAX)?;
         name(cumulant_outcome(&point)).clone_into(&mut row.verdict);
@@ -215,10 +227,12 @@ fn cumulant_outcome(point: &Point) -> VerdictKind {
 /// Collisions of a particle after which a Maxwellian start is forgotten: the cumulant relaxes within some five.
 const FORGOTTEN: f64 = 15.0;
 
-/// Fourth cumulant in the cooling state: replicas averaged over the samples after the start is forgotten, against the form
-/// of Montanero & Santos.
-fn cumulant(plan: &Plan, runs: &[Finished]) -> Option<Point> {
-    let [_, theory] = plan.fourth_cumulants()?;
+/// Fourth cumulant in the cooling state: replicas averaged over the samples after the start is forgotten, against the
+/// Sonine expansion at the end.
+fn cumulant(plan: &Plan, runs: &[Finished], tables: &Tables) -> Option<Point> {
+    plan.fourth_cumulants()?;
+    let last = tables.species.last()?;
+    let theory = last.fourth_cumulant_theory?;
     let particles = plan.particles() as f64;
     let mut begin = f64::INFINITY;
     let means: Vec<f64> = runs
@@ -243,6 +257,7 @@ fn cumulant(plan: &Plan, runs: &[Finished]) -> Option<Point> {
         measured: estimate.value,
         error: estimate.standard_error,
         theory,
+        theory_error: last.fourth_cumulant_theory_error,
     })
 }
 
@@ -277,6 +292,7 @@ fn hyperscaling(plan: &Plan, runs: &[Finished]) -> Option<Point> {
         measured: estimate.value,
         error: estimate.standard_error,
         theory: 2.0,
+        theory_error: None,
     })
 }
 
@@ -302,19 +318,15 @@ pub(crate) fn verdicts(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<V
 }
 
 /// What theory is meant, in words.
-fn theory_of(plan: &Plan, quantity: &str) -> String {
-    let haff = plan.fourth_cumulants().is_some();
+fn theory_of(quantity: &str, orders: usize) -> String {
     match quantity {
-        ENERGY | TEMPERATURE | COLLISIONS if haff => {
-            "Haff's law with the fourth cumulant of the cooling state".to_owned()
-        }
-        ENERGY | TEMPERATURE | COLLISIONS => {
-            "the kinetic equations of Maxwellian species".to_owned()
-        }
-        CUMULANT => "the form of Montanero & Santos".to_owned(),
         TIME_AVERAGED => "the cooling state in first Sonine order".to_owned(),
         DECAY => "2 xi/D + theta = 2, xi of the number and theta of the energy".to_owned(),
-        _ => "theory in first Sonine order".to_owned(),
+        ENERGY | TEMPERATURE | COLLISIONS if orders == 1 => {
+            "the kinetic equations of Maxwellian species".to_owned()
+        }
+        _ if orders == 1 => "theory in first Sonine order".to_owned(),
+        _ => format!("the kinetic equations in {orders} Sonine orders"),
     }
 }
 
@@ -333,16 +345,15 @@ fn verdict(plan: &Plan, quantity: &str, tables: &Tables) -> Option<Verdict> {
         rows.iter().filter(|row| row.verdict == verdict).collect()
     };
     let (differ, undecided) = (with("differ"), with("undecided"));
-    let theory = theory_of(plan, quantity);
+    let theory = theory_of(quantity, tables.sonine_orders);
     let tolerance = 100.0 * plan.case.tolerance;
     let (sentence, kind) = if quantity == CUMULANT {
-        let [first, _] = plan.fourth_cumulants()?;
+        let [simplest, _] = plan.fourth_cumulants()?;
         let sentence = format!(
-            "From t = {} on the fourth cumulant is {}; {theory} gives {:.4}, first Sonine order by van Noije & Ernst \
-             {first:.4}.",
+            "From t = {} on the fourth cumulant is {}; {theory} have {}, the simplest formula (van Noije & Ernst) {simplest:.4}.",
             short(worst.time),
             with_error(worst.measured, worst.measured_se),
-            worst.theory
+            with_error(worst.theory, worst.theory_error),
         );
         (sentence, kind_of(&worst.verdict))
     } else if quantity == DECAY {
@@ -365,7 +376,7 @@ fn verdict(plan: &Plan, quantity: &str, tables: &Tables) -> Option<Verdict> {
         let sentence = format!(
             "Against {theory}, tolerance {tolerance} %, the largest deviations are {}{more}.{}",
             told.join("; "),
-            caveat(plan, quantity)
+            caveat(plan, quantity, tables.sonine_orders)
         );
         (sentence, VerdictKind::Differ)
     } else if rows.len() > undecided.len() {
@@ -379,7 +390,7 @@ fn verdict(plan: &Plan, quantity: &str, tables: &Tables) -> Option<Verdict> {
             String::new()
         } else {
             format!(
-                " Of {} species the errors are too wide to tell.",
+                " Of {} species the errors, or what one order more changes, are too wide to tell.",
                 undecided.len()
             )
         };
@@ -390,7 +401,8 @@ fn verdict(plan: &Plan, quantity: &str, tables: &Tables) -> Option<Verdict> {
         (sentence, VerdictKind::Agree)
     } else {
         let sentence = format!(
-            "Against {theory}, the errors are unknown or wider than {tolerance} %; the largest deviation is {}.",
+            "Against {theory}, errors, or what one order more changes, are unknown or wider than {tolerance} %; the largest \
+             deviation is {}.",
             place(plan, tables, worst)
         );
         (sentence, VerdictKind::Undecided)
@@ -411,12 +423,13 @@ fn kind_of(verdict: &str) -> VerdictKind {
 }
 
 /// What is known of the theory's own limits.
-fn caveat(plan: &Plan, quantity: &str) -> &'static str {
+fn caveat(plan: &Plan, quantity: &str, orders: usize) -> &'static str {
     let masses = || plan.groups.iter().map(|group| group.mass);
     let lightest = masses().fold(f64::INFINITY, f64::min);
     let heaviest = masses().fold(0.0, f64::max);
     let unlike = heaviest > 4.0 * lightest;
     match quantity {
+        _ if orders > 1 && quantity != TIME_AVERAGED => "",
         DISPLACEMENT | TIME_AVERAGED | CORRELATION if unlike => {
             " First Sonine order takes velocities for Maxwellian and their correlations for exponential, and is off by up to \
              15 % for light particles among heavy ones, by more for heavy ones among very many light ones, whose speeds \
@@ -516,6 +529,7 @@ fn steady_state(plan: &Plan, runs: &[Finished]) -> Vec<Verdict> {
         measured: drift.value,
         error: drift.standard_error,
         theory: 1.0,
+        theory_error: None,
     };
     let kind = point.outcome(plan.case.tolerance);
     let said = match kind {

@@ -13,7 +13,7 @@ use super::run::Finished;
 use super::tables::{
     CheckRow, ClusterRow, GasRow, SampleRow, SizeRow, SpeciesRow, TimeAveragedRow,
 };
-use super::theory::{self, Curve};
+use super::theory::{self, Curve, GroupCurve, Predicted};
 use super::{checks, steady};
 use crate::export::{over, write_table};
 
@@ -34,6 +34,8 @@ pub struct Tables {
     pub checks: Vec<CheckRow>,
     /// Single replicas.
     pub replicas: Vec<SampleRow>,
+    /// Sonine orders that theory was solved in.
+    pub sonine_orders: usize,
 }
 
 impl Tables {
@@ -52,7 +54,7 @@ impl Tables {
                 .iter()
                 .filter_map(|run| run.record.samples.get(index))
                 .collect();
-            let curve = curves.get(index);
+            let curve = curves.at.get(index);
             let first: Vec<&Sample> = runs.iter().map(|run| &run.record.samples[0]).collect();
             tables.gas.push(gas(plan, time, &samples, &first, curve));
             if plan.case.sticking.is_some() {
@@ -75,6 +77,7 @@ impl Tables {
             });
             tables.replicas.extend(rows);
         }
+        tables.sonine_orders = curves.orders;
         tables.checks = checks::checks(plan, runs, &tables);
         Ok(tables)
     }
@@ -101,6 +104,14 @@ impl Tables {
 
 /// A value with its standard error.
 type Measured = (f64, Option<f64>);
+
+/// Value and error of theory, as two columns.
+fn split(predicted: Option<Predicted>) -> (Option<f64>, Option<f64>) {
+    (
+        predicted.map(|predicted| predicted.value),
+        predicted.and_then(|predicted| predicted.error),
+    )
+}
 
 /// Mean over replicas, and the larger of the two errors that are known.
 fn measured<T>(runs: &[T], value: impl Fn(&T) -> f64, single: Option<f64>) -> Measured {
@@ -202,21 +213,26 @@ fn gas(
         };
         measured(samples, |s| mean(s).0, samples.first().map(|s| mean(s).1))
     });
+    let theory = |value: fn(&Curve) -> Predicted| split(curve.map(value));
+    let collisions_theory = collisions.map_or((None, None), |_| theory(|curve| curve.collisions));
+    let energy_theory = theory(|curve| curve.energy_ratio);
+    let displacement_theory = displacement.map_or((None, None), |_| theory(|c| c.displacement));
     GasRow {
         time,
         particles_ratio: particles.0,
         particles_ratio_se: particles.1,
         collisions_per_particle: collisions.map(|found| found.0),
         collisions_per_particle_se: collisions.and_then(|found| found.1),
-        collisions_per_particle_theory: collisions
-            .and_then(|_| curve.map(|curve| curve.collisions)),
+        collisions_per_particle_theory: collisions_theory.0,
+        collisions_per_particle_theory_error: collisions_theory.1,
         energy_ratio: energy.0,
         energy_ratio_se: energy.1,
-        energy_ratio_theory: curve.map(|curve| curve.energy_ratio),
+        energy_ratio_theory: energy_theory.0,
+        energy_ratio_theory_error: energy_theory.1,
         displacement_square: displacement.map(|found| found.0),
         displacement_square_se: displacement.and_then(|found| found.1),
-        displacement_square_theory: displacement
-            .and_then(|_| curve.map(|curve| curve.displacement)),
+        displacement_square_theory: displacement_theory.0,
+        displacement_square_theory_error: displacement_theory.1,
         replicas: samples.len() as u64,
     }
 }
@@ -255,6 +271,13 @@ fn species(
             None,
         )
     });
+    let theory = |value: fn(&GroupCurve) -> Predicted| split(theory.map(value));
+    let temperature_theory = theory(|group| group.temperature);
+    // Of the first order it is zero because no more is asked, which is no prediction.
+    let cumulant_theory = theory(|group| group.fourth_cumulant);
+    let cumulant_theory = cumulant_theory.1.map_or((None, None), |_| cumulant_theory);
+    let displacement_theory = displacement.map_or((None, None), |_| theory(|g| g.displacement));
+    let correlation_theory = correlation.map_or((None, None), |_| theory(|g| g.correlation));
     SpeciesRow {
         time,
         species: number as u64 + 1,
@@ -263,17 +286,20 @@ fn species(
         count: group.count as u64,
         temperature: temperature.0,
         temperature_se: temperature.1,
-        temperature_theory: theory.map(|theory| theory.temperature),
+        temperature_theory: temperature_theory.0,
+        temperature_theory_error: temperature_theory.1,
         fourth_cumulant: cumulant.0,
         fourth_cumulant_se: cumulant.1,
+        fourth_cumulant_theory: cumulant_theory.0,
+        fourth_cumulant_theory_error: cumulant_theory.1,
         displacement_square: displacement.map(|found| found.0),
         displacement_square_se: displacement.and_then(|found| found.1),
-        displacement_square_theory: displacement
-            .and_then(|_| theory.map(|theory| theory.displacement)),
+        displacement_square_theory: displacement_theory.0,
+        displacement_square_theory_error: displacement_theory.1,
         velocity_correlation: correlation.map(|found| found.0),
         velocity_correlation_se: correlation.and_then(|found| found.1),
-        velocity_correlation_theory: correlation
-            .and_then(|_| theory.map(|theory| theory.correlation)),
+        velocity_correlation_theory: correlation_theory.0,
+        velocity_correlation_theory_error: correlation_theory.1,
     }
 }
 

@@ -30,8 +30,7 @@ fn collisions(plan: &Plan) -> Option<f64> {
     if plan.case.sticking.is_some() || plan.groups.len() > MANY {
         return None;
     }
-    let curves = super::theory::curves(plan).ok()?;
-    Some(curves.last()?.collisions)
+    super::theory::collisions(plan).ok()
 }
 
 /// Bytes of one replica.

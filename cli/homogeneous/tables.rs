@@ -2,7 +2,8 @@
 //!
 //! Times are in the unit that `run.time_unit` names. A standard error (`_se`) is the larger of two: the spread over
 //! replicas, and the spread over particles (where it is known), so that few replicas that lie close together by chance do
-//! not look precise. It is empty where neither is known. A value of theory is empty where there is none.
+//! not look precise. It is empty where neither is known. A value of theory is empty where there is none; its error
+//! (`_theory_error`) is the change from one Sonine order less, and empty for the first.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,18 +25,24 @@ row! {
         collisions_per_particle_se: Option<f64>,
         /// The same by theory \[1\].
         collisions_per_particle_theory: Option<f64>,
+        /// Error of `collisions_per_particle_theory` \[1\].
+        collisions_per_particle_theory_error: Option<f64>,
         /// Kinetic energy over its initial value, without tracers \[1\].
         energy_ratio: f64,
         /// Standard error of `energy_ratio` \[1\].
         energy_ratio_se: Option<f64>,
         /// The same by theory \[1\].
         energy_ratio_theory: Option<f64>,
+        /// Error of `energy_ratio_theory` \[1\].
+        energy_ratio_theory_error: Option<f64>,
         /// Mean squared displacement of all particles but tracers \[length^2\].
         displacement_square: Option<f64>,
         /// Standard error of `displacement_square`.
         displacement_square_se: Option<f64>,
         /// The same by theory.
         displacement_square_theory: Option<f64>,
+        /// Error of `displacement_square_theory`.
+        displacement_square_theory_error: Option<f64>,
         /// Replicas that the averages run over.
         replicas: u64,
     }
@@ -60,22 +67,32 @@ row! {
         temperature_se: Option<f64>,
         /// The same by theory.
         temperature_theory: Option<f64>,
+        /// Error of `temperature_theory`.
+        temperature_theory_error: Option<f64>,
         /// Fourth cumulant `a2` of the velocity distribution, zero for a Gaussian \[1\].
         fourth_cumulant: f64,
         /// Standard error of `fourth_cumulant`, from replicas only \[1\].
         fourth_cumulant_se: Option<f64>,
+        /// The same by theory \[1\]; empty in the first order, which has none.
+        fourth_cumulant_theory: Option<f64>,
+        /// Error of `fourth_cumulant_theory` \[1\].
+        fourth_cumulant_theory_error: Option<f64>,
         /// Mean squared displacement \[length^2\].
         displacement_square: Option<f64>,
         /// Standard error of `displacement_square`.
         displacement_square_se: Option<f64>,
         /// The same by theory.
         displacement_square_theory: Option<f64>,
+        /// Error of `displacement_square_theory`.
+        displacement_square_theory_error: Option<f64>,
         /// Correlation of the velocity with that of the start, `<v(0) . v(t)>/<v(0)^2>` \[1\].
         velocity_correlation: Option<f64>,
         /// Standard error of `velocity_correlation`, from replicas only \[1\].
         velocity_correlation_se: Option<f64>,
         /// The same by theory \[1\].
         velocity_correlation_theory: Option<f64>,
+        /// Error of `velocity_correlation_theory` \[1\].
+        velocity_correlation_theory_error: Option<f64>,
     }
 }
 
@@ -170,9 +187,11 @@ row! {
         measured_se: Option<f64>,
         /// By theory.
         theory: f64,
+        /// Its error: the change from one Sonine order less.
+        theory_error: Option<f64>,
         /// Measured over theory, less one \[percent\].
         deviation_percent: f64,
-        /// Deviation in standard errors \[1\].
+        /// Deviation in standard errors, that of theory included \[1\].
         z: Option<f64>,
         /// Outcome: `agree`, `differ` or `undecided`.
         verdict: String,

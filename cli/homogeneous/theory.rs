@@ -1,41 +1,94 @@
 //! What kinetic theory says at the times of a case.
 
-use stosszahl_analysis::theory::TheoryError;
+use stosszahl_analysis::theory::{Mixture, Moment, TheoryError};
 
+use super::law::Law;
 use super::plan::Plan;
+
+/// A value of theory, and how far it is from that of one Sonine order less; the first has none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Predicted {
+    /// Value.
+    pub value: f64,
+    /// Error.
+    pub error: Option<f64>,
+}
 
 /// Theory of one group at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct GroupCurve {
+pub(super) struct GroupCurve<T = Predicted> {
     /// Temperature.
-    pub temperature: f64,
+    pub temperature: T,
+    /// Fourth cumulant of the velocities.
+    pub fourth_cumulant: T,
     /// Mean squared displacement.
-    pub displacement: f64,
+    pub displacement: T,
     /// `<v(0) . v(t)>/<v(0)^2>`.
-    pub correlation: f64,
+    pub correlation: T,
 }
 
 /// Theory at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Curve {
+pub(super) struct Curve<T = Predicted> {
     /// Energy over that of the start.
-    pub energy_ratio: f64,
+    pub energy_ratio: T,
     /// Collisions of a particle, on average over those that collide with each other.
-    pub collisions: f64,
+    pub collisions: T,
     /// Mean squared displacement, on average over the same.
-    pub displacement: f64,
+    pub displacement: T,
     /// Each group.
-    pub groups: Vec<GroupCurve>,
+    pub groups: Vec<GroupCurve<T>>,
 }
 
-/// Theory at the sample times; empty for a gas that sticks.
-///
-/// The kinetic equations of Maxwellian species. Equal particles of constant restitution follow Haff's law with the fourth
-/// cumulant of the cooling state (Montanero & Santos): its correction of the cooling rate, `1 + 3 a2/16`, and of the
-/// collision rate, `1 - a2/16`.
-pub(super) fn curves(plan: &Plan) -> Result<Vec<Curve>, TheoryError> {
+/// What theory says at all sample times.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Curves {
+    /// Sonine orders of the velocities.
+    pub orders: usize,
+    /// By sample time; none for a gas that sticks.
+    pub at: Vec<Curve>,
+}
+
+/// Classes up to which a number of Sonine orders takes some seconds, the most orders first: for laws of restitution that
+/// are constant, and for those that depend on speed.
+const AFFORDABLE: [[(usize, usize); 5]; 2] = [
+    [(3, 6), (4, 5), (6, 4), (10, 3), (16, 2)],
+    [(1, 5), (2, 4), (3, 4), (4, 3), (6, 2)],
+];
+
+/// Orders that are asked for, or else as many as are quick.
+fn orders(plan: &Plan, mixture: &Mixture<Law>) -> usize {
+    let automatic = || {
+        let classes = mixture.components().len();
+        let affordable = AFFORDABLE[usize::from(!mixture.is_constant())];
+        let first = affordable.into_iter().find(|&(most, _)| classes <= most);
+        first.map_or(1, |(_, orders)| orders)
+    };
+    plan.case.sonine_orders.unwrap_or_else(automatic)
+}
+
+/// The kinetic equations in so many orders, at times in the units of the case.
+fn moments(
+    mixture: &Mixture<Law>,
+    orders: usize,
+    start: &[f64],
+    times: &[f64],
+) -> Result<Vec<Moment>, TheoryError> {
+    if orders == 1 {
+        mixture.evolve(start, times)
+    } else {
+        mixture.expand(orders, start, times)
+    }
+}
+
+/// Theory at the sample times: the kinetic equations with velocities in a Sonine expansion. Orders in which it
+/// cannot be followed to the end are left out.
+pub(super) fn curves(plan: &Plan) -> Result<Curves, TheoryError> {
     if plan.case.sticking.is_some() {
-        return Ok(Vec::new());
+        return Ok(Curves {
+            orders: 1,
+            at: Vec::new(),
+        });
     }
     let times: Vec<f64> = plan
         .case
@@ -45,46 +98,87 @@ pub(super) fn curves(plan: &Plan) -> Result<Vec<Curve>, TheoryError> {
         .collect();
     let mixture = plan.mixture()?;
     let start = plan.temperatures();
+    let solve = |orders| moments(&mixture, orders, &start, &times);
+    let mut orders = orders(plan, &mixture);
+    let (found, below) = loop {
+        let lower = || (orders > 1).then(|| solve(orders - 1));
+        match rayon::join(|| solve(orders), lower) {
+            (Ok(found), below) => break (found, below.and_then(Result::ok)),
+            (Err(error), _) if orders == 1 => return Err(error),
+            _ => orders -= 1,
+        }
+    };
+    let at = found.iter().enumerate().map(|(index, moment)| {
+        let value = curve(plan, &start, moment);
+        match below.as_ref().and_then(|below| below.get(index)) {
+            Some(below) => value.against(&curve(plan, &start, below), |value, below| Predicted {
+                value,
+                error: Some((value - below).abs()),
+            }),
+            None => value.against(&value, |value, _| Predicted { value, error: None }),
+        }
+    });
+    Ok(Curves {
+        orders,
+        at: at.collect(),
+    })
+}
+
+/// Collisions of a particle up to the end of the run, in the first order.
+pub(super) fn collisions(plan: &Plan) -> Result<f64, TheoryError> {
+    let (start, end) = (plan.temperatures(), plan.case.run.until * plan.time);
+    let found = plan.mixture()?.evolve(&start, &[end])?;
+    Ok(found.iter().map(|moment| curve(plan, &start, moment).collisions).sum())
+}
+
+/// What a moment says of the groups.
+fn curve(plan: &Plan, start: &[f64], moment: &Moment) -> Curve<f64> {
     let classes = plan.classes();
-    let particles: Vec<f64> = classes.iter().map(|class| class.density).collect();
     let mean = |values: &dyn Fn(usize) -> f64| -> f64 {
-        let total: f64 = particles.iter().sum();
-        let sum: f64 = particles
+        let total: f64 = classes.iter().map(|class| class.density).sum();
+        let sum: f64 = classes
             .iter()
             .enumerate()
-            .map(|(k, density)| density * values(k))
+            .map(|(k, class)| class.density * values(k))
             .sum();
         sum / total
     };
-    let found = mixture.evolve(&start, &times)?;
-    let curves = found.iter().map(|moment| {
-        let mut curve = Curve {
-            energy_ratio: mean(&|k| moment.temperatures[k]) / mean(&|k| start[k]),
-            collisions: mean(&|k| moment.collisions[k]),
-            displacement: mean(&|k| moment.displacements[k]),
-            groups: (0..plan.groups.len())
-                .map(|group| {
-                    let count = |k: usize| classes[k].count as f64;
-                    let square = |k: usize| count(k) * start[k] / classes[k].mass;
-                    GroupCurve {
-                        temperature: plan.over_classes(group, count, |k| moment.temperatures[k]),
-                        displacement: plan.over_classes(group, count, |k| moment.displacements[k]),
-                        correlation: plan
-                            .over_classes(group, square, |k| (-moment.decays[k]).exp()),
-                    }
+    let of_group = |group: usize| {
+        let count = |k: usize| classes[k].count as f64;
+        let square = |k: usize| count(k) * start[k] / classes[k].mass;
+        GroupCurve {
+            temperature: plan.over_classes(group, count, |k| moment.temperatures[k]),
+            fourth_cumulant: plan.over_classes(group, count, |k| moment.fourth_cumulants[k]),
+            displacement: plan.over_classes(group, count, |k| moment.displacements[k]),
+            correlation: plan.over_classes(group, square, |k| moment.kept[k]),
+        }
+    };
+    Curve {
+        energy_ratio: mean(&|k| moment.temperatures[k]) / mean(&|k| start[k]),
+        collisions: mean(&|k| moment.collisions[k]),
+        displacement: mean(&|k| moment.displacements[k]),
+        groups: (0..plan.groups.len()).map(of_group).collect(),
+    }
+}
+
+impl Curve<f64> {
+    /// Each value with its like in another curve.
+    fn against<T>(&self, other: &Self, with: impl Fn(f64, f64) -> T) -> Curve<T> {
+        let groups = self.groups.iter().zip(&other.groups);
+        Curve {
+            energy_ratio: with(self.energy_ratio, other.energy_ratio),
+            collisions: with(self.collisions, other.collisions),
+            displacement: with(self.displacement, other.displacement),
+            groups: groups
+                .map(|(a, b)| GroupCurve {
+                    temperature: with(a.temperature, b.temperature),
+                    fourth_cumulant: with(a.fourth_cumulant, b.fourth_cumulant),
+                    displacement: with(a.displacement, b.displacement),
+                    correlation: with(a.correlation, b.correlation),
                 })
                 .collect(),
-        };
-        if let (Some([_, a2]), [group]) = (plan.fourth_cumulants(), &mut curve.groups[..]) {
-            let rate = (1.0 + 3.0 * a2 / 16.0) / plan.haff_time;
-            let slowing = 1.0 + rate * moment.time;
-            curve.energy_ratio = slowing.powi(-2);
-            group.temperature = start[0] * curve.energy_ratio;
-            curve.collisions = (1.0 - a2 / 16.0) / plan.mean_free_time / rate * slowing.ln();
         }
-        curve
-    });
-    Ok(curves.collect())
+    }
 }
 
 /// Displacements averaged over time by group and lag, for a gas that starts in its cooling state.

@@ -42,6 +42,7 @@ pub(super) fn case(table: &Table) -> Result<Case, Problem> {
         run,
         measure,
         tolerance: written.verdict.tolerance,
+        sonine_orders: written.verdict.sonine_orders.map(|orders| orders as usize),
     })
 }
 

@@ -417,10 +417,17 @@ pub struct Verdict {
     /// Largest deviation from theory that counts as agreement.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0, "x-allowed" = "a tolerance lies above 0 and below 1"))]
     pub tolerance: f64,
+    /// Orders of the Sonine expansion of the velocities in theory: 1 for Maxwellian species. Default: as many as are quick, from 6
+    /// for three species to 1 for many.
+    #[schemars(extend("minimum" = 1, "maximum" = 12, "x-allowed" = "the Sonine orders are a whole number from 1 to 12; their cost grows as the fourth power, and as the square of the number of species"))]
+    pub sonine_orders: Option<u64>,
 }
 
 impl Default for Verdict {
     fn default() -> Self {
-        Self { tolerance: 0.02 }
+        Self {
+            tolerance: 0.02,
+            sonine_orders: None,
+        }
     }
 }

@@ -147,6 +147,26 @@ impl<R: Restitution> Mixture<R> {
         self.dimension
     }
 
+    /// `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` for species k hit by i.
+    pub(super) fn base(&self, k: usize, i: usize) -> f64 {
+        self.rates[k * self.components.len() + i]
+    }
+
+    /// Whether restitution is the same at all speeds.
+    pub fn is_constant(&self) -> bool {
+        self.constant
+    }
+
+    /// Nodes of the quadrature over speeds, in units of S, and weights of the mean with `y exp(-y)`, `y = g^2/(2 S^2)`.
+    pub(super) fn nodes(&self) -> &[(f64, f64)] {
+        &self.nodes
+    }
+
+    /// Restitution of a pair.
+    pub(super) fn between(&self, kinds: [u32; 2], speed: f64) -> f64 {
+        self.law.between(kinds, speed)
+    }
+
     /// Means of 1 + e and of its square over the collisions of a pair.
     fn means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
         if self.constant {
@@ -185,7 +205,7 @@ impl<R: Restitution> Mixture<R> {
         rates
     }
 
-    /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements, decays of the velocity
+    /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements, correlations of the velocity
     /// and collisions at the given times, which do not fall, from given temperatures at time zero, when all others are zero.
     ///
     /// `dC_k/dt = D T_k/m_k - nu_k C_k` and `d<R_k^2>/dt = 2 C_k`, which is exact for velocity correlations that decay
@@ -194,23 +214,8 @@ impl<R: Restitution> Mixture<R> {
     /// # Errors
     /// [`TheoryError`] if a temperature is not above zero, the numbers differ, or the integration fails.
     pub fn evolve(&self, temperatures: &[f64], times: &[f64]) -> Result<Vec<Moment>, TheoryError> {
+        self.check_temperatures(temperatures)?;
         let count = self.components.len();
-        for &t in temperatures {
-            if !(t > 0.0 && t.is_finite()) {
-                return Err(TheoryError::BadNumber {
-                    name: "temperature",
-                    value: t,
-                    allowed: "above 0",
-                });
-            }
-        }
-        if temperatures.len() != count {
-            return Err(TheoryError::BadNumber {
-                name: "number of temperatures",
-                value: temperatures.len() as f64,
-                allowed: "the number of species",
-            });
-        }
         // Logarithms of temperatures: they fall by many orders, and never below zero.
         let mut start: Vec<f64> = temperatures.iter().map(|t| t.ln()).collect();
         start.extend(vec![0.0; 4 * count]);
@@ -246,11 +251,33 @@ impl<R: Restitution> Mixture<R> {
                 temperatures: y[..count].iter().map(|log| log.exp()).collect(),
                 correlations: y[count..2 * count].to_vec(),
                 displacements: y[2 * count..3 * count].to_vec(),
-                decays: y[3 * count..4 * count].to_vec(),
+                kept: y[3 * count..4 * count].iter().map(|decay| (-decay).exp()).collect(),
                 collisions: y[4 * count..].to_vec(),
+                fourth_cumulants: vec![0.0; count],
             });
         }
         Ok(found)
+    }
+
+    /// One temperature above zero for each species.
+    pub(super) fn check_temperatures(&self, temperatures: &[f64]) -> Result<(), TheoryError> {
+        for &t in temperatures {
+            if !(t > 0.0 && t.is_finite()) {
+                return Err(TheoryError::BadNumber {
+                    name: "temperature",
+                    value: t,
+                    allowed: "above 0",
+                });
+            }
+        }
+        if temperatures.len() != self.components.len() {
+            return Err(TheoryError::BadNumber {
+                name: "number of temperatures",
+                value: temperatures.len() as f64,
+                allowed: "the number of species",
+            });
+        }
+        Ok(())
     }
 
     /// Mean of a quantity over all particles, species by their densities.
@@ -277,8 +304,10 @@ pub struct Moment {
     pub correlations: Vec<f64>,
     /// `<R_k^2>`.
     pub displacements: Vec<f64>,
-    /// `integral nu_k dt`: velocities of species k have kept `exp(-decay)` of their correlation with the start.
-    pub decays: Vec<f64>,
+    /// `<v_k(0) . v_k>/<v_k(0)^2>`.
+    pub kept: Vec<f64>,
     /// Collisions of one particle of species k since time zero.
     pub collisions: Vec<f64>,
+    /// Fourth cumulants, `D <v^4>/((D + 2) <v^2>^2) - 1`.
+    pub fourth_cumulants: Vec<f64>,
 }

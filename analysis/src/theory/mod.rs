@@ -18,6 +18,8 @@ pub mod cooling_state;
 pub mod integrate;
 pub mod mixture;
 pub mod rough;
+mod series;
+pub mod sonine;
 
 pub use barometric::{Column, Layer};
 pub use contact::Contact;

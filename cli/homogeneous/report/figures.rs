@@ -191,8 +191,8 @@ pub(super) fn temperatures(rows: &[SpeciesRow]) -> Option<Figure> {
         curves,
         None,
         "Temperatures m<v²>/D against time, both logarithmic. Energy is not shared alike in a gas that cools: light particles \
-         become the coldest, and in the end all temperatures fall together. Dashed: the kinetic equations of Maxwellian \
-         species."
+         become the coldest, and in the end all temperatures fall together. Dashed: the kinetic \
+         equations."
             .to_owned(),
     )
 }
@@ -245,7 +245,13 @@ pub(super) fn cumulants(rows: &[SpeciesRow]) -> Option<Figure> {
         &many,
         species_of,
         |row| row.time,
-        |row| (Some(row.fourth_cumulant), row.fourth_cumulant_se, None),
+        |row| {
+            (
+                Some(row.fourth_cumulant),
+                row.fourth_cumulant_se,
+                row.fourth_cumulant_theory,
+            )
+        },
     );
     single(
         "Fourth cumulant",
@@ -254,7 +260,7 @@ pub(super) fn cumulants(rows: &[SpeciesRow]) -> Option<Figure> {
         curves,
         Some(0.0),
         "Fourth cumulant of the velocities, D<v⁴>/((D + 2)<v²>²) − 1, of species with a thousand particles or more. It is zero \
-         for Maxwellian velocities, which is what the curves of theory assume."
+         for Maxwellian velocities. Dashed: the kinetic equations in more than one Sonine order, where they were solved."
             .to_owned(),
     )
 }
@@ -279,7 +285,7 @@ pub(super) fn correlations(rows: &[SpeciesRow]) -> Option<Figure> {
         Axis::linear("<v(0)·v(t)> / <v(0)²>"),
         curves,
         None,
-        "Correlation of the velocities with those of the start. Dashed: exponential decay in the number of collisions."
+        "Correlation of the velocities with those of the start. Dashed: the kinetic equations."
             .to_owned(),
     )
 }
@@ -317,7 +323,7 @@ pub(super) fn displacements(gas: &[GasRow], rows: &[SpeciesRow]) -> Option<Figur
         curves,
         None,
         "Mean squared displacement since the start against time, both logarithmic: ballistic at first, then ever slower as \
-         the gas cools. Dashed: theory in first Sonine order."
+         the gas cools. Dashed: the kinetic equations."
             .to_owned(),
     )
 }

@@ -213,7 +213,10 @@ fn checks(results: &Results) -> Markup {
                     .map_or_else(|| "all".to_owned(), |species| species.to_string()),
                 number(row.time, 4),
                 with_error(Some(row.measured), row.measured_se),
-                number(row.theory, 5),
+                match row.theory_error.filter(|error| *error > 1e-4 * row.theory.abs()) {
+                    Some(error) => with_error(Some(row.theory), Some(error)),
+                    None => number(row.theory, 5),
+                },
                 number(row.deviation_percent, 3),
                 optional(row.z),
                 row.verdict.clone(),
@@ -227,7 +230,8 @@ fn checks(results: &Results) -> Markup {
             p {
                 "Each line is told at its worst time: that of the largest deviation beyond three standard errors, or else of the "
                 "largest one. A difference is larger than the tolerance of the case and than three standard errors; agreement is "
-                "within the tolerance, with an error within it too; the fourth cumulant has no tolerance but its error."
+                "within the tolerance, with an error within it too; the fourth cumulant has no tolerance but its error. The error "
+                "of theory is what one Sonine order less would change; it counts as the others do."
             }
             (page::table("Measured against theory", &columns, &lines))
         }
