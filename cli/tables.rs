@@ -296,13 +296,13 @@ row! {
         temperature_ratio: f64,
         /// Standard error of `temperature_ratio` \[1\].
         temperature_ratio_se: Option<f64>,
-        /// The same by Enskog's equations of Maxwellian species \[1\]; empty where they do not apply.
+        /// The same by Enskog's equations \[1\]; empty where they do not apply.
         temperature_ratio_theory: Option<f64>,
         /// Its temperature over that of the first species at the same time \[1\].
         ratio_to_first: f64,
         /// Standard error of `ratio_to_first` \[1\].
         ratio_to_first_se: Option<f64>,
-        /// The same by Enskog's equations of Maxwellian species \[1\]; empty where they do not apply.
+        /// The same by Enskog's equations \[1\]; empty where they do not apply.
         ratio_to_first_theory: Option<f64>,
         /// Replicas that the averages run over.
         replicas: u64,

@@ -1,8 +1,7 @@
 //! What kinetic theory says at the times of a case.
 
-use stosszahl_analysis::theory::{Mixture, Moment, TheoryError};
+use stosszahl_analysis::theory::{Moment, TheoryError};
 
-use super::law::Law;
 use super::plan::Plan;
 
 /// A value of theory, and how far it is from that of one Sonine order less; the first has none.
@@ -49,38 +48,6 @@ pub(super) struct Curves {
     pub at: Vec<Curve>,
 }
 
-/// Classes up to which a number of Sonine orders takes some seconds, the most orders first: for laws of restitution that
-/// are constant, and for those that depend on speed.
-const AFFORDABLE: [[(usize, usize); 5]; 2] = [
-    [(3, 6), (4, 5), (6, 4), (10, 3), (16, 2)],
-    [(1, 5), (2, 4), (3, 4), (4, 3), (6, 2)],
-];
-
-/// Orders that are asked for, or else as many as are quick.
-fn orders(plan: &Plan, mixture: &Mixture<Law>) -> usize {
-    let automatic = || {
-        let classes = mixture.components().len();
-        let affordable = AFFORDABLE[usize::from(!mixture.is_constant())];
-        let first = affordable.into_iter().find(|&(most, _)| classes <= most);
-        first.map_or(1, |(_, orders)| orders)
-    };
-    plan.case.sonine_orders.unwrap_or_else(automatic)
-}
-
-/// The kinetic equations in so many orders, at times in the units of the case.
-fn moments(
-    mixture: &Mixture<Law>,
-    orders: usize,
-    start: &[f64],
-    times: &[f64],
-) -> Result<Vec<Moment>, TheoryError> {
-    if orders == 1 {
-        mixture.evolve(start, times)
-    } else {
-        mixture.expand(orders, start, times)
-    }
-}
-
 /// Theory at the sample times: the kinetic equations with velocities in a Sonine expansion. Orders in which it
 /// cannot be followed to the end are left out.
 pub(super) fn curves(plan: &Plan) -> Result<Curves, TheoryError> {
@@ -98,8 +65,11 @@ pub(super) fn curves(plan: &Plan) -> Result<Curves, TheoryError> {
         .collect();
     let mixture = plan.mixture()?;
     let start = plan.temperatures();
-    let solve = |orders| moments(&mixture, orders, &start, &times);
-    let mut orders = orders(plan, &mixture);
+    let solve = |orders| mixture.solve(orders, &start, &times);
+    let mut orders = plan
+        .case
+        .sonine_orders
+        .unwrap_or_else(|| mixture.affordable_orders());
     let (found, below) = loop {
         let lower = || (orders > 1).then(|| solve(orders - 1));
         match rayon::join(|| solve(orders), lower) {
@@ -128,7 +98,10 @@ pub(super) fn curves(plan: &Plan) -> Result<Curves, TheoryError> {
 pub(super) fn collisions(plan: &Plan) -> Result<f64, TheoryError> {
     let (start, end) = (plan.temperatures(), plan.case.run.until * plan.time);
     let found = plan.mixture()?.evolve(&start, &[end])?;
-    Ok(found.iter().map(|moment| curve(plan, &start, moment).collisions).sum())
+    Ok(found
+        .iter()
+        .map(|moment| curve(plan, &start, moment).collisions)
+        .sum())
 }
 
 /// What a moment says of the groups.

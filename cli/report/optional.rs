@@ -157,7 +157,7 @@ pub(crate) fn partial_temperatures(rows: &[PartialTemperatureRow]) -> Option<Fig
                 })
             }));
             if !law.is_empty() {
-                curves.push(theory("Enskog’s equations of Maxwellian species", law));
+                curves.push(theory("Enskog’s equations", law));
             }
             for name in &names {
                 curves.push(curve(name, Stroke::None, rows, |row| {

@@ -158,17 +158,16 @@ impl Setup {
         };
     }
 
-    /// Temperatures of the species over that of the start at given times over `t_0`, by Enskog's equations of Maxwellian
-    /// species; `None` where they do not apply.
+    /// Temperatures of the species over that of the start at given times over `t_0`, by Enskog's equations in as many Sonine
+    /// orders as are quick; `None` where they do not apply.
     pub fn partial_temperatures(&self, times_over_t0: &[f64]) -> Option<Vec<Vec<f64>>> {
         if self.case.drive.is_some() {
             return None;
         }
         let times: Vec<f64> = times_over_t0.iter().map(|time| time * self.time).collect();
-        let found = self
-            .mixture()?
-            .evolve(&vec![1.0; self.species.len()], &times)
-            .ok()?;
+        let (mixture, start) = (self.mixture()?, vec![1.0; self.species.len()]);
+        let mut orders = (1..=mixture.affordable_orders()).rev();
+        let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
         Some(
             found
                 .into_iter()

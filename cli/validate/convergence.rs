@@ -91,11 +91,7 @@ struct Found {
 }
 
 /// What the values are of.
-const QUANTITIES: [&str; 3] = [
-    "collision rate/Enskog",
-    "K/Haff at t0",
-    "a2 at 3 t0",
-];
+const QUANTITIES: [&str; 3] = ["collision rate/Enskog", "K/Haff at t0", "a2 at 3 t0"];
 /// How far from it the limit of a scheme that claims it may be.
 const TOLERANCES: [f64; 3] = [0.005, 0.01, 0.002];
 

@@ -52,8 +52,7 @@ pub(super) fn verdicts(setup: &Setup, engine: &str, runs: &[&Finished]) -> Vec<V
             Some(Verdict {
                 topic: format!("partial temperatures, {engine}"),
                 sentence: format!(
-                    "From t/t0 = {} to {} the ratio T_{}/T_1 is {}; Enskog's equations of Maxwellian species give \
-                     {expected:.4}{}.",
+                    "From t/t0 = {} to {} the ratio T_{}/T_1 is {}; Enskog's equations give {expected:.4}{}.",
                     EARLY[0],
                     EARLY[1],
                     number + 1,

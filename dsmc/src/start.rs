@@ -5,7 +5,7 @@ use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Book;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
-use crate::across::{self, Arm, Rates};
+use crate::across::{self, Arm, Rates, Spread};
 use crate::boundary::{Books, Boundaries, MOST_SIMULATORS, Surroundings, Transfer, enter};
 use crate::collide::draw_whole;
 use crate::copies;
@@ -53,6 +53,8 @@ pub(crate) struct Means {
     upper: f64,
     covered: f64,
     mass: f64,
+    /// Sums of the powers D to 2 D of the radius over the largest.
+    powers: [f64; 4],
 }
 
 impl Means {
@@ -67,6 +69,13 @@ impl Means {
             self.lower / self.upper,
             self.mass / count,
         ]
+    }
+
+    /// What unlike sizes do to the count of a neighbourhood.
+    fn spread<P: Physics>(&self) -> Option<Spread> {
+        let count = self.count as f64;
+        let powers = self.powers.map(|sum| sum / count);
+        (!P::Sizes::UNIFORM && self.count > 0).then(|| Spread::new(P::Space::DIMENSION, powers))
     }
 
     /// Of the first `count` sizes.
@@ -84,6 +93,10 @@ impl Means {
             means.upper += (2.0 * radius).powi(dimension);
             means.covered += P::Space::ball(radius);
             means.mass += sizes.mass(tag);
+            let share = radius / sizes.largest_radius();
+            for (power, sum) in (dimension..=2 * dimension).zip(&mut means.powers) {
+                *sum += share.powi(power);
+            }
         }
         means
     }
@@ -324,7 +337,7 @@ where
         }
         let ball = means.covered / means.count.max(1) as f64;
         let rates = (parameters.scheme.is_across())
-            .then(|| Rates::new(density.unit(), ball, gas.limit, P::Sizes::UNIFORM));
+            .then(|| Rates::new(density.unit(), ball, gas.limit, means.spread::<P>()));
         let mut engine = Self {
             density,
             rates,

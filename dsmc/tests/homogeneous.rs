@@ -444,8 +444,16 @@ fn mixtures_cool_and_spread_as_the_equations_say() {
     mixture_case(&two, constant(0.9), 4);
     let three = [solid(1.0, 20_000), solid(2.0, 20_000), solid(4.0, 20_000)];
     mixture_case(&three, viscoelastic(0.2), 3);
-    mixture_case(&[equal(1.0, 40_000), equal(100.0, 40_000)], constant(0.5), 6);
-    mixture_case(&[solid(1.0, 40_000), solid(100.0, 40_000)], viscoelastic(0.3), 4);
+    mixture_case(
+        &[equal(1.0, 40_000), equal(100.0, 40_000)],
+        constant(0.5),
+        6,
+    );
+    mixture_case(
+        &[solid(1.0, 40_000), solid(100.0, 40_000)],
+        viscoelastic(0.3),
+        4,
+    );
 }
 
 /// Temperatures, displacements and fourth cumulants at three times. Allowed is what the last order changed, and 4.75 standard
@@ -487,12 +495,24 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
             let at = curve.time;
             let check = |what: &str, found: f64, curve: f64, below: f64, error: f64| {
                 let (off, left) = ((found - curve).abs(), (curve - below).abs());
-                assert!(off < left + 4.75 * error, "{what} of {k} at {at}: {found} {curve} {below}");
-                assert!(left < 2.0 * error.max(0.005 * curve.abs()), "{what} {curve} {below}");
+                assert!(
+                    off < left + 4.75 * error,
+                    "{what} of {k} at {at}: {found} {curve} {below}"
+                );
+                assert!(
+                    left < 2.0 * error.max(0.005 * curve.abs()),
+                    "{what} {curve} {below}"
+                );
             };
             let (t, r) = (curve.temperatures[k], curve.displacements[k]);
             let spread = (1.0 + 2.5 * curve.fourth_cumulants[k]).sqrt();
-            check("T", found.temperature, t, below.temperatures[k], t * thermal * spread);
+            check(
+                "T",
+                found.temperature,
+                t,
+                below.temperatures[k],
+                t * thermal * spread,
+            );
             let below_r = below.displacements[k];
             check("R^2", found.displacement, r, below_r, 1.5 * r * thermal);
             let (a2, below_a2) = (curve.fourth_cumulants[k], below.fourth_cumulants[k]);

@@ -251,7 +251,10 @@ impl<R: Restitution> Mixture<R> {
                 temperatures: y[..count].iter().map(|log| log.exp()).collect(),
                 correlations: y[count..2 * count].to_vec(),
                 displacements: y[2 * count..3 * count].to_vec(),
-                kept: y[3 * count..4 * count].iter().map(|decay| (-decay).exp()).collect(),
+                kept: y[3 * count..4 * count]
+                    .iter()
+                    .map(|decay| (-decay).exp())
+                    .collect(),
                 collisions: y[4 * count..].to_vec(),
                 fourth_cumulants: vec![0.0; count],
             });

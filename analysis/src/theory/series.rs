@@ -102,7 +102,11 @@ impl Shape {
                     let given = &weighted[self.index([i, k, 0])..][..=t];
                     let known = &found[self.index([u - i, s - k, 0])..][..=t];
                     // What is not known yet is still zero, and so is its factor.
-                    sum += given.iter().zip(known.iter().rev()).map(|(a, b)| a * b).sum::<f64>();
+                    sum += given
+                        .iter()
+                        .zip(known.iter().rev())
+                        .map(|(a, b)| a * b)
+                        .sum::<f64>();
                 }
             }
             found[self.index(n)] = sum / n.iter().sum::<usize>() as f64;

@@ -286,7 +286,39 @@ impl Layout {
     }
 }
 
+/// Species up to which a number of orders takes some seconds at most, the most orders first: for restitution that is
+/// constant, and for one that depends on speed.
+const AFFORDABLE: [[(usize, usize); 5]; 2] = [
+    [(3, 6), (4, 5), (6, 4), (10, 3), (16, 2)],
+    [(1, 5), (2, 4), (3, 4), (4, 3), (6, 2)],
+];
+
 impl<R: Restitution> Mixture<R> {
+    /// As many Sonine orders as take some seconds at most: 6 for three species, 1 for many.
+    pub fn affordable_orders(&self) -> usize {
+        let affordable = AFFORDABLE[usize::from(!self.is_constant())];
+        let count = self.components().len();
+        let first = affordable.into_iter().find(|&(most, _)| count <= most);
+        first.map_or(1, |(_, orders)| orders)
+    }
+
+    /// [`Self::evolve`] for one order, [`Self::expand`] for more.
+    ///
+    /// # Errors
+    /// Theirs.
+    pub fn solve(
+        &self,
+        orders: usize,
+        temperatures: &[f64],
+        times: &[f64],
+    ) -> Result<Vec<Moment>, TheoryError> {
+        if orders == 1 {
+            self.evolve(temperatures, times)
+        } else {
+            self.expand(orders, temperatures, times)
+        }
+    }
+
     /// What [`Self::evolve`] gives, with velocities expanded to the given order in Sonine polynomials: one for Maxwellians
     /// whose velocities are forgotten exponentially, two for fourth cumulants too, and so on. The difference to the order
     /// below tells how far the expansion can be trusted.
@@ -474,13 +506,20 @@ impl<R: Restitution> System<'_, R> {
             let variance = speed + values[i][LOGARITHM].exp() / partner.mass;
             let spread = variance.sqrt();
             let loss = self.mixture.loss([k, i], spread);
-            let kernel = Kernel::new(self.shape, self.mixture.dimension(), speed / variance, &loss);
+            let kernel = Kernel::new(
+                self.shape,
+                self.mixture.dimension(),
+                speed / variance,
+                &loss,
+            );
             // base has sqrt(2/pi)/D where the kernel asks for 1/sqrt(2 pi).
             let rate = 0.5 * d * base * spread;
             let element = |series: &[f64], p: usize, j: usize| -> f64 {
                 let row = &series[self.shape.index([p, j, 0])..][..=orders];
                 let partners = row.iter().enumerate();
-                let sum: f64 = partners.map(|(n, value)| value * layout.coefficient(values[i], n)).sum();
+                let sum: f64 = partners
+                    .map(|(n, value)| value * layout.coefficient(values[i], n))
+                    .sum();
                 rate * sum
             };
             for j in 0..=orders {
@@ -565,7 +604,10 @@ mod tests {
                         (mean - expected).abs() < 4.75 * error + 1e-4,
                         "{dimension}: {mean} +- {error} against {expected}"
                     );
-                    assert!(error < 0.01 * expected.abs(), "{error} says nothing of {expected}");
+                    assert!(
+                        error < 0.01 * expected.abs(),
+                        "{error} says nothing of {expected}"
+                    );
                 }
             }
         }
@@ -606,8 +648,7 @@ mod tests {
             let (new, old) = (weight(&after), weight(&one));
             let values = [
                 approach * (new - old) * (1.0 - u).powf(-0.5 * d),
-                approach * (new * dot(&one, &after) - old * dot(&one, &one))
-                    / (1.0 - s)
+                approach * (new * dot(&one, &after) - old * dot(&one, &one)) / (1.0 - s)
                     * (1.0 - u).powf(-0.5 * d - 1.0),
             ];
             for (sum, value) in sums.iter_mut().zip(values) {

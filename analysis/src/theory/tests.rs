@@ -268,12 +268,16 @@ fn elastic_particles_diffuse_as_known() {
     let times = [400.0, 800.0];
     let over_first = |dimension: usize, orders: usize| {
         let parts = vec![component(1.0, 1.0, 0.1)];
-        let gas = Mixture::new(dimension, parts, Constant::ELASTIC, Contact::Dilute).expect("a gas");
+        let gas =
+            Mixture::new(dimension, parts, Constant::ELASTIC, Contact::Dilute).expect("a gas");
         let found = gas.expand(orders, &[1.0], &times).expect("smooth");
         let spread = found[1].displacements[0] - found[0].displacements[0];
         // <R^2> = 2 D t T/(m nu).
         let rate = gas.rates(0, &[1.0]).velocity;
-        (spread * rate / (2.0 * dimension as f64 * 400.0), found[1].fourth_cumulants[0])
+        (
+            spread * rate / (2.0 * dimension as f64 * 400.0),
+            found[1].fourth_cumulants[0],
+        )
     };
     for (dimension, orders, expected, digits) in [
         (3, 2, 59.0 / 58.0, STEPS),
@@ -283,8 +287,14 @@ fn elastic_particles_diffuse_as_known() {
         (2, 8, 1.0271, 5e-5),
     ] {
         let (found, cumulant) = over_first(dimension, orders);
-        assert!((found / expected - 1.0).abs() < digits, "{dimension} {orders}: {found}");
-        assert!(cumulant.abs() < 1e-6, "an elastic gas is Maxwellian: {cumulant}");
+        assert!(
+            (found / expected - 1.0).abs() < digits,
+            "{dimension} {orders}: {found}"
+        );
+        assert!(
+            cumulant.abs() < 1e-6,
+            "an elastic gas is Maxwellian: {cumulant}"
+        );
     }
 }
 
@@ -302,7 +312,10 @@ fn fourth_cumulants_of_the_cooling_gas_are_those_of_the_literature() {
             };
             let formula = kinetic::fourth_cumulant(dimension, r);
             let second = of(2);
-            assert!((second - formula).abs() < formula * formula, "{second} {formula}");
+            assert!(
+                (second - formula).abs() < formula * formula,
+                "{second} {formula}"
+            );
             // Orders settle: three per cent at worst, where the first two differ by a quarter.
             let (six, seven) = (of(6), of(7));
             assert!((six / seven - 1.0).abs() < 0.03, "{six} {seven}");
@@ -320,7 +333,9 @@ fn species_of_equals_are_one() {
     let one = |density| component(1.3, 0.9, density);
     let gas = |parts| Mixture::new(3, parts, half(), Contact::Dilute).expect("a gas");
     let times = [1.0, 30.0, 1000.0];
-    let alone = gas(vec![one(0.1)]).expand(4, &[1.0], &times).expect("smooth");
+    let alone = gas(vec![one(0.1)])
+        .expand(4, &[1.0], &times)
+        .expect("smooth");
     let parts = vec![one(0.06), one(0.04), one(0.0)];
     let split = gas(parts).expand(4, &[1.0; 3], &times).expect("smooth");
     for (alone, split) in alone.iter().zip(&split) {

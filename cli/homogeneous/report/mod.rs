@@ -213,7 +213,10 @@ fn checks(results: &Results) -> Markup {
                     .map_or_else(|| "all".to_owned(), |species| species.to_string()),
                 number(row.time, 4),
                 with_error(Some(row.measured), row.measured_se),
-                match row.theory_error.filter(|error| *error > 1e-4 * row.theory.abs()) {
+                match row
+                    .theory_error
+                    .filter(|error| *error > 1e-4 * row.theory.abs())
+                {
                     Some(error) => with_error(Some(row.theory), Some(error)),
                     None => number(row.theory, 5),
                 },

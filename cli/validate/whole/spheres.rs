@@ -94,7 +94,12 @@ fn cooling<S: Space>(seeds: u64) -> Result<Vec<Row>, Trouble> {
     let mut rows = Vec::new();
     for (index, time) in TIMES.into_iter().enumerate() {
         let energy = estimate(index, 0)?;
-        rows.push(here.row(format!("K/theory at t/t0 = {time}"), 1.0, energy, Some(0.005)));
+        rows.push(here.row(
+            format!("K/theory at t/t0 = {time}"),
+            1.0,
+            energy,
+            Some(0.005),
+        ));
         let collisions = estimate(index, 1)?;
         rows.push(here.row(
             format!("collisions/theory at t/t0 = {time}"),

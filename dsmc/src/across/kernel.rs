@@ -218,9 +218,7 @@ where
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         // Of pairs over pairs of the largest with the chi of equal ones.
         let ceiling = self.pair_ceiling(cell, largest);
-        // The rate of the smallest there could be, of which others are accepted less often.
-        let smallest = if P::Sizes::UNIFORM { 1.0 } else { 0.0 };
-        let most = self.rates.at(cell.units, smallest);
+        let most = self.rates.most(cell.units);
         let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * most;
         let count = f64::from(cell.end - cell.begin);
         let trials = draw_whole(count * rate * majorant * kernel.step, stream);
@@ -240,8 +238,8 @@ where
                 ..
             } = trial;
             if !P::Sizes::UNIFORM {
-                let own = covered::<P, F>(sizes, &[self.around.read(first)]);
-                if stream.random::<f64>() * most >= self.rates.at(cell.units, own) {
+                let share = sizes.radius(self.around.read(first).tag) / sizes.largest_radius();
+                if stream.random::<f64>() * most >= self.rates.at(cell.units, share) {
                     continue;
                 }
             }

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use stosszahl_model::{Collision, Physics, Sizes, Vector, VectorOf};
 
 pub(crate) use arm::Arm;
-pub(crate) use rate::Rates;
+pub(crate) use rate::{Rates, Spread};
 
 use crate::collide::Kernel;
 use crate::density::Scheme;

@@ -3,10 +3,14 @@
 //! The number in a neighbourhood of a simulator is a noisy measure of the density there, in two ways. It counts the
 //! simulator itself, and the others around it are fewer than the mean, as particles that collide with momentum transfer over
 //! a distance keep apart: on average n V - 1 + S(0), with the structure factor S at long waves, which is the isothermal
-//! compressibility. So S(0), and not 1, is to be taken off the count to be right on average; where sizes differ and what is
-//! counted is area or volume, S(0) times that of the simulator itself. And n chi(n) is convex: its mean
+//! compressibility. So S(0), and not 1, is to be taken off the count to be right on average. And n chi(n) is convex: its mean
 //! exceeds that of the mean density by (n chi)''/2 times the variance n S(0)/V, which is taken off too. Both corrections
 //! vanish with many simulators in the neighbourhood.
+//!
+//! Where sizes differ, what is counted is the area or volume a. A simulator i thins what is around it by as much as
+//! it collides, `c w_i` with `w_i = <a_j (r_i + r_j)^D>_j`, small ones by more than their own a. The variance of a in a
+//! neighbourhood being S(0) of that of independent ones, `<a_i (a_i - c w_i)> = S(0) <a^2>`: so `a_i - c w_i` is taken off
+//! with `c = (1 - S(0)) <a^2>/<a w>`, and `<a^2>/<a>` is the unit of the variance.
 
 use stosszahl_model::Space;
 
@@ -23,25 +27,64 @@ pub(crate) struct Rates<S: Space> {
     unit: f64,
     /// Area or volume of one particle, on average.
     ball: f64,
+    /// Where sizes differ.
+    spread: Option<Spread>,
     table: Vec<f64>,
     space: std::marker::PhantomData<S>,
 }
 
+/// What unlike sizes do to a neighbourhood, in units of the largest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// `<a^2>/<a>`.
+    variance: f64,
+    /// Coefficients of the powers of the radius, from the zeroth on, of `<a^2> w/<a w>`.
+    thinning: [f64; 4],
+}
+
+impl Spread {
+    /// `powers`: the means of the powers D to 2 D of the radius over the largest.
+    pub(crate) fn new(dimension: usize, powers: [f64; 4]) -> Self {
+        let binomials = [[1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]][dimension - 2];
+        let all = 0..=dimension;
+        let sum: f64 = all
+            .clone()
+            .map(|k| binomials[k] * powers[k] * powers[dimension - k])
+            .sum();
+        let mut thinning = [0.0; 4];
+        for k in all {
+            thinning[dimension - k] = powers[dimension] * binomials[k] * powers[k] / sum;
+        }
+        Self {
+            variance: powers[dimension] / powers[0],
+            thinning,
+        }
+    }
+
+    fn thinned(&self, share: f64) -> f64 {
+        self.thinning
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| sum * share + c)
+    }
+}
+
 impl<S: Space> Rates<S> {
-    /// `unit`: packing fraction of one simulator in the neighbourhood; `ball`: mean area or volume of a particle;
-    /// `limit`: on chi; `uniform`: whether all units are alike, so that their number is a whole one.
-    pub(crate) fn new(unit: f64, ball: f64, limit: f64, uniform: bool) -> Self {
+    /// `unit`: packing fraction of one simulator, of the largest size, in the neighbourhood; `ball`: mean area or volume of a
+    /// particle; `limit`: on chi; `spread`: none if all are alike, so that their number is a whole one.
+    pub(crate) fn new(unit: f64, ball: f64, limit: f64, spread: Option<Spread>) -> Self {
         let mut rates = Self {
             limit,
             unit,
             ball,
+            spread,
             table: Vec::new(),
             space: std::marker::PhantomData,
         };
-        if uniform {
+        if spread.is_none() {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
-                .map(|units| rates.compute(f64::from(units), 1.0))
+                .map(|units| rates.compute(f64::from(units), [1.0; 2]))
                 .collect();
         }
         rates
@@ -52,10 +95,12 @@ impl<S: Space> Rates<S> {
         packing * S::contact_value(packing.min(DENSEST)).min(self.limit)
     }
 
-    fn compute(&self, units: f64, own: f64) -> f64 {
+    /// Of a simulator of `own` units that thins what is around it by `thinned` units times 1 - S(0).
+    fn compute(&self, units: f64, [own, thinned]: [f64; 2]) -> f64 {
         let raw = units * self.unit;
         let structure = S::structure_factor_at_zero(raw.clamp(1e-6, 0.7));
-        let packing = (raw - structure * own * self.unit).max(0.0);
+        let off = structure * own + (1.0 - structure) * (own - thinned);
+        let packing = (raw - off * self.unit).max(0.0);
         let near = 0.02_f64.min(0.5 * packing);
         let curvature = if near > 0.0 {
             let around = self.covered_chi(packing + near) + self.covered_chi(packing - near);
@@ -63,19 +108,33 @@ impl<S: Space> Rates<S> {
         } else {
             0.0
         };
-        let variance = self.unit * packing * structure;
+        let each = self.spread.map_or(1.0, |spread| spread.variance);
+        let variance = each * self.unit * packing * structure;
         (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0) / self.ball
     }
 
-    /// n chi where the neighbourhood of a simulator of `own` units holds so many, itself included \[1/length^D\].
+    /// n chi where the neighbourhood of a simulator holds so many units, itself included \[1/length^D\]; `share`: its
+    /// radius over the largest.
     #[inline]
-    pub(crate) fn at(&self, units: f64, own: f64) -> f64 {
-        let known = if units.fract() == 0.0 && own == 1.0 {
-            self.table.get(units as usize)
-        } else {
-            None
-        };
-        known.copied().unwrap_or_else(|| self.compute(units, own))
+    pub(crate) fn at(&self, units: f64, share: f64) -> f64 {
+        match self.spread {
+            None => match self.table.get(units as usize) {
+                Some(known) if units.fract() == 0.0 => *known,
+                _ => self.compute(units, [1.0; 2]),
+            },
+            Some(spread) => {
+                let own = share.powi(S::DIMENSION as i32);
+                self.compute(units, [own, spread.thinned(share)])
+            }
+        }
+    }
+
+    /// No simulator has more than this.
+    pub(crate) fn most(&self, units: f64) -> f64 {
+        match self.spread {
+            None => self.at(units, 1.0),
+            Some(spread) => self.compute(units, [0.0, spread.thinned(1.0)]),
+        }
     }
 
     pub(crate) fn bytes(&self) -> usize {
