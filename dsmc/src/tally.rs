@@ -28,7 +28,8 @@ pub struct Tally {
     pub virial: f64,
     /// Trials across cells that found no partner in reach.
     pub missed: u64,
-    /// Largest number of collisions per simulator in one cell and step.
+    /// Largest number of collisions per simulator in one cell and step; of overlapping disks, which collide once in a step at
+    /// most, also the largest number that a pair would have had.
     pub busiest_cell: f64,
 }
 

@@ -74,8 +74,12 @@ where
         let (chi, ..) = kernel.density.contact_value(cell, 1.0);
         let dimension = P::Space::DIMENSION as f64;
         let rate = stiffness * kernel.weight * dimension * chi * speed / contact;
-        // The chance of at least one event in the step; after the first they part.
-        if stream.random::<f64>() < -(-rate * kernel.step).exp_m1() {
+        // The chance of at least one event in the step; after the first they part. What they had if they did not is
+        // noted: more than one says that the step is too long.
+        let events = rate * kernel.step;
+        let tally = &mut self.report.tally;
+        tally.busiest_cell = tally.busiest_cell.max(events);
+        if stream.random::<f64>() < -(-events).exp_m1() {
             self.strike(places, &pair, normal, contact);
         }
     }
