@@ -198,7 +198,7 @@ pub(super) fn checks(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<Che
                     measured: row.displacement_square,
                     error: row.displacement_square_se,
                     theory: row.displacement_square_theory?,
-                    theory_error: None,
+                    theory_error: row.displacement_square_theory_error,
                 })
             });
         rows.extend(row(TIME_AVERAGED, Some(number), averaged, tolerance));
@@ -320,7 +320,7 @@ pub(crate) fn verdicts(plan: &Plan, runs: &[Finished], tables: &Tables) -> Vec<V
 /// What theory is meant, in words.
 fn theory_of(quantity: &str, orders: usize) -> String {
     match quantity {
-        TIME_AVERAGED => "the cooling state in first Sonine order".to_owned(),
+        TIME_AVERAGED if orders == 1 => "the cooling state in first Sonine order".to_owned(),
         DECAY => "2 xi/D + theta = 2, xi of the number and theta of the energy".to_owned(),
         ENERGY | TEMPERATURE | COLLISIONS if orders == 1 => {
             "the kinetic equations of Maxwellian species".to_owned()
@@ -429,7 +429,7 @@ fn caveat(plan: &Plan, quantity: &str, orders: usize) -> &'static str {
     let heaviest = masses().fold(0.0, f64::max);
     let unlike = heaviest > 4.0 * lightest;
     match quantity {
-        _ if orders > 1 && quantity != TIME_AVERAGED => "",
+        _ if orders > 1 => "",
         DISPLACEMENT | TIME_AVERAGED | CORRELATION if unlike => {
             " First Sonine order takes velocities for Maxwellian and their correlations for exponential, and is off by up to \
              15 % for light particles among heavy ones, by more for heavy ones among very many light ones, whose speeds \

@@ -46,7 +46,7 @@ impl Tables {
     pub fn new(plan: &Plan, runs: &[Finished]) -> Result<Self, TheoryError> {
         let curves = theory::curves(plan)?;
         let mut tables = Self {
-            time_averaged: time_averaged(plan, runs),
+            time_averaged: time_averaged(plan, curves.orders, runs),
             ..Self::default()
         };
         for (index, time) in plan.case.sample_times().into_iter().enumerate() {
@@ -303,21 +303,23 @@ fn species(
     }
 }
 
-fn time_averaged(plan: &Plan, runs: &[Finished]) -> Vec<TimeAveragedRow> {
-    let theory = theory::time_averaged(plan);
+fn time_averaged(plan: &Plan, orders: usize, runs: &[Finished]) -> Vec<TimeAveragedRow> {
+    let theory = theory::time_averaged(plan, orders);
     let mut rows = Vec::new();
     for (number, group) in plan.groups.iter().enumerate() {
         for (index, lag) in plan.lags().into_iter().enumerate() {
             let found = over(runs, |run| {
                 run.record.time_averaged.get(number)?.get(index).copied()
             });
+            let theory = split(theory.as_ref().map(|theory| theory[number][index]));
             rows.push(TimeAveragedRow {
                 lag,
                 species: number as u64 + 1,
                 mass: group.mass,
                 displacement_square: found.0.unwrap_or(f64::NAN),
                 displacement_square_se: found.1,
-                displacement_square_theory: theory.as_ref().map(|theory| theory[number][index]),
+                displacement_square_theory: theory.0,
+                displacement_square_theory_error: theory.1,
                 paths: group.count.min(plan.case.measure.paths) as u64,
             });
         }

@@ -109,8 +109,10 @@ row! {
         displacement_square: f64,
         /// Standard error of `displacement_square`, from replicas only.
         displacement_square_se: Option<f64>,
-        /// The same by theory of the cooling state.
+        /// The same by theory.
         displacement_square_theory: Option<f64>,
+        /// Error of `displacement_square_theory`.
+        displacement_square_theory_error: Option<f64>,
         /// Paths in each replica.
         paths: u64,
     }

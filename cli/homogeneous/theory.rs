@@ -154,21 +154,41 @@ impl Curve<f64> {
     }
 }
 
-/// Displacements averaged over time by group and lag, for a gas that starts in its cooling state.
-pub(super) fn time_averaged(plan: &Plan) -> Option<Vec<Vec<f64>>> {
-    let lags = plan.lags();
+/// Displacements averaged over time by group and lag, in so many Sonine orders; in the first only for a gas that starts in
+/// its cooling state.
+pub(super) fn time_averaged(plan: &Plan, orders: usize) -> Option<Vec<Vec<Predicted>>> {
+    let lags: Vec<f64> = plan.lags().iter().map(|lag| lag * plan.time).collect();
     if lags.is_empty() {
         return None;
     }
-    let state = plan.cooling_state()?;
     let total = plan.case.run.until * plan.time;
+    let start = plan.temperatures();
+    let by_class = |orders: usize| -> Option<Vec<Vec<f64>>> {
+        if orders > 1 {
+            let mixture = plan.mixture().ok()?;
+            return mixture.time_averaged(orders, &start, &lags, total).ok();
+        }
+        let state = plan.cooling_state()?;
+        let each = |k: usize| {
+            let of_lag = |&lag: &f64| state.time_averaged(k, lag, total);
+            lags.iter().map(of_lag).collect()
+        };
+        Some((0..start.len()).map(each).collect())
+    };
+    let (found, below) = rayon::join(
+        || by_class(orders),
+        || (orders > 1).then(|| by_class(orders - 1)).flatten(),
+    );
+    let found = found?;
     let count = |k: usize| plan.classes()[k].count as f64;
     let of_group = |group: usize| {
-        lags.iter()
-            .map(|lag| {
-                plan.over_classes(group, count, |k| {
-                    state.time_averaged(k, lag * plan.time, total)
-                })
+        (0..lags.len())
+            .map(|index| {
+                let mean =
+                    |values: &[Vec<f64>]| plan.over_classes(group, count, |k| values[k][index]);
+                let value = mean(&found);
+                let error = below.as_deref().map(|below| (value - mean(below)).abs());
+                Predicted { value, error }
             })
             .collect()
     };

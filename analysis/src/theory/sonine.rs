@@ -47,6 +47,10 @@ const SHIFT: f64 = 0.25;
 /// Order from which the reference temperature is shifted; below, truncation makes more of it than it mends.
 const SHIFTED: usize = 3;
 
+/// Starts from which displacements are followed for averages over time, and points of the integral over them.
+const STARTS: usize = 40;
+const POINTS: u32 = 1000;
+
 /// How velocities change in the collisions of a pair.
 enum Loss {
     /// `beta`, the same for all.
@@ -226,6 +230,24 @@ fn scaled(terms: &[Term], factor: f64) -> Vec<Term> {
     terms.iter().map(|&(i, x)| (i, factor * x)).collect()
 }
 
+/// Between values at whole numbers, by the cubic through four of them.
+fn interpolated(values: &[f64], at: f64) -> f64 {
+    let first = (at.floor().max(1.0) as usize - 1).min(values.len() - 4);
+    let x = at - first as f64;
+    let [a, b, c, d] = [0, 1, 2, 3].map(|n| x - f64::from(n));
+    let weights = [
+        -b * c * d / 6.0,
+        a * c * d / 2.0,
+        -a * b * d / 2.0,
+        a * b * c / 6.0,
+    ];
+    weights
+        .iter()
+        .zip(&values[first..])
+        .map(|(w, value)| w * value)
+        .sum()
+}
+
 /// Norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 + alpha))`, for p up to `most`.
 fn norms(alpha: f64, most: usize) -> Vec<f64> {
     let mut norms = vec![1.0];
@@ -334,6 +356,80 @@ impl<R: Restitution> Mixture<R> {
         temperatures: &[f64],
         times: &[f64],
     ) -> Result<Vec<Moment>, TheoryError> {
+        let system = self.system(orders, temperatures)?;
+        let mut problem = system.problem(0.0, system.start(temperatures));
+        times
+            .iter()
+            .map(|&time| Ok(system.moment(time, problem.advance(time)?)))
+            .collect()
+    }
+
+    /// Mean squared displacements over the given lags, averaged over all starts up to `total` less the lag, by species and lag:
+    /// `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as
+    /// in [`Self::expand`].
+    ///
+    /// Displacements are followed from 40 starts and their logarithms interpolated in that of the time.
+    ///
+    /// # Errors
+    /// As [`Self::expand`]; [`TheoryError::BadNumber`] unless all lags are above zero and below `total`.
+    pub fn time_averaged(
+        &self,
+        orders: usize,
+        temperatures: &[f64],
+        lags: &[f64],
+        total: f64,
+    ) -> Result<Vec<Vec<f64>>, TheoryError> {
+        for &lag in lags {
+            if !(lag > 0.0 && lag < total && total.is_finite()) {
+                return Err(TheoryError::BadNumber {
+                    name: "lag",
+                    value: lag,
+                    allowed: "above 0 and below the whole time",
+                });
+            }
+        }
+        let system = self.system(orders, temperatures)?;
+        let unit = system.unit;
+        let width = (total / unit).ln_1p() / (STARTS - 1) as f64;
+        let mut problem = system.problem(0.0, system.start(temperatures));
+        // Logarithms of displacements by lag, species and start.
+        let mut found = vec![vec![Vec::with_capacity(STARTS); temperatures.len()]; lags.len()];
+        for number in 0..STARTS {
+            let begin = unit * (width * number as f64).exp_m1();
+            let fresh = system.anew(problem.advance(begin)?);
+            let mut own = system.problem(begin, fresh);
+            for (&lag, found) in lags.iter().zip(&mut found) {
+                let moment = system.moment(begin + lag, own.advance(begin + lag)?);
+                for (found, r) in found.iter_mut().zip(moment.displacements) {
+                    found.push(r.ln());
+                }
+            }
+        }
+        let mean = |lag: f64, logarithms: &[f64]| -> f64 {
+            let span = total - lag;
+            let step = (span / unit).ln_1p() / f64::from(POINTS);
+            let sum: f64 = (0..=POINTS)
+                .map(|point| {
+                    let l = step * f64::from(point);
+                    let weight = if point == 0 || point == POINTS {
+                        0.5
+                    } else {
+                        1.0
+                    };
+                    weight * (interpolated(logarithms, l / width) + l).exp()
+                })
+                .sum();
+            // ds = unit e^l dl.
+            sum * step * unit / span
+        };
+        let of_species = |k: usize| {
+            let each = lags.iter().zip(&found);
+            each.map(|(&lag, found)| mean(lag, &found[k])).collect()
+        };
+        Ok((0..temperatures.len()).map(of_species).collect())
+    }
+
+    fn system(&self, orders: usize, temperatures: &[f64]) -> Result<System<'_, R>, TheoryError> {
         self.check_temperatures(temperatures)?;
         if !(1..=MOST_ORDERS).contains(&orders) {
             return Err(TheoryError::BadNumber {
@@ -348,13 +444,12 @@ impl<R: Restitution> Mixture<R> {
         } else {
             SHIFT * self.dissipation(temperatures)
         };
-        let layout = Layout { orders, shift };
         let fastest = (0..temperatures.len())
             .map(|k| self.rates(k, temperatures).velocity)
             .fold(0.0, f64::max);
-        let system = System {
+        Ok(System {
             mixture: self,
-            layout,
+            layout: Layout { orders, shift },
             shape: Shape([orders + 1; 3]),
             norms: norms(0.5 * d - 1.0, orders + 1),
             vector_norms: norms(0.5 * d, orders),
@@ -362,18 +457,7 @@ impl<R: Restitution> Mixture<R> {
                 .map(|(component, t)| t / component.mass)
                 .collect(),
             unit: if fastest > 0.0 { fastest.recip() } else { 1.0 },
-        };
-        let tolerance = Tolerance {
-            relative: 1e-6,
-            absolute: 1e-8,
-        };
-        let slope = |_: f64, y: &[f64], slope: &mut [f64]| system.slope(y, slope);
-        let start = system.start(temperatures);
-        let mut problem = Integrator::new(slope, 0.0, start, 0.01 * system.unit, tolerance);
-        times
-            .iter()
-            .map(|&time| Ok(system.moment(time, problem.advance(time)?)))
-            .collect()
+        })
     }
 
     /// The largest share `1 - e^2` of its normal energy that a pair loses at its thermal speed.
@@ -453,6 +537,38 @@ impl<R: Restitution> System<'_, R> {
             start.extend((0..layout.orders).map(|p| self.flight(p, maxwellian) / layout.ratio()));
         }
         start
+    }
+
+    /// The values with displacements counted from now on.
+    fn anew(&self, y: &[f64]) -> Vec<f64> {
+        let layout = self.layout;
+        let mut fresh = y.to_vec();
+        for values in fresh.chunks_mut(layout.len()) {
+            values[DISPLACEMENT] = 0.0;
+            values[layout.displaced()..layout.kept()].fill(0.0);
+        }
+        fresh
+    }
+
+    /// The equations from given values on.
+    fn problem(
+        &self,
+        begin: f64,
+        values: Vec<f64>,
+    ) -> Integrator<impl FnMut(f64, &[f64], &mut [f64])> {
+        let tolerance = Tolerance {
+            relative: 1e-6,
+            absolute: 1e-8,
+        };
+        let slope = |_: f64, y: &[f64], slope: &mut [f64]| self.slope(y, slope);
+        // A gas that cools is the slower the later.
+        Integrator::new(
+            slope,
+            begin,
+            values,
+            0.01 * (self.unit + 0.1 * begin),
+            tolerance,
+        )
     }
 
     fn moment(&self, time: f64, y: &[f64]) -> Moment {

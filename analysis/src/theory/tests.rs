@@ -347,6 +347,30 @@ fn species_of_equals_are_one() {
     }
 }
 
+/// In the first order and from the cooling state on: the closed form, to the integration and the interpolation of 40 starts.
+#[test]
+fn averages_over_time_are_those_of_the_closed_form() {
+    let gas = Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let state = CoolingState::of(&gas, 1.0).expect("it cools");
+    let (lags, total) = ([0.1, 3.0, 100.0, 1000.0], 1e4);
+    let found = gas
+        .time_averaged(1, &state.temperatures, &lags, total)
+        .expect("smooth");
+    for (k, found) in found.iter().enumerate() {
+        for (found, lag) in found.iter().zip(lags) {
+            let exact = state.time_averaged(k, lag, total);
+            assert!(
+                (found / exact - 1.0).abs() < 1e-4,
+                "{k} {lag}: {found} {exact}"
+            );
+        }
+    }
+    assert!(
+        gas.time_averaged(1, &state.temperatures, &[2.0], 1.0)
+            .is_err()
+    );
+}
+
 #[test]
 fn impossible_orders_are_refused() {
     let gas = Mixture::new(3, solid(&[0.1]), half(), Contact::Dilute).expect("a gas");

@@ -381,8 +381,7 @@ pub(super) fn time_averaged(rows: &[TimeAveragedRow]) -> Option<Figure> {
         curves,
         None,
         "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it is \
-         another than the mean squared displacement since the start: diffusion ages. Dashed: theory of the cooling state, \
-         where the gas starts in it."
+         another than the mean squared displacement since the start: diffusion ages. Dashed: the kinetic equations."
             .to_owned(),
     )
 }
