@@ -269,6 +269,13 @@ const BAD: [Bad; 26] = [
     Bad(
         MIXTURE,
         "restitution = 0.8",
+        "restitution = 1\n[verdict]\nsonine_orders = 13",
+        &["verdict.sonine_orders = 13", "from 1 to 12"],
+        13,
+    ),
+    Bad(
+        MIXTURE,
+        "restitution = 0.8",
         "restitution = 1\n[engine]\nselection = \"birds\"",
         &["engine.selection = \"birds\"", "did you mean \"bird\"?"],
         13,

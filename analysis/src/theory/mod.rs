@@ -3,14 +3,15 @@
 //! | module | question |
 //! |---|---|
 //! | [`mixture`] | how do the species of a mixture cool, and how far do they get? |
+//! | [`sonine`] | and if their velocities are not Maxwellian? |
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
 //! | [`contact`] | how does density raise collision rates? |
 //! | [`barometric`] | what becomes of a gas that falls to the floor of its box? |
 //! | [`rough`] | how do grains that turn each other share and lose their energy? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
-//! All of it is exact for Maxwellian velocities (first Sonine order); how far a gas is from that is measured by its fourth
-//! cumulant, [`stosszahl_model::kinetic::fourth_cumulant`] for one species.
+//! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is from that is measured by its
+//! fourth cumulant.
 
 pub mod barometric;
 pub mod contact;
@@ -18,7 +19,6 @@ pub mod cooling_state;
 pub mod integrate;
 pub mod mixture;
 pub mod rough;
-mod series;
 pub mod sonine;
 
 pub use barometric::{Column, Layer};
