@@ -10,12 +10,15 @@ use super::export::Tables;
 use super::plan::Plan;
 use super::run::Finished;
 use super::steady;
-use super::tables::{CheckRow, ClusterRow};
+use super::tables::{CheckRow, ClusterRow, SpeciesRow};
 use crate::manifest::{Verdict, VerdictKind};
 use crate::verdicts::with_error;
 
 /// Standard errors from which a deviation is no chance.
 const SIGNIFICANT: f64 = 3.0;
+
+/// Fourth cumulant beyond which Sonine expansions are not to be trusted: tracers of -0.36 and more are where they fail.
+const STRANGE: f64 = 0.3;
 
 /// Particles of a species, all replicas together, from which it is compared. The mean of `m v^2` of fewer is not normally
 /// distributed: of a hundred in space it has 300 degrees of freedom, and its skewness is `sqrt(8/300) = 0.16`.
@@ -376,7 +379,7 @@ fn verdict(plan: &Plan, quantity: &str, tables: &Tables) -> Option<Verdict> {
         let sentence = format!(
             "Against {theory}, tolerance {tolerance} %, the largest deviations are {}{more}.{}",
             told.join("; "),
-            caveat(plan, quantity, tables.sonine_orders)
+            caveat(plan, quantity, tables, &differ)
         );
         (sentence, VerdictKind::Differ)
     } else if rows.len() > undecided.len() {
@@ -423,12 +426,23 @@ fn kind_of(verdict: &str) -> VerdictKind {
 }
 
 /// What is known of the theory's own limits.
-fn caveat(plan: &Plan, quantity: &str, orders: usize) -> &'static str {
+fn caveat(plan: &Plan, quantity: &str, tables: &Tables, differ: &[&&CheckRow]) -> &'static str {
     let masses = || plan.groups.iter().map(|group| group.mass);
     let lightest = masses().fold(f64::INFINITY, f64::min);
     let heaviest = masses().fold(0.0, f64::max);
     let unlike = heaviest > 4.0 * lightest;
+    let orders = tables.sonine_orders;
+    let strange = || {
+        let of_species =
+            |row: &SpeciesRow| differ.iter().any(|one| one.species == Some(row.species));
+        let mut rows = tables.species.iter().filter(|row| of_species(row));
+        rows.any(|row| row.fourth_cumulant.abs() > STRANGE && row.count > 100)
+    };
     match quantity {
+        _ if orders > 1 && strange() => {
+            " Velocities there are too far from Maxwellian for an expansion to converge; what one order less changes says too \
+             little of its error (docs/mixtures.md)."
+        }
         _ if orders > 1 => "",
         DISPLACEMENT | TIME_AVERAGED | CORRELATION if unlike => {
             " First Sonine order takes velocities for Maxwellian and their correlations for exponential, and is off by up to \
