@@ -6,7 +6,7 @@ use std::hint::select_unpredictable;
 
 use binary_heap_plus::{BinaryHeap, MinComparator};
 
-use crate::memory;
+use stosszahl_model::memory;
 
 /// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]

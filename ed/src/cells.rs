@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, vector};
 
-use crate::memory;
+use stosszahl_model::memory;
 
 /// No disk.
 pub(crate) const NONE: u32 = u32::MAX;

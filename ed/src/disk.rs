@@ -9,8 +9,8 @@ use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE};
 use crate::contact::Candidates;
 use crate::levels::{self, Levels, Nearby};
-use crate::memory;
 use crate::motion::Motion;
+use stosszahl_model::memory;
 
 /// One disk in one cache line. Times and speeds are in the engine's own units.
 #[derive(Clone, Copy, Debug)]

@@ -38,7 +38,6 @@ mod disk;
 mod engine;
 mod error;
 mod levels;
-mod memory;
 mod motion;
 pub mod plain;
 mod predict;

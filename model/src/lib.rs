@@ -4,7 +4,7 @@
 //! study: *who collides with whom, and with which impact parameter*. So the collision law
 //! ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]) and its walls ([`walls`]), the initial states
 //! ([`initial`]), the drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
-//! theory that both are measured against ([`kinetic`], [`transport`]) live here, once.
+//! theory that both are measured against ([`kinetic`], [`transport`]) live here, once, and so do hints about [`memory`].
 //!
 //! # How choices become types
 //!
@@ -26,6 +26,7 @@ pub mod drive;
 pub mod field;
 pub mod initial;
 pub mod kinetic;
+pub mod memory;
 pub mod observe;
 pub mod pairwise;
 pub mod physics;

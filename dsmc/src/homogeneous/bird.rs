@@ -10,8 +10,8 @@ use stosszahl_model::{Sizes, Vector};
 
 use super::alias::split;
 use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
-use super::memory;
 use super::selection::{Candidate, Selection, Standing};
+use stosszahl_model::memory;
 
 /// Two particles.
 #[derive(Clone, Copy, Debug, Default)]

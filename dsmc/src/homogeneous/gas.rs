@@ -7,7 +7,7 @@ use stosszahl_model::{Free, Physics, Sizes, Smooth, Space, Vector, VectorOf};
 
 use super::error::GasError;
 use super::kernel::{Contact, Kernel};
-use super::memory;
+use stosszahl_model::memory;
 
 /// A physics of smooth particles in free flight.
 pub trait Grains: Physics<Surface = Smooth, Field = Free> {}

@@ -13,9 +13,9 @@ use stosszahl_model::{Sizes, Vector};
 use super::alias::split;
 use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
 use super::kernel::powers;
-use super::memory;
 use super::selection::{Candidate, Selection, Standing};
 use super::tree::SumTree;
+use stosszahl_model::memory;
 
 /// Two classes and a member of each.
 #[derive(Clone, Copy, Debug, Default)]

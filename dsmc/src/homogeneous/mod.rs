@@ -29,7 +29,6 @@ mod gas;
 mod kernel;
 mod low_rank;
 mod measure;
-mod memory;
 mod motion;
 mod paths;
 mod places;

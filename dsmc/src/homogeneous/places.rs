@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::Vector;
 
 use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
-use super::memory;
 use super::selection::Standing;
+use stosszahl_model::memory;
 
 /// Groups per factor two in the squared speed, as bits of the fraction: eight, so a bound is on average 2 % above.
 const SPEED_SHIFT: u32 = 52 - 3;

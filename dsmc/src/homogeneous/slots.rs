@@ -23,9 +23,9 @@ use stosszahl_model::Vector;
 use super::alias::{Alias, split};
 use super::gas::{GONE, Gas, Grains};
 use super::kernel::powers;
-use super::memory;
 use super::places::{self, Group, Layout};
 use super::selection::{Candidate, Selection, Standing};
+use stosszahl_model::memory;
 
 /// A place for the first partner, and one for the second.
 #[derive(Clone, Copy, Debug, Default)]

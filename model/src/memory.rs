@@ -1,6 +1,6 @@
 //! What the language does not say about memory: large pages, and calling up lines ahead of their use.
 //!
-//! The only unsafe code of the engine. Both operations are hints that change no value.
+//! The only unsafe code of the engines. Both operations are hints that change no value.
 #![allow(
     unsafe_code,
     reason = "hints to the hardware and the kernel have no safe interface"
@@ -8,7 +8,7 @@
 
 /// Calls up an element that will be needed soon. Beyond the end: nothing.
 #[inline(always)]
-pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
+pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(element) = slice.get(index) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -21,7 +21,7 @@ pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
 
 /// An empty vector with room for `capacity` elements, on large pages where the system grants them: disks
 /// that meet are in no helpful order, and each touch of another small page costs a walk of the page table.
-pub(crate) fn reserved<T>(capacity: usize) -> Vec<T> {
+pub fn reserved<T>(capacity: usize) -> Vec<T> {
     let vector = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]
     {
@@ -46,7 +46,7 @@ pub(crate) fn reserved<T>(capacity: usize) -> Vec<T> {
 }
 
 /// A vector of `count` copies of a value, made as [`reserved`].
-pub(crate) fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
+pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     let mut vector = reserved(count);
     vector.resize(count, value);
     vector
