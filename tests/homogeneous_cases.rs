@@ -128,7 +128,7 @@ struct Bad(
 );
 
 /// Cases that are wrong in one way each.
-const BAD: [Bad; 26] = [
+const BAD: [Bad; 27] = [
     Bad(
         MIXTURE,
         "kind = \"homogeneous\"",

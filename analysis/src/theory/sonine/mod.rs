@@ -189,14 +189,14 @@ impl<R: Restitution> Mixture<R> {
             .collect()
     }
 
-    /// Mean squared displacements over the given lags, averaged over all starts up to `total` less the lag, by species and lag:
+    /// Mean squared displacements over the given lags, which do not fall, averaged over all starts up to `total` less the lag, by species and lag:
     /// `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as
     /// in [`Self::expand`].
     ///
     /// Displacements are followed from 40 starts and their logarithms interpolated in that of the time.
     ///
     /// # Errors
-    /// As [`Self::expand`]; [`TheoryError::BadNumber`] unless all lags are above zero and below `total`.
+    /// As [`Self::expand`]; [`TheoryError::BadNumber`] unless all lags are above zero, below `total`, and do not fall.
     pub fn time_averaged(
         &self,
         orders: usize,
@@ -204,14 +204,16 @@ impl<R: Restitution> Mixture<R> {
         lags: &[f64],
         total: f64,
     ) -> Result<Vec<Vec<f64>>, TheoryError> {
+        let mut least = f64::MIN_POSITIVE;
         for &lag in lags {
-            if !(lag > 0.0 && lag < total && total.is_finite()) {
+            if !(lag >= least && lag < total && total.is_finite()) {
                 return Err(TheoryError::BadNumber {
                     name: "lag",
                     value: lag,
-                    allowed: "above 0 and below the whole time",
+                    allowed: "above 0, below the whole time and not below the one before",
                 });
             }
+            least = lag;
         }
         let system = self.system(orders, temperatures)?;
         let unit = system.unit;
