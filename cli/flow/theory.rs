@@ -1,6 +1,7 @@
 //! What theory says of a flow, where it says something in closed form.
 
 use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
+use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
 use stosszahl_analysis::theory::{Column, Layer, TheoryError};
 use stosszahl_model::{Plane, Rough, Space, Volume};
 
@@ -149,7 +150,12 @@ fn cooling(plan: &Plan) -> Result<Vec<(f64, [f64; 2])>, TheoryError> {
         translation: plan.flow.start.temperature,
         rotation: plan.spin_temperature(),
     };
-    let found = gas?.cooling(start, &times)?;
+    let gas = gas?;
+    // Grains that do not spin at first have no Maxwellian to expand about.
+    let found: Vec<Temperatures> = match gas.expand(MOST_ROUGH_ORDERS, start, &times) {
+        Ok(found) => found.iter().map(|moment| moment.temperatures).collect(),
+        Err(_) => gas.cooling(start, &times)?,
+    };
     Ok(times
         .into_iter()
         .zip(found)

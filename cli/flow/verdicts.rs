@@ -309,7 +309,7 @@ impl Said<'_> {
         Some(Verdict {
             topic: self.topic("two-temperature theory"),
             sentence: format!(
-                "The largest deviation from theory is {:+.2} % in the temperature of translation (t = {:.3}) and {:+.2} % in that of rotation (t = {:.3}); Maxwellian theory holds to about 2 % where velocities are nearly Gaussian.",
+                "The largest deviation from theory is {:+.2} % in the temperature of translation (t = {:.3}) and {:+.2} % in that of rotation (t = {:.3}); theory is that of a homogeneous gas.",
                 100.0 * worst[0].0,
                 worst[0].1,
                 100.0 * worst[1].0,

@@ -110,9 +110,8 @@ const EQUAL: Temperatures = Temperatures {
     rotation: 1.0,
 };
 
-/// Both temperatures after 2, 5 and 10 mean free times of the start within 2 % of theory; z = 4 standard errors of 50 000
-/// grains are 1.5 %. The theory takes velocities and spins to be Maxwellian: for restitution 0.6 and
-/// beta = 0 the fourth cumulant of the spins exceeds 0.3 in the end, and their temperature then is 4 % lower.
+/// Both temperatures after 2, 5 and 10 mean free times of the start within 2 % of theory in three Sonine orders; z = 4
+/// standard errors of 50 000 grains are 1.5 %. The fourth cumulant of the spins exceeds 0.3 in the end.
 #[test]
 fn two_temperatures_cool_as_in_theory() {
     for (restitution, beta) in [(0.6, 0.0), (0.6, 1.0), (1.0, 0.0), (0.6, -1.0)] {
@@ -121,25 +120,15 @@ fn two_temperatures_cool_as_in_theory() {
         let state = start(&gas, 50_000, EQUAL);
         let mut engine = engine(&gas, &state, 4.0);
         let times = [2.0, 5.0, 10.0].map(|time| time / theory.collision_rate(1.0));
-        let expected = theory.cooling(EQUAL, &times).expect("smooth");
+        let expected = theory.expand(3, EQUAL, &times).expect("smooth");
         for (&time, expected) in times.iter().zip(expected) {
             assert!(engine.advance(time, u64::MAX, &mut ()));
             let found = temperatures(&gas, &engine);
+            let expected = expected.temperatures;
             let translation = found.translation / expected.translation - 1.0;
             let rotation = found.rotation / expected.rotation - 1.0;
-            assert!(
-                translation.abs() < 0.02,
-                "{restitution} {beta}: {translation}"
-            );
-            let [_, spins, _] = cumulants(&engine.state());
-            if spins < 0.25 {
-                assert!(rotation.abs() < 0.02, "{restitution} {beta}: {rotation}");
-            } else {
-                assert!(
-                    restitution == 0.6 && beta == 0.0 && (-0.06..0.0).contains(&rotation),
-                    "{restitution} {beta}: {rotation}, cumulant {spins}"
-                );
-            }
+            let what = format!("{restitution} {beta}: {translation} {rotation}");
+            assert!(translation.abs().max(rotation.abs()) < 0.02, "{what}");
         }
     }
 }
@@ -171,41 +160,44 @@ fn energy_is_kept_where_it_must_be() {
     }
 }
 
-/// The ratio of temperatures late in cooling, after 40 to 60 collisions per grain: within 3 % of theory where all fourth
-/// cumulants are below 0.05; elsewhere it is lower, by less than the largest of them. Standard errors of 60 000 grains at
-/// three times are below 0.7 %.
+/// The ratio of temperatures late in cooling, after 40 to 60 collisions per grain, and the cumulants, in one cell, where no flow can
+/// grow, against theory in three Sonine orders. Standard errors of 60 000 grains at three times are below 0.7 % of
+/// the ratio; four of them are 2.8 %, and within 3 % it must be. In space up to 1.2 % are the theory's, which does not know that directions
+/// of velocities and spins are correlated. Spins are as far from Maxwellian as a fourth cumulant of 0.28 says, whose scatter is up to
+/// 0.05 with one for all of 60 000.
 fn late_ratios<S: Space>() {
     let count = 60_000_u32;
-    let mut gaussian = 0;
     for beta in [-0.9, -0.5, 0.0, 0.5, 0.9] {
         let gas = scene::<S>(0.9, beta);
-        let expected = theory(&gas).late_ratio().expect("rough");
+        let theory = theory(&gas);
         let begin = Temperatures {
             translation: 1.0,
-            rotation: expected,
+            rotation: theory.late_ratio().expect("rough"),
         };
         let state = start(&gas, count as usize, begin);
-        let mut engine = engine(&gas, &state, 4.0);
-        let (mut ratio, mut largest) = (0.0, 0.0_f64);
+        let mut engine = engine(&gas, &state, 1.0);
         let samples = [40, 50, 60];
+        let mut quotient = 0.0;
         for each in samples {
             while 2 * engine.tally().collisions < u64::from(each * count) {
                 engine.advance(f64::INFINITY, 2, &mut ());
             }
             let found = temperatures(&gas, &engine);
-            ratio += found.rotation / found.translation / samples.len() as f64;
-            let cumulants = cumulants(&engine.state());
-            largest = cumulants.into_iter().map(f64::abs).fold(largest, f64::max);
+            let expected = theory.expand(3, begin, &[engine.time()]).expect("smooth")[0];
+            let ratio = |t: Temperatures| t.rotation / t.translation;
+            quotient += ratio(found) / ratio(expected.temperatures) / samples.len() as f64;
+            let pairs = cumulants(&engine.state())
+                .into_iter()
+                .zip(expected.cumulants);
+            for (found, expected) in pairs {
+                assert!(
+                    (found - expected).abs() < 0.06,
+                    "{beta}: {found} {expected}"
+                );
+            }
         }
-        let off = ratio / expected - 1.0;
-        if largest < 0.05 {
-            gaussian += 1;
-            assert!(off.abs() < 0.03, "beta {beta}: {off}");
-        } else {
-            assert!(off < 0.0 && -off < largest, "beta {beta}: {off}, {largest}");
-        }
+        assert!((quotient - 1.0).abs() < 0.03, "beta {beta}: {quotient}");
     }
-    assert!(gaussian >= 1, "no case tells anything");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Gases of grains that turn each other: temperatures of translation and of rotation.
 //!
-//! For Maxwellian velocities and spins, with the coefficients of normal restitution e and of tangential restitution beta,
+//! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of normal restitution e and of tangential restitution beta,
 //! q = I/(m R^2) and eta = q (1 + beta)/(2 (1 + q)):
 //!
 //! `dT/dt = -G A T^(3/2) + G B T^(1/2) T_r`, `dT_r/dt = f G (B T^(3/2) - C T^(1/2) T_r)`, with
@@ -34,6 +34,11 @@ pub struct RoughGas {
     /// Degrees of freedom of translation for each one of rotation.
     degrees: f64,
     collision_rate: f64,
+    /// For expansions: directions of translation and of rotation, restitution, and eta and q.
+    pub(super) dimension: usize,
+    pub(super) rotations: usize,
+    pub(super) restitution: f64,
+    pub(super) surface: [f64; 2],
 }
 
 /// Temperatures of translation and of rotation \[energy\].
@@ -103,6 +108,10 @@ impl RoughGas {
             return_loss: share * (eta / q) * (1.0 - eta / q),
             degrees,
             collision_rate: collisions,
+            dimension: S::DIMENSION,
+            rotations: S::ROTATIONS,
+            restitution,
+            surface: [eta, q],
         })
     }
 

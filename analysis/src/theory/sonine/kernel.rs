@@ -1,6 +1,9 @@
 //! What a collision does to Sonine polynomials, as the coefficients of a power series; formulas are those of [`super`].
 
-use super::series::{Series, Shape, Term};
+use super::series::{Series, Shape, scaled, times};
+
+/// Terms in u, s and t.
+type Term = super::series::Term<3>;
 
 /// How velocities change in the collisions of a pair.
 pub(super) enum Loss {
@@ -12,7 +15,7 @@ pub(super) enum Loss {
 
 /// The polynomials that collisions are made of, in units in which V is 1 at s = t = 0.
 struct Parts {
-    shape: Shape,
+    shape: Shape<3>,
     own: f64,
     other: f64,
     /// S, V, W, Z.
@@ -28,7 +31,7 @@ struct Parts {
 
 impl Parts {
     /// `own` is the share of `T_1/m_1` in V.
-    fn new(shape: Shape, own: f64) -> Self {
+    fn new(shape: Shape<3>, own: f64) -> Self {
         let other = 1.0 - own;
         let v = vec![([0; 3], 1.0), ([0, 1, 0], -own), ([0, 0, 1], -other)];
         let w = vec![
@@ -133,7 +136,7 @@ pub(super) struct Kernel {
 
 impl Kernel {
     /// `own`: the share of `T_1/m_1` in V.
-    pub fn new(shape: Shape, dimension: usize, own: f64, loss: &Loss) -> Self {
+    pub fn new(shape: Shape<3>, dimension: usize, own: f64, loss: &Loss) -> Self {
         let d = dimension as f64;
         let parts = Parts::new(shape, own);
         let [mut scalar, mut vector] = match loss {
@@ -165,21 +168,6 @@ impl Kernel {
             hits: flat.power(&parts.v, 0.5),
         }
     }
-}
-
-/// The product of two polynomials.
-fn times(a: &[Term], b: &[Term]) -> Vec<Term> {
-    a.iter()
-        .flat_map(|&(i, x)| {
-            b.iter()
-                .map(move |&(k, y)| ([i[0] + k[0], i[1] + k[1], i[2] + k[2]], x * y))
-        })
-        .collect()
-}
-
-/// A polynomial times a number.
-fn scaled(terms: &[Term], factor: f64) -> Vec<Term> {
-    terms.iter().map(|&(i, x)| (i, factor * x)).collect()
 }
 
 #[cfg(test)]

@@ -40,7 +40,10 @@ use kernel::{Kernel, Loss};
 use series::Shape;
 
 mod kernel;
+mod rough;
 mod series;
+
+pub use rough::{MOST_ROUGH_ORDERS, RoughMoment};
 
 /// Most orders that are offered.
 pub const MOST_ORDERS: usize = 12;
@@ -331,7 +334,7 @@ impl<R: Restitution> Mixture<R> {
 struct System<'a, R> {
     mixture: &'a Mixture<R>,
     layout: Layout,
-    shape: Shape,
+    shape: Shape<3>,
     /// Norms of the polynomials of velocities, and of those that stand with v.
     norms: Vec<f64>,
     vector_norms: Vec<f64>,

@@ -1,55 +1,78 @@
-//! Power series in three variables (u, s, t), cut after given powers of each.
+//! Power series in several variables, cut after given powers of each.
 
 /// How many powers of each variable are kept, from the zeroth on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Shape(pub [usize; 3]);
+pub(crate) struct Shape<const V: usize>(pub [usize; V]);
 
 /// One term of a polynomial: its powers and its coefficient.
-pub(super) type Term = ([usize; 3], f64);
+pub(crate) type Term<const V: usize> = ([usize; V], f64);
 
 /// Coefficients, those of the last variable side by side.
-pub(super) type Series = Vec<f64>;
+pub(crate) type Series = Vec<f64>;
 
-impl Shape {
+impl<const V: usize> Shape<V> {
     /// Number of coefficients.
     pub fn len(self) -> usize {
         self.0.iter().product()
     }
 
-    /// Where the coefficient of given powers stands.
-    pub fn index(self, [u, s, t]: [usize; 3]) -> usize {
-        (u * self.0[1] + s) * self.0[2] + t
+    /// Where the coefficient of given powers stands; linear in them.
+    pub fn index(self, powers: [usize; V]) -> usize {
+        let axes = powers.iter().zip(&self.0);
+        axes.fold(0, |index, (power, size)| index * size + power)
     }
 
     /// All powers that are kept, in the order of their coefficients.
-    pub fn powers(self) -> impl Iterator<Item = [usize; 3]> {
-        let [us, ss, ts] = self.0;
-        (0..us).flat_map(move |u| (0..ss).flat_map(move |s| (0..ts).map(move |t| [u, s, t])))
+    pub fn powers(self) -> impl Iterator<Item = [usize; V]> {
+        (0..self.len()).map(move |mut index| {
+            let mut powers = [0; V];
+            for axis in (0..V).rev() {
+                powers[axis] = index % self.0[axis];
+                index /= self.0[axis];
+            }
+            powers
+        })
+    }
+
+    /// Whether powers are none above others.
+    fn divides(i: &[usize; V], n: &[usize; V]) -> bool {
+        i.iter().zip(n).all(|(i, n)| i <= n)
+    }
+
+    /// Calls for each run of powers of the last variable with those before between 0 and `most`: begin of the run.
+    fn runs(self, most: [usize; V], act: &mut impl FnMut(usize)) {
+        let mut at = [0; V];
+        loop {
+            act(self.index(at));
+            let Some(axis) = (0..V - 1).rev().find(|&axis| at[axis] < most[axis]) else {
+                return;
+            };
+            at[axis] += 1;
+            at[axis + 1..].fill(0);
+        }
     }
 
     /// Adds `factor` times the product of a series with a polynomial.
-    pub fn add_times(self, sum: &mut [f64], series: &[f64], terms: &[Term], factor: f64) {
-        let [us, ss, ts] = self.0;
-        for &([du, ds, dt], value) in terms {
-            if du >= us || ds >= ss || dt >= ts || value == 0.0 {
+    pub fn add_times(self, sum: &mut [f64], series: &[f64], terms: &[Term<V>], factor: f64) {
+        for &(shift, value) in terms {
+            if value == 0.0 || (0..V).any(|axis| shift[axis] >= self.0[axis]) {
                 continue;
             }
             let value = value * factor;
-            for u in du..us {
-                for s in ds..ss {
-                    let to = self.index([u, s, dt]);
-                    let from = self.index([u - du, s - ds, 0]);
-                    let (to, from) = (&mut sum[to..][..ts - dt], &series[from..][..ts - dt]);
-                    for (to, from) in to.iter_mut().zip(from) {
-                        *to += value * from;
-                    }
+            let offset = self.index(shift);
+            let most: [usize; V] = std::array::from_fn(|axis| self.0[axis] - 1 - shift[axis]);
+            let run = most[V - 1] + 1;
+            self.runs(most, &mut |from| {
+                let (to, from) = (&mut sum[from + offset..][..run], &series[from..][..run]);
+                for (to, from) in to.iter_mut().zip(from) {
+                    *to += value * from;
                 }
-            }
+            });
         }
     }
 
     /// The product with a polynomial.
-    pub fn times(self, series: &[f64], terms: &[Term]) -> Series {
+    pub fn times(self, series: &[f64], terms: &[Term<V>]) -> Series {
         let mut product = vec![0.0; self.len()];
         self.add_times(&mut product, series, terms, 1.0);
         product
@@ -57,30 +80,29 @@ impl Shape {
 
     /// The product of two series.
     pub fn product(self, a: &[f64], b: &[f64]) -> Series {
-        let terms: Vec<Term> = self.powers().zip(b.iter().copied()).collect();
+        let terms: Vec<Term<V>> = self.powers().zip(b.iter().copied()).collect();
         self.times(a, &terms)
     }
 
     /// A real power of a polynomial whose constant term, which must be the first, is above zero.
     ///
-    /// With the Euler operator E = u d/du + s d/ds + t d/dt and Q = P^a, `P E Q = a Q E P`; power by power that is
-    /// `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
-    pub fn power(self, terms: &[Term], exponent: f64) -> Series {
+    /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a, `P E Q = a Q E P`; power by power that
+    /// is `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
+    pub fn power(self, terms: &[Term<V>], exponent: f64) -> Series {
         let constant = terms[0].1;
         let mut power = vec![0.0; self.len()];
         power[0] = constant.powf(exponent);
-        for n in self.powers().skip(1) {
+        for (place, n) in self.powers().enumerate().skip(1) {
             let degree: usize = n.iter().sum();
             let mut sum = 0.0;
-            for &(i, value) in &terms[1..] {
-                if (0..3).all(|axis| i[axis] <= n[axis]) {
+            for (i, value) in &terms[1..] {
+                if Self::divides(i, &n) {
                     let of_term: usize = i.iter().sum();
-                    let rest = [n[0] - i[0], n[1] - i[1], n[2] - i[2]];
                     let weight = exponent * of_term as f64 - (degree - of_term) as f64;
-                    sum += weight * value * power[self.index(rest)];
+                    sum += weight * value * power[place - self.index(*i)];
                 }
             }
-            power[self.index(n)] = sum / (degree as f64 * constant);
+            power[place] = sum / (degree as f64 * constant);
         }
         power
     }
@@ -94,33 +116,43 @@ impl Shape {
             .collect();
         let mut found = vec![0.0; self.len()];
         found[0] = 1.0;
-        for n in self.powers().skip(1) {
-            let [u, s, t] = n;
+        for (place, n) in self.powers().enumerate().skip(1) {
+            let run = n[V - 1];
             let mut sum = 0.0;
-            for i in 0..=u {
-                for k in 0..=s {
-                    let given = &weighted[self.index([i, k, 0])..][..=t];
-                    let known = &found[self.index([u - i, s - k, 0])..][..=t];
-                    // What is not known yet is still zero, and so is its factor.
-                    sum += given
-                        .iter()
-                        .zip(known.iter().rev())
-                        .map(|(a, b)| a * b)
-                        .sum::<f64>();
-                }
-            }
-            found[self.index(n)] = sum / n.iter().sum::<usize>() as f64;
+            self.runs(n, &mut |begin| {
+                let given = &weighted[begin..=begin + run];
+                let known = &found[place - begin - run..=place - begin];
+                // What is not known yet is still zero, and so is its factor.
+                let products = given.iter().zip(known.iter().rev()).map(|(a, b)| a * b);
+                sum += products.sum::<f64>();
+            });
+            found[place] = sum / n.iter().sum::<usize>() as f64;
         }
         found
     }
+}
+
+/// The product of two polynomials.
+pub(crate) fn times<const V: usize>(a: &[Term<V>], b: &[Term<V>]) -> Vec<Term<V>> {
+    a.iter()
+        .flat_map(|&(i, x)| {
+            b.iter()
+                .map(move |&(k, y)| (std::array::from_fn(|axis| i[axis] + k[axis]), x * y))
+        })
+        .collect()
+}
+
+/// A polynomial times a number.
+pub(crate) fn scaled<const V: usize>(terms: &[Term<V>], factor: f64) -> Vec<Term<V>> {
+    terms.iter().map(|&(i, x)| (i, factor * x)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SHAPE: Shape = Shape([4, 3, 5]);
-    const TERMS: [Term; 4] = [
+    const SHAPE: Shape<3> = Shape([4, 3, 5]);
+    const TERMS: [Term<3>; 4] = [
         ([0, 0, 0], 1.5),
         ([1, 0, 0], -0.3),
         ([0, 1, 1], 0.7),
@@ -135,7 +167,7 @@ mod tests {
                 assert!((a - b).abs() < 1e-13, "{a} against {b}");
             }
         };
-        let series = |terms: &[Term]| SHAPE.power(terms, 1.0);
+        let series = |terms: &[Term<3>]| SHAPE.power(terms, 1.0);
         let root = SHAPE.power(&TERMS, 0.5);
         same(&SHAPE.product(&root, &root), &series(&TERMS));
         let inverse = SHAPE.power(&TERMS, -1.0);
