@@ -7,8 +7,8 @@
 //! T/m, a collision takes `eta g` and `(eta/q) g` with `g = v_1 - v_2 + w_1 + w_2`, so that with the variances
 //! `X = 1 - s`, `Y = z (1 - s')`, `z = T_r/(q T)`, `G = 2 - s - t + z (2 - s' - t')`, `kappa = eta/q` and
 //!
-//! `E = (1 - u + u [X (1 - 2 eta) + eta^2 G]) (1 - u' + u' [Y (1 - 2 kappa) + kappa^2 G]/z)
-//! - u u' [eta kappa G - kappa X - eta Y]^2/z`,
+//! `E = (1 - u + u F_1)(1 - u' + u' F_2/z) - u u' F_3^2/z`, with `F_1 = X (1 - 2 eta) + eta^2 G`,
+//! `F_2 = Y (1 - 2 kappa) + kappa^2 G` and `F_3 = eta kappa G - kappa X - eta Y`,
 //!
 //! the rate of change of `<S_p S_q>` is `n d^(D-1) chi Omega_D sqrt(T/(2 pi m))` times
 //!
@@ -104,7 +104,7 @@ fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> Series {
     shape.product(&change, &shape.power(&same_spin, rest))
 }
 
-/// The equations: values are ln T, ln T_r and the coefficients `a_pq` by rows, of which `a_10` and `a_01` stay zero.
+/// The equations: values are the logarithms of T and `T_r` and the coefficients `a_pq` by rows, of which `a_10` and `a_01` stay zero.
 struct System {
     gas: RoughGas,
     shape: Shape<6>,
