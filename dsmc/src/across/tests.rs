@@ -257,7 +257,7 @@ impl Observe<Unlike> for Kinds {
 }
 
 /// Disks of diameters 1 and 2 and masses 1 and 4 meet at the rates of Enskog's theory of mixtures,
-/// `n_i n_j d_ij chi_ij sqrt(2 pi T/mu)`: each kind of pair within 1 % with two simulators for each disk, 1.5 % with sixteen and a
+/// `n_i n_j d_ij chi_ij sqrt(2 pi T/mu)`: each kind of pair within 1.2 % with two simulators for each disk, 1.5 % with sixteen and a
 /// neighbourhood of 35 simulators, 0.6 % in one of many. Of eight gases; the standard errors are at most half of that.
 #[test]
 fn unlike_disks_meet_at_the_rates_of_a_mixture() {
@@ -282,7 +282,7 @@ fn unlike_disks_meet_at_the_rates_of_a_mixture() {
         let speed = (std::f64::consts::TAU * temperature / mass).sqrt();
         pairs * 0.5 * (diameters[0] + diameters[1]) * chi * speed
     };
-    let settings = [(2, None, 0.01), (16, None, 0.015), (16, Some(2.6), 0.006)];
+    let settings = [(2, None, 0.012), (16, None, 0.015), (16, Some(2.6), 0.006)];
     for (simulators, cell_size, bar) in settings {
         let mut found = [const { Vec::new() }; 3];
         for seed in 0..8 {
