@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::hint::select_unpredictable;
 
 use binary_heap_plus::{BinaryHeap, MinComparator};
-
 use stosszahl_model::memory;
 
 /// An event that a calendar announces: something may happen to `disk` at `time`.

@@ -1,7 +1,6 @@
 //! The grid of cells. Beyond a wall there is a column or row that nobody enters.
 
 use nalgebra::{Vector2, vector};
-
 use stosszahl_model::memory;
 
 /// No disk.

@@ -3,14 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::{Vector2, vector};
-use stosszahl_model::{Domain, Field, Plane, Sizes};
+use stosszahl_model::{Domain, Field, Plane, Sizes, memory};
 
 use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE};
 use crate::contact::Candidates;
 use crate::levels::{self, Levels, Nearby};
 use crate::motion::Motion;
-use stosszahl_model::memory;
 
 /// One disk in one cache line. Times and speeds are in the engine's own units.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! Gases of grains that turn each other: temperatures of translation and of rotation.
 //!
-//! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of normal restitution e and of tangential restitution beta,
+//! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of normal restitution e and
+//! of tangential restitution beta,
 //! q = I/(m R^2) and eta = q (1 + beta)/(2 (1 + q)):
 //!
 //! `dT/dt = -G A T^(3/2) + G B T^(1/2) T_r`, `dT_r/dt = f G (B T^(3/2) - C T^(1/2) T_r)`, with
@@ -188,11 +189,11 @@ impl RoughGas {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use stosszahl_model::{Plane, Volume};
 
-    fn gas<S: Space>(restitution: f64, beta: f64) -> RoughGas {
+    pub(in crate::theory) fn gas<S: Space>(restitution: f64, beta: f64) -> RoughGas {
         let surface = Rough::new(beta, S::INERTIA).expect("a surface");
         RoughGas::new::<S>(restitution, surface, 0.1, 1.0, 1.0, 1.0).expect("a gas")
     }

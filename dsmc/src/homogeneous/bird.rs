@@ -6,12 +6,11 @@
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Sizes, Vector};
+use stosszahl_model::{Sizes, Vector, memory};
 
 use super::alias::split;
 use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
 use super::selection::{Candidate, Selection, Standing};
-use stosszahl_model::memory;
 
 /// Two particles.
 #[derive(Clone, Copy, Debug, Default)]

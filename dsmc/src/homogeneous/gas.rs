@@ -3,11 +3,10 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Free, Physics, Sizes, Smooth, Space, Vector, VectorOf};
+use stosszahl_model::{Free, Physics, Sizes, Smooth, Space, Vector, VectorOf, memory};
 
 use super::error::GasError;
 use super::kernel::{Contact, Kernel};
-use stosszahl_model::memory;
 
 /// A physics of smooth particles in free flight.
 pub trait Grains: Physics<Surface = Smooth, Field = Free> {}

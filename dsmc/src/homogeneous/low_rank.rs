@@ -8,14 +8,13 @@
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Sizes, Vector};
+use stosszahl_model::{Sizes, Vector, memory};
 
 use super::alias::split;
 use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
 use super::kernel::powers;
 use super::selection::{Candidate, Selection, Standing};
 use super::tree::SumTree;
-use stosszahl_model::memory;
 
 /// Two classes and a member of each.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,11 +1,10 @@
 //! How particles are laid out in classes of size and groups of speed.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Vector;
+use stosszahl_model::{Vector, memory};
 
 use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
 use super::selection::Standing;
-use stosszahl_model::memory;
 
 /// Groups per factor two in the squared speed, as bits of the fraction: eight, so a bound is on average 2 % above.
 const SPEED_SHIFT: u32 = 52 - 3;

@@ -18,14 +18,13 @@
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Vector;
+use stosszahl_model::{Vector, memory};
 
 use super::alias::{Alias, split};
 use super::gas::{GONE, Gas, Grains};
 use super::kernel::powers;
 use super::places::{self, Group, Layout};
 use super::selection::{Candidate, Selection, Standing};
-use stosszahl_model::memory;
 
 /// A place for the first partner, and one for the second.
 #[derive(Clone, Copy, Debug, Default)]

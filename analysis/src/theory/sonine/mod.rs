@@ -54,6 +54,12 @@ const SHIFT: f64 = 0.25;
 /// Order from which the reference temperature is shifted; below, truncation makes more of it than it mends.
 const SHIFTED: usize = 3;
 
+/// Error of each step of the integrations.
+const TOLERANCE: Tolerance = Tolerance {
+    relative: 1e-6,
+    absolute: 1e-8,
+};
+
 /// Starts from which displacements are followed for averages over time, and points of the integral over them.
 const STARTS: usize = 40;
 const POINTS: u32 = 1000;
@@ -74,6 +80,18 @@ fn interpolated(values: &[f64], at: f64) -> f64 {
         .zip(&values[first..])
         .map(|(w, value)| w * value)
         .sum()
+}
+
+/// Refuses an order that is not offered.
+fn check_orders(orders: usize, most: usize, allowed: &'static str) -> Result<(), TheoryError> {
+    if (1..=most).contains(&orders) {
+        return Ok(());
+    }
+    Err(TheoryError::BadNumber {
+        name: "order of the Sonine expansion",
+        value: orders as f64,
+        allowed,
+    })
 }
 
 /// Norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 + alpha))`, for p up to `most`.
@@ -192,9 +210,9 @@ impl<R: Restitution> Mixture<R> {
             .collect()
     }
 
-    /// Mean squared displacements over the given lags, which do not fall, averaged over all starts up to `total` less the lag, by species and lag:
-    /// `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as
-    /// in [`Self::expand`].
+    /// Mean squared displacements over the given lags, which do not fall, averaged over all starts up to `total` less the
+    /// lag, by species and lag: `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at
+    /// time zero and expanded as in [`Self::expand`].
     ///
     /// Displacements are followed from 40 starts and their logarithms interpolated in that of the time.
     ///
@@ -261,13 +279,7 @@ impl<R: Restitution> Mixture<R> {
 
     fn system(&self, orders: usize, temperatures: &[f64]) -> Result<System<'_, R>, TheoryError> {
         self.check_temperatures(temperatures)?;
-        if !(1..=MOST_ORDERS).contains(&orders) {
-            return Err(TheoryError::BadNumber {
-                name: "order of the Sonine expansion",
-                value: orders as f64,
-                allowed: "from 1 to 12",
-            });
-        }
+        check_orders(orders, MOST_ORDERS, "from 1 to 12")?;
         let d = self.dimension() as f64;
         let shift = if orders < SHIFTED {
             0.0
@@ -287,6 +299,7 @@ impl<R: Restitution> Mixture<R> {
                 .map(|(component, t)| t / component.mass)
                 .collect(),
             unit: if fastest > 0.0 { fastest.recip() } else { 1.0 },
+            nodes: self.speeds(),
         })
     }
 
@@ -304,8 +317,25 @@ impl<R: Restitution> Mixture<R> {
             .fold(0.0, f64::max)
     }
 
-    /// What the collisions of a pair take, at the spread of a component of its relative velocity.
-    fn loss(&self, [k, i]: [usize; 2], spread: f64) -> Loss {
+    /// Nodes `y = g^2/(2 S^2)`, speeds over S, and weights of the mean with `exp(-y)`. Every second one is enough for
+    /// polynomials with exponentials of y, and for powers of g.
+    fn speeds(&self) -> Vec<[f64; 3]> {
+        let nodes = self.nodes().iter().step_by(2);
+        let mut nodes: Vec<[f64; 3]> = nodes
+            .map(|&(speed, weight)| {
+                let y = 0.5 * speed * speed;
+                [y, speed, weight / y]
+            })
+            .collect();
+        let sum: f64 = nodes.iter().map(|node| node[0] * node[2]).sum();
+        for node in &mut nodes {
+            node[2] /= sum;
+        }
+        nodes
+    }
+
+    /// What the collisions of a pair take, at the spread S of a component of its relative velocity.
+    fn loss(&self, [k, i]: [usize; 2], spread: f64, speeds: &[[f64; 3]]) -> Loss {
         let [own, other] = [k, i].map(|kind| self.components()[kind].mass);
         let beta = |speed: f64| {
             let kept = self.between([k as u32, i as u32], speed);
@@ -314,19 +344,12 @@ impl<R: Restitution> Mixture<R> {
         if self.is_constant() {
             return Loss::Constant(beta(1.0));
         }
-        // Every second node is enough for polynomials with exponentials of y, and for powers of g.
-        let nodes = self.nodes().iter().step_by(2);
-        let mut nodes: Vec<[f64; 3]> = nodes
-            .map(|&(speed, weight)| {
-                let y = 0.5 * speed * speed;
-                [y, weight / y, beta(speed * spread)]
-            })
-            .collect();
-        let sum: f64 = nodes.iter().map(|node| node[0] * node[1]).sum();
-        for node in &mut nodes {
-            node[1] /= sum;
-        }
-        Loss::Spread(nodes)
+        let nodes = speeds.iter();
+        Loss::Spread(
+            nodes
+                .map(|&[y, speed, weight]| [y, weight, beta(speed * spread)])
+                .collect(),
+        )
     }
 }
 
@@ -342,6 +365,8 @@ struct System<'a, R> {
     speeds: Vec<f64>,
     /// The shortest mean free time at time zero.
     unit: f64,
+    /// Of the quadrature over speeds.
+    nodes: Vec<[f64; 3]>,
 }
 
 impl<R: Restitution> System<'_, R> {
@@ -386,10 +411,6 @@ impl<R: Restitution> System<'_, R> {
         begin: f64,
         values: Vec<f64>,
     ) -> Integrator<impl FnMut(f64, &[f64], &mut [f64])> {
-        let tolerance = Tolerance {
-            relative: 1e-6,
-            absolute: 1e-8,
-        };
         let slope = |_: f64, y: &[f64], slope: &mut [f64]| self.slope(y, slope);
         // A gas that cools is the slower the later.
         Integrator::new(
@@ -397,7 +418,7 @@ impl<R: Restitution> System<'_, R> {
             begin,
             values,
             0.01 * (self.unit + 0.1 * begin),
-            tolerance,
+            TOLERANCE,
         )
     }
 
@@ -451,7 +472,7 @@ impl<R: Restitution> System<'_, R> {
             }
             let variance = speed + values[i][LOGARITHM].exp() / partner.mass;
             let spread = variance.sqrt();
-            let loss = self.mixture.loss([k, i], spread);
+            let loss = self.mixture.loss([k, i], spread, &self.nodes);
             let kernel = Kernel::new(
                 self.shape,
                 self.mixture.dimension(),

@@ -17,10 +17,10 @@
 //! with `S' = 1 - u' s'` and R rotations.
 
 use super::super::TheoryError;
-use super::super::integrate::{Integrator, Tolerance};
+use super::super::integrate::Integrator;
 use super::super::rough::{RoughGas, Temperatures};
-use super::norms;
 use super::series::{Series, Shape, Term, scaled, times};
+use super::{TOLERANCE, check_orders, norms};
 
 /// Most orders that are offered.
 pub const MOST_ROUGH_ORDERS: usize = 3;
@@ -104,7 +104,8 @@ fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> Series {
     shape.product(&change, &shape.power(&same_spin, rest))
 }
 
-/// The equations: values are the logarithms of T and `T_r` and the coefficients `a_pq` by rows, of which `a_10` and `a_01` stay zero.
+/// The equations: values are the logarithms of T and `T_r` and the coefficients `a_pq` by rows, of which `a_10` and `a_01`
+/// stay zero.
 struct System {
     gas: RoughGas,
     shape: Shape<6>,
@@ -192,13 +193,7 @@ impl RoughGas {
         start: Temperatures,
         times: &[f64],
     ) -> Result<Vec<RoughMoment>, TheoryError> {
-        if !(1..=MOST_ROUGH_ORDERS).contains(&orders) {
-            return Err(TheoryError::BadNumber {
-                name: "order of the Sonine expansion",
-                value: orders as f64,
-                allowed: "from 1 to 3",
-            });
-        }
+        check_orders(orders, MOST_ROUGH_ORDERS, "from 1 to 3")?;
         for value in [start.translation, start.rotation] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(TheoryError::BadNumber {
@@ -218,12 +213,8 @@ impl RoughGas {
         let mut values = vec![0.0; 2 + (orders + 1) * (orders + 1)];
         (values[0], values[1], values[2]) = (start.translation.ln(), start.rotation.ln(), 1.0);
         let slope = |_: f64, y: &[f64], slope: &mut [f64]| system.slope(y, slope);
-        let tolerance = Tolerance {
-            relative: 1e-6,
-            absolute: 1e-8,
-        };
         let first = 0.01 / self.collision_rate(start.translation);
-        let mut problem = Integrator::new(slope, 0.0, values, first, tolerance);
+        let mut problem = Integrator::new(slope, 0.0, values, first, TOLERANCE);
         times
             .iter()
             .map(|&time| Ok(system.moment(problem.advance(time)?)))
@@ -234,13 +225,9 @@ impl RoughGas {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::theory::rough::tests::gas;
     use crate::theory::{Component, Contact, Mixture};
-    use stosszahl_model::{Constant, Plane, Rough, Space, Volume};
-
-    fn gas<S: Space>(restitution: f64, beta: f64) -> RoughGas {
-        let surface = Rough::new(beta, S::INERTIA).expect("a surface");
-        RoughGas::new::<S>(restitution, surface, 0.1, 1.0, 1.0, 1.0).expect("a gas")
-    }
+    use stosszahl_model::{Constant, Plane, Space, Volume};
 
     const START: Temperatures = Temperatures {
         translation: 1.0,
