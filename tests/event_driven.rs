@@ -415,8 +415,8 @@ fn very_unequal_disks_follow_all_pairs() {
 fn work_per_collision_is_bounded() {
     // Packing; predictions, pushes, crossings, stale events, broken contacts a collision.
     for (packing, most) in [
-        (0.01, [37.6, 13.4, 11.0, 0.06, 0.17]),
-        (0.25, [17.8, 3.9, 1.5, 0.15, 0.20]),
+        (0.01, [31.5, 15.2, 12.9, 0.06, 0.14]),
+        (0.25, [13.9, 4.0, 1.64, 0.13, 0.17]),
         (0.69, [21.2, 2.7, 0.17, 0.25, 0.35]),
     ] {
         let start = gas(Arrangement::Disordered, 4000, packing, 2);

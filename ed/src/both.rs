@@ -5,7 +5,7 @@ use stosszahl_model::{Field, Plane, Sizes};
 use wide::f64x2;
 
 use crate::cells::NONE;
-use crate::disk::Disks;
+use crate::disk::{Disks, VOID};
 
 /// Columns and rows around two cells that are next to each other.
 const SIDE: usize = 4;
@@ -135,7 +135,10 @@ impl<F: Field<Plane>> Disks<F> {
 
     #[inline(always)]
     fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
-        let partner_count = self.all.get(partner as usize).map_or(0, |disk| disk.count);
+        let partner_count = self
+            .all
+            .get(partner as usize)
+            .map_or(VOID, |disk| disk.count);
         let disk = &mut self.all[who as usize];
         disk.contact = contact;
         disk.partner = partner;

@@ -186,10 +186,10 @@ impl Soon {
 struct Bucket([u32; 16]);
 
 /// Events that a bucket should hold.
-const LOAD: f64 = 5.5;
+const LOAD: f64 = 8.0;
 
 /// Loads between which the width stays.
-const LOADS: [f64; 2] = [3.5, 9.0];
+const LOADS: [f64; 2] = [5.0, 11.0];
 
 /// Events whose earliest is found by comparing all.
 const FEW: usize = 24;
@@ -419,7 +419,7 @@ impl Buckets {
 impl Calendar for Buckets {
     fn new(agenda: &impl Agenda) -> Self {
         let rate = rate(entries(agenda).map(|entry| entry.time).collect());
-        let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
+        let buckets = (agenda.disks() as usize / 4).next_power_of_two().max(16);
         let mut calendar = Self {
             inverse_width: 1.0,
             ring: memory::filled(Bucket([0; 16]), buckets),

@@ -15,7 +15,7 @@ const TILE: u32 = 3;
 
 /// Mean number of disks in a cell of a dilute gas: more, and more candidates are looked at in vain;
 /// fewer, and more boundaries are crossed.
-const OCCUPANCY: f64 = 0.6;
+const OCCUPANCY: f64 = 0.45;
 
 /// Widest cell, in diameters, unless that makes too many: the square of a contact distance is a difference of squares
 /// of separations, and has 1e-16 of these as its error.

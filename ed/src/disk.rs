@@ -24,25 +24,31 @@ pub(crate) struct Disk {
     pub(crate) contact: f64,
     /// A disk, or, beyond their number, what else can be touched, or [`NONE`].
     pub(crate) partner: u32,
-    /// Collisions of the partner when the contact was predicted.
-    pub(crate) partner_count: u32,
-    /// Collisions of this disk.
-    pub(crate) count: u32,
     /// The next disk of the same cell, or [`NONE`].
     pub(crate) next: u32,
+    /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again since.
+    pub(crate) partner_count: u16,
+    /// Collisions of this disk, from 1 to the largest number and from 1 again.
+    pub(crate) count: u16,
+    /// Its cell.
+    pub(crate) home: Cell,
 }
 
+/// The count of no disk.
+pub(crate) const VOID: u16 = 0;
+
 impl Disk {
-    pub(crate) fn new(position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
+    pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
         Self {
             position,
             velocity,
             clock: 0.0,
             contact: f64::INFINITY,
             partner: NONE,
-            partner_count: 0,
-            count: 0,
             next: NONE,
+            partner_count: VOID,
+            count: VOID + 1,
+            home,
         }
     }
 }
@@ -52,13 +58,11 @@ pub(crate) struct Disks<F> {
     pub(crate) all: Vec<Disk>,
     /// How they fly.
     pub(crate) motion: Motion<F>,
-    /// Cell of each disk.
-    homes: Vec<Cell>,
     pub(crate) cells: Cells,
     /// Coarser grids, if sizes differ much.
     levels: Option<Levels>,
-    /// Whether the disks do not fit into the caches near the processor, and not at all.
-    far_from_processor: [bool; 2],
+    /// Whether the disks do not fit into the caches near the processor.
+    far_from_processor: bool,
 }
 
 /// Lists of disks that are being followed: the next disk of each and, above it, where its cell is.
@@ -112,16 +116,14 @@ impl<F: Field<Plane>> Disks<F> {
         let mut disks = Self {
             all: memory::reserved(count),
             motion,
-            homes: memory::reserved(count),
             cells,
             levels,
-            far_from_processor: [count > NEAR, count > 16 * NEAR],
+            far_from_processor: count > NEAR,
         };
         for &(_, index) in &order {
             let (position, velocity, _) = body(index as usize);
             let (cell, offset) = disks.cells.locate(position);
-            disks.all.push(Disk::new(offset, velocity));
-            disks.homes.push(cell);
+            disks.all.push(Disk::new(cell, offset, velocity));
             disks.enter(disks.all.len() as u32 - 1);
         }
         (disks, order.into_iter().map(|(_, index)| index).collect())
@@ -129,13 +131,13 @@ impl<F: Field<Plane>> Disks<F> {
 
     #[inline]
     pub(crate) fn home(&self, who: u32) -> Cell {
-        self.homes[who as usize]
+        self.all[who as usize].home
     }
 
     /// The grid that a disk is listed in, and the place of its list there.
     #[inline]
     fn listed(&mut self, who: u32) -> (&mut Cells, usize) {
-        let home = self.homes[who as usize];
+        let home = self.home(who);
         match &mut self.levels {
             Some(levels) if levels.of(who) > 0 => {
                 let level = levels.of(who);
@@ -178,9 +180,8 @@ impl<F: Field<Plane>> Disks<F> {
         self.motion.advance(disk, now);
         let forward = self.motion.goes_forward(disk, axis, width);
         disk.position[axis] += if forward { -width } else { width };
-        let home = &mut self.homes[who as usize][axis];
-        let (next, around) = self.cells.beyond(*home, axis, forward);
-        *home = next;
+        let (next, around) = self.cells.beyond(disk.home[axis], axis, forward);
+        disk.home[axis] = next;
         self.enter(who);
         (forward, around)
     }
@@ -209,6 +210,21 @@ impl<F: Field<Plane>> Disks<F> {
         let disk = &mut self.all[who as usize];
         self.motion.advance(disk, time);
         disk.count = disk.count.wrapping_add(1);
+        if disk.count == VOID {
+            self.count_again(who);
+        }
+    }
+
+    /// Lets a disk count from the beginning: contacts with it that were predicted at some count must not be mistaken
+    /// for those predicted when that count comes up again.
+    #[cold]
+    fn count_again(&mut self, who: u32) {
+        self.all[who as usize].count = VOID + 1;
+        for disk in &mut self.all {
+            if disk.partner == who {
+                disk.partner_count = VOID;
+            }
+        }
     }
 
     /// Position in the plane at the given time, less a whole number of boxes or not.
@@ -545,7 +561,6 @@ impl<F: Field<Plane>> Disks<F> {
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         self.all.capacity() * size_of::<Disk>()
-            + self.homes.capacity() * size_of::<Cell>()
             + self.cells.bytes()
             + self.levels.as_ref().map_or(0, Levels::bytes)
     }
@@ -569,7 +584,7 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
 
     #[inline]
     fn foresighted(&self) -> bool {
-        self.far_from_processor[0]
+        self.far_from_processor
     }
 
     #[inline]
@@ -579,33 +594,30 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
             1 => {
                 let (exit, axis) = self.motion.exit(of, self.cells.width());
                 if of.contact > exit {
-                    self.call_up_beyond(self.home(disk), axis, of.velocity[axis] > 0.0);
+                    self.call_up_beyond(of.home, axis, of.velocity[axis] > 0.0);
                     return;
                 }
-                self.call_up_neighbours(self.home(disk));
-                if self.far_from_processor[1]
-                    && let Some(partner) = self.all.get(of.partner as usize)
-                    && partner.count == of.partner_count
-                {
-                    self.call_up_neighbours(self.home(of.partner));
+                self.call_up_neighbours(of.home);
+                let partner = self.all.get(of.partner as usize);
+                if let Some(partner) = partner.filter(|partner| partner.count == of.partner_count) {
+                    self.call_up_neighbours(partner.home);
                 }
             }
             2 => {
-                self.call_up_cells(self.home(disk));
                 let (exit, axis) = self.motion.exit(of, self.cells.width());
-                if of.contact > exit && self.far_from_processor[1] {
-                    let (mut cell, forward) = (self.home(disk), of.velocity[axis] > 0.0);
+                if of.contact > exit {
+                    let (mut cell, forward) = (of.home, of.velocity[axis] > 0.0);
                     (cell[axis], _) = self.cells.beyond(cell[axis], axis, forward);
                     self.call_up_cells(cell);
                     return;
                 }
-                if (of.partner as usize) < self.all.len() && self.far_from_processor[1] {
-                    self.call_up_cells(self.home(of.partner));
+                self.call_up_cells(of.home);
+                if let Some(partner) = self.all.get(of.partner as usize) {
+                    self.call_up_cells(partner.home);
                 }
             }
             3 => {
                 memory::prefetch(&self.all, of.partner as usize);
-                memory::prefetch(&self.homes, of.partner as usize);
             }
             _ => self.call_up(disk),
         }
@@ -614,6 +626,78 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
     #[inline]
     fn call_up(&self, disk: u32) {
         memory::prefetch(&self.all, disk as usize);
-        memory::prefetch(&self.homes, disk as usize);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stosszahl_model::{Body, Constant, Free, Monodisperse, Scene, Smooth, State};
+
+    use super::*;
+    use crate::{Dissipation, Engine};
+
+    type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
+
+    /// 64 disks on a square lattice, with speeds of no pattern.
+    fn engine() -> Engine<Scenery> {
+        let scene = Scene {
+            space: Plane,
+            surface: Smooth,
+            restitution: Constant::ELASTIC,
+            sizes: Monodisperse {
+                radius: 0.5,
+                mass: 1.0,
+            },
+            field: Free,
+        };
+        let body = |index: u32| {
+            let place = vector![f64::from(index % 8), f64::from(index / 8)] * 1.5;
+            let angle = f64::from(index * index);
+            Body::new(place, vector![angle.sin(), angle.cos()])
+        };
+        let start = State {
+            time: 0.0,
+            domain: Domain::periodic(vector![12.0, 12.0]).expect("a box"),
+            bodies: (0..64).map(body).collect(),
+        };
+        Engine::new(scene, Dissipation::Elastic, start).expect("an engine")
+    }
+
+    /// A contact predicted before its partner counted all the way round is void.
+    #[test]
+    fn a_count_that_comes_up_again_is_told_from_the_first() {
+        let mut disks = engine().disks;
+        let before = disks.all[1].count;
+        (disks.all[0].partner, disks.all[0].partner_count) = (1, before);
+        (disks.all[2].partner, disks.all[2].partner_count) = (3, before);
+        for _ in 0..u16::MAX {
+            disks.meet(1, 0.0);
+        }
+        assert_eq!(disks.all[1].count, before);
+        assert_ne!(disks.all[0].partner_count, before);
+        assert_eq!(disks.all[2].partner_count, before);
+    }
+
+    /// Disks that begin to count anew collide as before: each of them does so within 20 of its 60 or so collisions.
+    #[test]
+    fn counting_anew_changes_nothing() {
+        let (mut plain, mut late) = (engine(), engine());
+        for disk in &mut late.disks.all {
+            let shift = u16::MAX - 20;
+            disk.count += shift;
+            disk.partner_count += if disk.partner == NONE { 0 } else { shift };
+        }
+        for engine in [&mut plain, &mut late] {
+            engine
+                .advance(f64::INFINITY, 2000, &mut ())
+                .expect("collisions");
+        }
+        let counts = late.disks.all.iter().map(|disk| disk.count);
+        assert!(
+            counts.max().is_some_and(|most| most < 1000),
+            "all began anew"
+        );
+        assert_eq!(plain.tally(), late.tally());
+        assert_eq!(plain.state().bodies, late.state().bodies);
     }
 }
