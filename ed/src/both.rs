@@ -6,21 +6,13 @@ use wide::f64x2;
 
 use crate::cells::NONE;
 use crate::disk::{Disks, VOID};
+use crate::lists::Lists;
 
 /// Columns and rows around two cells that are next to each other.
 const SIDE: usize = 4;
 
 /// Cells among those that are around one of the two, as bits; to be shifted to where they begin.
 const AROUND_ONE: u32 = 0x0777;
-
-/// Lists of disks that are being followed: the next disk of each, and where its cell is. Two arrays, so that
-/// nothing has to be packed and unpacked.
-struct Open {
-    disks: [u32; RING],
-    cells: [u32; RING],
-}
-
-const RING: usize = SIDE * SIDE;
 
 impl<F: Field<Plane>> Disks<F> {
     /// Predicts from nothing the next contacts of two disks that are up to date and in cells next to each other.
@@ -47,18 +39,12 @@ impl<F: Field<Plane>> Disks<F> {
         let one = AROUND_ONE << (right[0] + SIDE * up[0]);
         let other = AROUND_ONE << (right[1] + SIDE * up[1]);
         let (any, shared) = (one | other, one & other);
-        let mut open = Open {
-            disks: [NONE; RING],
-            cells: [0; RING],
-        };
-        let mut end = 0;
+        let mut lists = Lists::new();
         for (row, up) in rows.into_iter().enumerate() {
             for (column, right) in columns.into_iter().enumerate() {
-                let cell = (SIDE * row + column) as u32;
+                let cell = SIDE * row + column;
                 let first = self.cells.first((right + up) as usize);
-                open.disks[end % RING] = first;
-                open.cells[end % RING] = cell;
-                end += usize::from(first != NONE) & (any >> cell) as usize;
+                lists.open(first, cell, any >> cell & 1 == 1);
             }
         }
 
@@ -86,19 +72,12 @@ impl<F: Field<Plane>> Disks<F> {
 
         let mut limit = f64x2::splat(f64::INFINITY);
         let mut best = f64x2::splat(f64::from_bits(u64::from(NONE)));
-        let mut begin = 0;
         let mut twice = 0;
-        while begin != end {
-            let (disk, cell) = (open.disks[begin % RING], open.cells[begin % RING]);
-            let candidate = &self.all[disk as usize];
-            open.disks[end % RING] = candidate.next;
-            open.cells[end % RING] = cell;
-            end += usize::from(candidate.next != NONE);
-            begin += 1;
-            twice += u64::from(shared >> (cell % 16) & 1);
+        while let Some((disk, cell, candidate)) = lists.next(&self.all) {
+            twice += u64::from(shared >> cell & 1);
             let position: Vector2<f64> = self.motion.at(candidate, clock);
             let speed = self.motion.velocity(candidate, clock);
-            let (column, row) = (cell as usize % SIDE, cell as usize / SIDE % SIDE);
+            let (column, row) = (cell % SIDE, cell / SIDE);
             let separation = [
                 f64x2::new([x[0][column], x[1][column]]) - f64x2::splat(position[0]),
                 f64x2::new([y[0][row], y[1][row]]) - f64x2::splat(position[1]),
@@ -130,7 +109,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
         self.expect_contact(first, clock + limit[0], best[0].to_bits() as u32);
         self.expect_contact(second, clock + limit[1], best[1].to_bits() as u32);
-        Some(begin as u64 + twice)
+        Some(lists.followed() + twice)
     }
 
     #[inline(always)]

@@ -9,6 +9,7 @@ use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE};
 use crate::contact::Candidates;
 use crate::levels::{self, Levels, Nearby};
+use crate::lists::Lists;
 use crate::motion::Motion;
 
 /// One disk in one cache line. Times and speeds are in the engine's own units.
@@ -64,15 +65,6 @@ pub(crate) struct Disks<F> {
     /// Whether the disks do not fit into the caches near the processor.
     far_from_processor: bool,
 }
-
-/// Lists of disks that are being followed: the next disk of each and, above it, where its cell is.
-type Open = [u64; RING];
-
-/// More than the nine that are open at a time.
-const RING: usize = 16;
-
-/// Puts the cell above the number of the disk.
-const TAG: u64 = 1 << 32;
 
 /// Disks that fit into a second-level cache of today, at a cache line each.
 const NEAR: usize = 20_000;
@@ -268,26 +260,19 @@ impl<F: Field<Plane>> Disks<F> {
         -b <= 8.0 * f64::EPSILON * distance * relative.norm()
     }
 
-    /// Opens the lists of disks of some of the cells around one: columns and rows are numbered 0 before, 1 same,
-    /// 2 after. How many there are.
+    /// Opens the lists of some of the cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and
+    /// cells by four times the row and the column.
     #[inline(always)]
-    fn open(
-        &self,
-        home: Cell,
-        columns: Range<usize>,
-        rows: Range<usize>,
-        open: &mut Open,
-    ) -> usize {
+    fn open(&self, home: Cell, columns: Range<usize>, rows: Range<usize>) -> Lists {
         let (x, y) = self.cells.around(home);
-        let mut end = 0;
+        let mut lists = Lists::new();
         for row in rows {
             for column in columns.clone() {
                 let first = self.cells.first((x[column] + y[row]) as usize);
-                open[end % RING] = ((4 * row + column) as u64 * TAG) | u64::from(first);
-                end += usize::from(first != NONE);
+                lists.open(first, 4 * row + column, true);
             }
         }
-        end
+        lists
     }
 
     /// Position of a disk relative to the corners of the columns and rows around its own.
@@ -352,14 +337,13 @@ impl<F: Field<Plane>> Disks<F> {
         sizes: &S,
         tags: &[S::Tag],
     ) -> (Option<(f64, u32)>, u64) {
-        let mut open = [0; RING];
         let home = self.home(who);
-        let opened = match beyond {
-            None => self.open(home, 0..3, 0..3, &mut open),
-            Some((0, side)) => self.open(home, side..side + 1, 0..3, &mut open),
-            Some((_, side)) => self.open(home, 0..3, side..side + 1, &mut open),
+        let lists = match beyond {
+            None => self.open(home, 0..3, 0..3),
+            Some((0, side)) => self.open(home, side..side + 1, 0..3),
+            Some((_, side)) => self.open(home, 0..3, side..side + 1),
         };
-        self.earliest(&mut open, opened, candidates, who, sizes, tags)
+        self.earliest(lists, candidates, who, sizes, tags)
     }
 
     /// [`Self::search`] in all grids but what [`Self::search_cells`] sees of the smallest disks.
@@ -425,8 +409,7 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     fn earliest<S: Sizes>(
         &self,
-        open: &mut Open,
-        mut end: usize,
+        mut lists: Lists,
         candidates: &mut Candidates,
         who: u32,
         sizes: &S,
@@ -445,27 +428,14 @@ impl<F: Field<Plane>> Disks<F> {
         };
         let mut limit = own.contact - clock;
         let mut best = None;
-        let mut begin = 0;
         loop {
-            // The lists of all cells are followed side by side, disk and cell in one number: at most nine are
-            // open at a time, and one loop over all has one end to be foreseen.
-            while begin < end {
-                let entry = open[begin % RING];
-                let (cell, other) = (entry / TAG, entry as u32);
-                let disk = &self.all[other as usize];
-                open[end % RING] = (cell * TAG) | u64::from(disk.next);
-                end += usize::from(disk.next != NONE);
-                begin += 1;
+            let mut more = false;
+            while !more && let Some((other, cell, disk)) = lists.next(&self.all) {
                 let position = self.motion.at(disk, clock);
-                let separation = vector![
-                    x[cell as usize % 4] - position[0],
-                    y[cell as usize / 4 % 4] - position[1]
-                ];
+                let separation = vector![x[cell % 4] - position[0], y[cell / 4] - position[1]];
                 let relative = velocity - self.motion.velocity(disk, clock);
                 let square = distance(other) * distance(other);
-                if candidates.add(other, separation, relative, square) {
-                    break;
-                }
+                more = candidates.add(other, separation, relative, square);
             }
             let found =
                 candidates.earliest(limit, |other, b| self.slide(who, other, b, distance(other)));
@@ -473,8 +443,8 @@ impl<F: Field<Plane>> Disks<F> {
                 limit = time;
                 best = found;
             }
-            if begin == end {
-                return (best, begin as u64);
+            if !more {
+                return (best, lists.followed());
             }
         }
     }
@@ -496,20 +466,12 @@ impl<F: Field<Plane>> Disks<F> {
             });
             return worst;
         }
-        let mut open = [0; RING];
-        let mut end = self.open(self.home(who), 0..3, 0..3, &mut open);
+        let mut lists = self.open(self.home(who), 0..3, 0..3);
         let [x, y] = self.relative_positions(self.at(who, time));
         let mut worst = 0.0_f64;
-        let mut begin = 0;
-        while begin < end {
-            let entry = open[begin % RING];
-            let (cell, other) = (entry / TAG, entry as u32);
-            let disk = &self.all[other as usize];
-            open[end % RING] = (cell * TAG) | u64::from(disk.next);
-            end += usize::from(disk.next != NONE);
-            begin += 1;
-            let at = vector![x[cell as usize % 4], y[cell as usize / 4 % 4]];
+        while let Some((other, cell, disk)) = lists.next(&self.all) {
             if other != who {
+                let at = vector![x[cell % 4], y[cell / 4]];
                 worst = worst.max(distance(other) - (at - self.motion.at(disk, time)).norm());
             }
         }

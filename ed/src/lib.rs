@@ -38,6 +38,7 @@ mod disk;
 mod engine;
 mod error;
 mod levels;
+mod lists;
 mod motion;
 pub mod plain;
 mod predict;

@@ -1,0 +1,57 @@
+//! The disks of several cells.
+
+use crate::cells::NONE;
+use crate::disk::Disk;
+
+/// More lists than are ever open at a time: those of four by four cells.
+const RING: usize = 16;
+
+/// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in a ring. One loop over
+/// all has one end to be foreseen. Two arrays, so that nothing has to be packed and unpacked.
+pub(crate) struct Lists {
+    disks: [u32; RING],
+    cells: [u32; RING],
+    begin: usize,
+    end: usize,
+}
+
+impl Lists {
+    pub(crate) fn new() -> Self {
+        Self {
+            disks: [NONE; RING],
+            cells: [0; RING],
+            begin: 0,
+            end: 0,
+        }
+    }
+
+    /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its cell, below 16, is
+    /// told with its disks.
+    #[inline(always)]
+    pub(crate) fn open(&mut self, first: u32, cell: usize, wanted: bool) {
+        self.disks[self.end % RING] = first;
+        self.cells[self.end % RING] = cell as u32;
+        self.end += usize::from(first != NONE) & usize::from(wanted);
+    }
+
+    /// The next disk of any list, with its number and that of its cell.
+    #[inline(always)]
+    pub(crate) fn next<'a>(&mut self, all: &'a [Disk]) -> Option<(u32, usize, &'a Disk)> {
+        if self.begin == self.end {
+            return None;
+        }
+        let (who, cell) = (self.disks[self.begin % RING], self.cells[self.begin % RING]);
+        let disk = &all[who as usize];
+        self.disks[self.end % RING] = disk.next;
+        self.cells[self.end % RING] = cell;
+        self.end += usize::from(disk.next != NONE);
+        self.begin += 1;
+        Some((who, cell as usize % RING, disk))
+    }
+
+    /// How many disks there were so far.
+    #[inline(always)]
+    pub(crate) fn followed(&self) -> u64 {
+        self.begin as u64
+    }
+}
