@@ -87,10 +87,12 @@ fn windings_add_up_to_the_displacements() {
             .map(|b| b.velocity.norm())
             .sum::<f64>();
         let step = 0.45 * lengths.min() / speed;
+        let mut wound = false;
         for i in 1..=400 {
             let before = gas.state.clone();
             gas = leg(gas, 1.0, f64::from(i) * step);
             plain = leg(plain, 1.0, f64::from(i) * step);
+            wound |= gas.windings.iter().any(|winding| *winding != [0, 0]);
             for (sum, (now, then)) in sums
                 .iter_mut()
                 .zip(gas.state.bodies.iter().zip(&before.bodies))
@@ -105,7 +107,8 @@ fn windings_add_up_to_the_displacements() {
         assert_eq!(gas.state.bodies, plain.state.bodies);
         assert_eq!(gas.tally, plain.tally);
         assert!(plain.windings.is_empty());
-        assert!(gas.windings.iter().any(|w| *w != [0, 0]) || count == 400);
+        // Somebody has been around a small box, if perhaps back again.
+        assert!(wound || count == 400);
     }
 }
 

@@ -419,7 +419,7 @@ impl Buckets {
 impl Calendar for Buckets {
     fn new(agenda: &impl Agenda) -> Self {
         let rate = rate(entries(agenda).map(|entry| entry.time).collect());
-        let buckets = (agenda.disks() as usize / 4).next_power_of_two().max(16);
+        let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
         let mut calendar = Self {
             inverse_width: 1.0,
             ring: memory::filled(Bucket([0; 16]), buckets),
