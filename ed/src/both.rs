@@ -5,7 +5,7 @@ use stosszahl_model::{Field, Plane, Sizes};
 use wide::f64x2;
 
 use crate::cells::NONE;
-use crate::disk::{Disks, VOID};
+use crate::disk::Disks;
 use crate::lists::Lists;
 
 /// Columns and rows around two cells that are next to each other.
@@ -110,18 +110,6 @@ impl<F: Field<Plane>> Disks<F> {
         self.expect_contact(first, clock + limit[0], best[0].to_bits() as u32);
         self.expect_contact(second, clock + limit[1], best[1].to_bits() as u32);
         Some(lists.followed() + twice)
-    }
-
-    #[inline(always)]
-    fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
-        let partner_count = self
-            .all
-            .get(partner as usize)
-            .map_or(VOID, |disk| disk.count);
-        let disk = &mut self.all[who as usize];
-        disk.contact = contact;
-        disk.partner = partner;
-        disk.partner_count = partner_count;
     }
 }
 

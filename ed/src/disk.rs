@@ -36,7 +36,7 @@ pub(crate) struct Disk {
 }
 
 /// The count of no disk.
-pub(crate) const VOID: u16 = 0;
+const VOID: u16 = 0;
 
 impl Disk {
     pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
@@ -62,8 +62,6 @@ pub(crate) struct Disks<F> {
     pub(crate) cells: Cells,
     /// Coarser grids, if sizes differ much.
     levels: Option<Levels>,
-    /// Whether the disks do not fit into the caches near the processor.
-    far_from_processor: bool,
 }
 
 /// Disks that fit into a second-level cache of today, at a cache line each.
@@ -110,7 +108,6 @@ impl<F: Field<Plane>> Disks<F> {
             motion,
             cells,
             levels,
-            far_from_processor: count > NEAR,
         };
         for &(_, index) in &order {
             let (position, velocity, _) = body(index as usize);
@@ -318,13 +315,20 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
-            let partner_count = self.all[partner as usize].count;
-            let disk = &mut self.all[who as usize];
             // An overlap by rounding gives a time just before now.
-            disk.contact = disk.clock + wait.max(0.0);
-            disk.partner = partner;
-            disk.partner_count = partner_count;
+            let contact = self.all[who as usize].clock + wait.max(0.0);
+            self.expect_contact(who, contact, partner);
         }
+    }
+
+    /// Notes that a disk will touch another, or nobody, at a time.
+    #[inline(always)]
+    pub(crate) fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
+        let count = self.all.get(partner as usize).map(|disk| disk.count);
+        let disk = &mut self.all[who as usize];
+        disk.contact = contact;
+        disk.partner = partner;
+        disk.partner_count = count.unwrap_or(VOID);
     }
 
     /// [`Self::search`] in the finest grid.
@@ -546,7 +550,7 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
 
     #[inline]
     fn foresighted(&self) -> bool {
-        self.far_from_processor
+        self.all.len() > NEAR
     }
 
     #[inline]
@@ -578,9 +582,7 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
                     self.call_up_cells(partner.home);
                 }
             }
-            3 => {
-                memory::prefetch(&self.all, of.partner as usize);
-            }
+            3 => self.call_up(of.partner),
             _ => self.call_up(disk),
         }
     }
