@@ -1,10 +1,10 @@
 //! The next contacts of two disks that have just collided, found together.
 
 use nalgebra::Vector2;
-use stosszahl_model::{Field, Plane, Sizes};
+use stosszahl_model::{Field, Plane, Sizes, memory};
 use wide::f64x2;
 
-use crate::cells::NONE;
+use crate::cells::{NONE, line_of};
 use crate::disk::Disks;
 use crate::lists::Lists;
 
@@ -44,6 +44,7 @@ impl<F: Field<Plane>> Disks<F> {
             for (column, right) in columns.into_iter().enumerate() {
                 let cell = SIDE * row + column;
                 let first = self.cells.first((right + up) as usize);
+                memory::prefetch_next(&self.all, line_of(first));
                 lists.open(first, cell, any >> cell & 1 == 1);
             }
         }
@@ -51,14 +52,8 @@ impl<F: Field<Plane>> Disks<F> {
         let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
         let clock = a.clock;
         let width = self.cells.width();
-        let x = [
-            positions(a.position[0], width[0], right[0]),
-            positions(b.position[0], width[0], right[1]),
-        ];
-        let y = [
-            positions(a.position[1], width[1], up[0]),
-            positions(b.position[1], width[1], up[1]),
-        ];
+        let x = positions([a.position[0], b.position[0]], width[0], right);
+        let y = positions([a.position[1], b.position[1]], width[1], up);
         let velocity = [
             f64x2::new([a.velocity[0], b.velocity[0]]),
             f64x2::new([a.velocity[1], b.velocity[1]]),
@@ -77,10 +72,10 @@ impl<F: Field<Plane>> Disks<F> {
             twice += u64::from(shared >> cell & 1);
             let position: Vector2<f64> = self.motion.at(candidate, clock);
             let speed = self.motion.velocity(candidate, clock);
-            let (column, row) = (cell % SIDE, cell / SIDE);
+            let (column, row) = (cell % SIDE, cell / SIDE % SIDE);
             let separation = [
-                f64x2::new([x[0][column], x[1][column]]) - f64x2::splat(position[0]),
-                f64x2::new([y[0][row], y[1][row]]) - f64x2::splat(position[1]),
+                f64x2::new(x[column]) - f64x2::splat(position[0]),
+                f64x2::new(y[row]) - f64x2::splat(position[1]),
             ];
             let relative = [
                 velocity[0] - f64x2::splat(speed[0]),
@@ -96,30 +91,50 @@ impl<F: Field<Plane>> Disks<F> {
             let c =
                 separation[0] * separation[0] + separation[1] * separation[1] - distance_squared;
             let g = relative[0] * relative[0] + relative[1] * relative[1];
-            // Not a number where they miss each other.
-            let time = c / ((b * b - g * c).sqrt() - b);
-            let earlier = time.simd_lt(limit) & b.simd_lt(f64x2::ZERO);
-            limit = earlier.bitselect(time, limit);
+            // Not a number where they miss each other, or part.
+            let time = (c / ((b * b - g * c).sqrt() - b)) | b.simd_ge(f64x2::ZERO);
+            let earlier = time.simd_lt(limit);
+            limit = lesser(time, limit);
             best = earlier.bitselect(f64x2::splat(f64::from_bits(u64::from(disk))), best);
         }
-        let (limit, best) = (limit.to_array(), best.to_array());
+        let (limit, best) = (
+            limit.to_array(),
+            best.to_array().map(|best| best.to_bits() as u32),
+        );
         // Whether disks that touch slide along each other is left to the search for one.
         if limit[0] <= 0.0 || limit[1] <= 0.0 {
             return None;
         }
-        self.expect_contact(first, clock + limit[0], best[0].to_bits() as u32);
-        self.expect_contact(second, clock + limit[1], best[1].to_bits() as u32);
+        self.expect_contact(first, clock + limit[0], best[0]);
+        self.expect_contact(second, clock + limit[1], best[1]);
         Some(lists.followed() + twice)
     }
 }
 
-/// A coordinate relative to the corners of four columns, of which the three from `begin` are around its own.
+/// The lesser of two numbers; the second if the first is none.
 #[inline(always)]
-fn positions(here: f64, width: f64, begin: usize) -> [f64; SIDE] {
-    let mut relative = [f64::NAN; SIDE];
-    let begin = begin % 2;
-    relative[begin] = here + width;
-    relative[begin + 1] = here;
-    relative[begin + 2] = here - width;
+fn lesser(first: f64x2, second: f64x2) -> f64x2 {
+    let (first, second) = (first.to_array(), second.to_array());
+    let lesser = |lane: usize| {
+        if first[lane] < second[lane] {
+            first[lane]
+        } else {
+            second[lane]
+        }
+    };
+    f64x2::new([lesser(0), lesser(1)])
+}
+
+/// Coordinates of two disks relative to the corners of four columns, of which for each the three from where its own
+/// `begin` are around it.
+#[inline(always)]
+fn positions(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
+    let mut relative = [[f64::NAN; 2]; SIDE];
+    for of in 0..2 {
+        let begin = begin[of] % 2;
+        relative[begin][of] = here[of] + width;
+        relative[begin + 1][of] = here[of];
+        relative[begin + 2][of] = here[of] - width;
+    }
     relative
 }

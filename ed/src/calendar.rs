@@ -7,6 +7,8 @@ use std::hint::select_unpredictable;
 use binary_heap_plus::{BinaryHeap, MinComparator};
 use stosszahl_model::memory;
 
+use crate::foresight::{AHEAD, NAMES, Plan};
+
 /// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
@@ -53,8 +55,11 @@ pub trait Agenda {
         false
     }
 
-    /// An event of this disk comes up in so many buckets.
-    fn expect(&self, _disk: u32, _ahead: usize) {}
+    /// The events of these disks come up in so many buckets, before a time. The plan is kept for them until then.
+    fn expect(&self, _disks: &[u32], _ahead: usize, _before: f64, _plan: &mut Plan) {}
+
+    /// The event of this disk is among the next few.
+    fn line_up(&self, _disk: u32) {}
 
     /// Somebody will ask for the time of this disk.
     fn call_up(&self, _disk: u32) {}
@@ -159,6 +164,8 @@ pub struct Buckets {
     /// the first `waits`.
     waiting: [(u64, u32); WAITING],
     waits: usize,
+    /// For the next buckets, by their numbers in turn.
+    plans: [Plan; AHEAD],
     /// Disks named in the ring and the spill.
     near: usize,
     /// Events popped since the current bucket was that of number `since`.
@@ -183,7 +190,7 @@ impl Soon {
 
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct Bucket([u32; 16]);
+struct Bucket([u32; NAMES]);
 
 /// Events that a bucket should hold.
 const LOAD: f64 = 8.0;
@@ -196,9 +203,6 @@ const FEW: usize = 24;
 
 /// Events that are compared at a time, without asking how many there are.
 const BLOCK: usize = 4;
-
-/// Buckets ahead that disks are called up.
-const AHEAD: usize = 4;
 
 /// Entries of the far list ahead that disks are called up.
 const LOOK_AHEAD: usize = 16;
@@ -351,9 +355,17 @@ impl Buckets {
             let mask = self.ring.len() - 1;
             memory::prefetch(&self.ring, (slot + AHEAD + 2) & mask);
             for ahead in (1..=AHEAD).rev() {
-                for &disk in self.named((slot + ahead) & mask) {
-                    agenda.expect(disk, ahead);
-                }
+                let number = self.current + ahead as u64;
+                let before = (number + 1) as f64 / self.inverse_width;
+                let slot = (slot + ahead) & mask;
+                let bucket = &self.ring[slot].0;
+                let named = &bucket[..usize::from(self.counts[slot]).min(bucket.len())];
+                agenda.expect(
+                    named,
+                    ahead,
+                    before,
+                    &mut self.plans[number as usize % AHEAD],
+                );
             }
         }
         let count = usize::from(std::mem::take(&mut self.counts[slot]));
@@ -372,15 +384,10 @@ impl Buckets {
         true
     }
 
-    /// The disks that a bucket names.
-    fn named(&self, slot: usize) -> &[u32] {
-        let bucket = &self.ring[slot].0;
-        &bucket[..usize::from(self.counts[slot]).min(bucket.len())]
-    }
-
     /// Lines up the event of a disk named in the current bucket, unless it is stale.
     #[inline(always)]
     fn admit(&mut self, disk: u32, agenda: &impl Agenda) {
+        agenda.line_up(disk);
         let time = agenda.time(disk);
         // A later event has an entry of its own.
         let due = (self.bucket(time) <= self.current) & time.is_finite();
@@ -422,7 +429,7 @@ impl Calendar for Buckets {
         let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
         let mut calendar = Self {
             inverse_width: 1.0,
-            ring: memory::filled(Bucket([0; 16]), buckets),
+            ring: memory::filled(Bucket([0; NAMES]), buckets),
             counts: memory::filled(0, buckets),
             current: 0,
             soon: Soon::NOTHING,
@@ -432,6 +439,7 @@ impl Calendar for Buckets {
             far: Vec::new(),
             waiting: [(0, 0); WAITING],
             waits: 0,
+            plans: [Plan::NOTHING; AHEAD],
             near: 0,
             popped: 0,
             since: 0,

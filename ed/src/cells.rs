@@ -6,6 +6,13 @@ use stosszahl_model::memory;
 /// No disk.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// Index of a disk for calling up its record; that of no disk is just before the first one, where there is no other
+/// page to be looked for.
+#[inline(always)]
+pub(crate) fn line_of(disk: u32) -> usize {
+    disk as i32 as usize
+}
+
 /// Coordinates of a cell.
 pub(crate) type Cell = [u16; 2];
 
@@ -31,7 +38,7 @@ pub(crate) struct Cells {
     width: Vector2<f64>,
     lengths: Vector2<f64>,
     narrow: bool,
-    /// Share of a column in the place of a cell in memory; the one before the first and the one after
+    /// Share of a column in the place of a cell in memory; the two before the first and the two after
     /// the last are their periodic images, or the one beyond the wall.
     columns: Vec<u32>,
     /// The same for rows.
@@ -83,11 +90,11 @@ impl Cells {
         let around = |axis: usize, part: &dyn Fn(u32) -> u32| {
             let last = u32::from(counts[axis]) - 1;
             let (before, after) = if periodic[axis] {
-                (last, [0, 1.min(last)])
+                ([last.saturating_sub(1), last], [0, 1.min(last)])
             } else {
-                (last + 1, [last + 1; 2])
+                ([last + 1; 2], [last + 1; 2])
             };
-            std::iter::once(before)
+            (before.into_iter())
                 .chain(0..=last)
                 .chain(after)
                 .map(part)
@@ -125,7 +132,7 @@ impl Cells {
     #[inline]
     pub(crate) fn place(&self, cell: Cell, right: usize, up: usize) -> usize {
         let [x, y] = cell.map(usize::from);
-        (self.columns[x + right] + self.rows[y + up]) as usize
+        (self.columns[x + right + 1] + self.rows[y + up + 1]) as usize
     }
 
     /// Places in memory of the cells around one are the sums of one of three for the column and one of three
@@ -133,11 +140,24 @@ impl Cells {
     #[inline(always)]
     pub(crate) fn around(&self, cell: Cell) -> ([u32; 3], [u32; 3]) {
         let [x, y] = cell.map(usize::from);
-        let (columns, rows) = (&self.columns[x..x + 3], &self.rows[y..y + 3]);
+        let (columns, rows) = (&self.columns[x + 1..x + 4], &self.rows[y + 1..y + 4]);
         (
             [columns[0], columns[1], columns[2]],
             [rows[0], rows[1], rows[2]],
         )
+    }
+
+    /// Places in memory of three cells side by side across an axis, the middle one of which is some steps from a cell
+    /// along it, two at most, forward or backward.
+    #[inline(always)]
+    pub(crate) fn across(&self, cell: Cell, axis: usize, steps: usize, forward: bool) -> [u32; 3] {
+        let parts = [&self.columns, &self.rows];
+        let (along, across) = (parts[axis % 2], parts[1 - axis % 2]);
+        let [along_its, across_its] = [cell[axis % 2], cell[1 - axis % 2]].map(usize::from);
+        let step = 2 + 2 * steps * usize::from(forward) - steps;
+        let place = along[along_its + step];
+        let across = &across[across_its + 1..across_its + 4];
+        [place + across[0], place + across[1], place + across[2]]
     }
 
     /// The same along an axis for the four columns or rows around two cells that are next to each other, and where
@@ -160,7 +180,7 @@ impl Cells {
         let begin = [usize::from(step < 0), usize::from(step > 0)];
         let least = usize::from(if step < 0 { second[axis] } else { first[axis] });
         let parts = if axis == 0 { &self.columns } else { &self.rows };
-        let parts = &parts[least..least + 4];
+        let parts = &parts[least + 1..least + 5];
         Some(([parts[0], parts[1], parts[2], parts[3]], begin))
     }
 
@@ -194,11 +214,11 @@ impl Cells {
     #[inline]
     pub(crate) fn beyond(&self, number: u16, axis: usize, forward: bool) -> (u16, bool) {
         let last = self.counts[axis] - 1;
-        match forward {
-            true if number == last => (0, true),
-            true => (number + 1, false),
-            false if number == 0 => (last, true),
-            false => (number - 1, false),
+        let next = number.wrapping_add(2 * u16::from(forward)).wrapping_sub(1);
+        if next > last {
+            (if forward { 0 } else { last }, true)
+        } else {
+            (next, false)
         }
     }
 

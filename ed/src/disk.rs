@@ -1,13 +1,14 @@
 //! The disks in their cells: where they are, and what happens to each next.
 
-use std::ops::Range;
+use std::hint::select_unpredictable;
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::{Domain, Field, Plane, Sizes, memory};
 
 use crate::calendar::Agenda;
-use crate::cells::{Cell, Cells, NONE};
+use crate::cells::{Cell, Cells, NONE, line_of};
 use crate::contact::Candidates;
+use crate::foresight::Plan;
 use crate::levels::{self, Levels, Nearby};
 use crate::lists::Lists;
 use crate::motion::Motion;
@@ -168,7 +169,7 @@ impl<F: Field<Plane>> Disks<F> {
         let disk = &mut self.all[who as usize];
         self.motion.advance(disk, now);
         let forward = self.motion.goes_forward(disk, axis, width);
-        disk.position[axis] += if forward { -width } else { width };
+        disk.position[axis] += select_unpredictable(forward, -width, width);
         let (next, around) = self.cells.beyond(disk.home[axis], axis, forward);
         disk.home[axis] = next;
         self.enter(who);
@@ -257,17 +258,29 @@ impl<F: Field<Plane>> Disks<F> {
         -b <= 8.0 * f64::EPSILON * distance * relative.norm()
     }
 
-    /// Opens the lists of some of the cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and
-    /// cells by four times the row and the column.
+    /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and cells
+    /// by four times the row and the column.
     #[inline(always)]
-    fn open(&self, home: Cell, columns: Range<usize>, rows: Range<usize>) -> Lists {
+    fn open(&self, home: Cell) -> Lists {
         let (x, y) = self.cells.around(home);
         let mut lists = Lists::new();
-        for row in rows {
-            for column in columns.clone() {
-                let first = self.cells.first((x[column] + y[row]) as usize);
+        for (row, up) in y.into_iter().enumerate() {
+            for (column, right) in x.into_iter().enumerate() {
+                let first = self.cells.first((right + up) as usize);
                 lists.open(first, 4 * row + column, true);
             }
+        }
+        lists
+    }
+
+    /// Opens the lists of the three of them that are one step along an axis, forward or backward.
+    #[inline(always)]
+    fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool)) -> Lists {
+        let mut lists = Lists::new();
+        let begin = usize::from(forward) << (2 * axis + 1);
+        for (step, place) in (self.cells.across(home, axis, 1, forward).into_iter()).enumerate() {
+            let cell = begin + (step << (2 - 2 * axis));
+            lists.open(self.cells.first(place as usize), cell, true);
         }
         lists
     }
@@ -283,14 +296,13 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells around
-    /// it, or in the three of them `beyond` an axis, to the side 0 before or 2 after. The number of candidates
-    /// looked at.
+    /// it, or in the three of them `beyond` it along an axis, forward or backward. The number of candidates looked at.
     #[inline(always)]
     pub(crate) fn search<S: Sizes>(
         &mut self,
         candidates: &mut Candidates,
         who: u32,
-        beyond: Option<(usize, usize)>,
+        beyond: Option<(usize, bool)>,
         sizes: &S,
         tags: &[S::Tag],
     ) -> u64 {
@@ -337,15 +349,14 @@ impl<F: Field<Plane>> Disks<F> {
         &self,
         candidates: &mut Candidates,
         who: u32,
-        beyond: Option<(usize, usize)>,
+        beyond: Option<(usize, bool)>,
         sizes: &S,
         tags: &[S::Tag],
     ) -> (Option<(f64, u32)>, u64) {
         let home = self.home(who);
         let lists = match beyond {
-            None => self.open(home, 0..3, 0..3),
-            Some((0, side)) => self.open(home, side..side + 1, 0..3),
-            Some((_, side)) => self.open(home, 0..3, side..side + 1),
+            None => self.open(home),
+            Some(way) => self.open_beyond(home, way),
         };
         self.earliest(lists, candidates, who, sizes, tags)
     }
@@ -436,7 +447,7 @@ impl<F: Field<Plane>> Disks<F> {
             let mut more = false;
             while !more && let Some((other, cell, disk)) = lists.next(&self.all) {
                 let position = self.motion.at(disk, clock);
-                let separation = vector![x[cell % 4] - position[0], y[cell / 4] - position[1]];
+                let separation = vector![x[cell % 4] - position[0], y[cell / 4 % 4] - position[1]];
                 let relative = velocity - self.motion.velocity(disk, clock);
                 let square = distance(other) * distance(other);
                 more = candidates.add(other, separation, relative, square);
@@ -470,58 +481,16 @@ impl<F: Field<Plane>> Disks<F> {
             });
             return worst;
         }
-        let mut lists = self.open(self.home(who), 0..3, 0..3);
+        let mut lists = self.open(self.home(who));
         let [x, y] = self.relative_positions(self.at(who, time));
         let mut worst = 0.0_f64;
         while let Some((other, cell, disk)) = lists.next(&self.all) {
             if other != who {
-                let at = vector![x[cell % 4], y[cell / 4]];
+                let at = vector![x[cell % 4], y[cell / 4 % 4]];
                 worst = worst.max(distance(other) - (at - self.motion.at(disk, time)).norm());
             }
         }
         worst
-    }
-
-    /// Calls up the lists of the cells around one.
-    #[inline(always)]
-    fn call_up_cells(&self, home: Cell) {
-        let (x, y) = self.cells.around(home);
-        for row in y {
-            self.cells.prefetch((x[0] + row) as usize);
-            self.cells.prefetch((x[2] + row) as usize);
-        }
-    }
-
-    /// Calls up the first disks of the cells around one.
-    #[inline(always)]
-    fn call_up_neighbours(&self, home: Cell) {
-        let (x, y) = self.cells.around(home);
-        for row in y {
-            for column in x {
-                let first = self.cells.first((column + row) as usize);
-                memory::prefetch(&self.all, first as usize);
-            }
-        }
-    }
-
-    /// Calls up the first disks of the three cells beyond the boundary that a disk is about to cross, from where it
-    /// looks there: those two cells away. Also the first of its own cell, whose list it leaves.
-    #[inline(always)]
-    fn call_up_beyond(&self, home: Cell, axis: usize, forward: bool) {
-        let own = self.cells.first(self.cells.place(home, 1, 1));
-        memory::prefetch(&self.all, own as usize);
-        let mut cell = home;
-        (cell[axis], _) = self.cells.beyond(home[axis], axis, forward);
-        let (x, y) = self.cells.around(cell);
-        let side = if forward { 2 } else { 0 };
-        for step in 0..3 {
-            let place = if axis == 0 {
-                x[side] + y[step]
-            } else {
-                x[step] + y[side]
-            };
-            memory::prefetch(&self.all, self.cells.first(place as usize) as usize);
-        }
     }
 
     /// Memory held \[bytes\].
@@ -554,37 +523,13 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
     }
 
     #[inline]
-    fn expect(&self, disk: u32, ahead: usize) {
-        let of = &self.all[disk as usize];
-        match ahead {
-            1 => {
-                let (exit, axis) = self.motion.exit(of, self.cells.width());
-                if of.contact > exit {
-                    self.call_up_beyond(of.home, axis, of.velocity[axis] > 0.0);
-                    return;
-                }
-                self.call_up_neighbours(of.home);
-                let partner = self.all.get(of.partner as usize);
-                if let Some(partner) = partner.filter(|partner| partner.count == of.partner_count) {
-                    self.call_up_neighbours(partner.home);
-                }
-            }
-            2 => {
-                let (exit, axis) = self.motion.exit(of, self.cells.width());
-                if of.contact > exit {
-                    let (mut cell, forward) = (of.home, of.velocity[axis] > 0.0);
-                    (cell[axis], _) = self.cells.beyond(cell[axis], axis, forward);
-                    self.call_up_cells(cell);
-                    return;
-                }
-                self.call_up_cells(of.home);
-                if let Some(partner) = self.all.get(of.partner as usize) {
-                    self.call_up_cells(partner.home);
-                }
-            }
-            3 => self.call_up(of.partner),
-            _ => self.call_up(disk),
-        }
+    fn expect(&self, disks: &[u32], ahead: usize, before: f64, plan: &mut Plan) {
+        self.foresee(disks, ahead, before, plan);
+    }
+
+    #[inline]
+    fn line_up(&self, disk: u32) {
+        memory::prefetch_next(&self.all, line_of(self.all[disk as usize].partner));
     }
 
     #[inline]
@@ -594,16 +539,16 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use stosszahl_model::{Body, Constant, Free, Monodisperse, Scene, Smooth, State};
 
     use super::*;
-    use crate::{Dissipation, Engine};
+    use crate::{Calendar, Dissipation, Engine};
 
     type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
-    /// 64 disks on a square lattice, with speeds of no pattern.
-    fn engine() -> Engine<Scenery> {
+    /// Unit disks on a square lattice, with speeds of no pattern.
+    pub(crate) fn lattice<Q: Calendar>(side: u32) -> Engine<Scenery, Q> {
         let scene = Scene {
             space: Plane,
             surface: Smooth,
@@ -615,16 +560,21 @@ mod tests {
             field: Free,
         };
         let body = |index: u32| {
-            let place = vector![f64::from(index % 8), f64::from(index / 8)] * 1.5;
-            let angle = f64::from(index * index);
+            let place = vector![f64::from(index % side), f64::from(index / side)] * 1.5;
+            let angle = f64::from(index) * f64::from(index);
             Body::new(place, vector![angle.sin(), angle.cos()])
         };
+        let length = 1.5 * f64::from(side);
         let start = State {
             time: 0.0,
-            domain: Domain::periodic(vector![12.0, 12.0]).expect("a box"),
-            bodies: (0..64).map(body).collect(),
+            domain: Domain::periodic(vector![length, length]).expect("a box"),
+            bodies: (0..side * side).map(body).collect(),
         };
         Engine::new(scene, Dissipation::Elastic, start).expect("an engine")
+    }
+
+    fn engine() -> Engine<Scenery> {
+        lattice(8)
     }
 
     /// A contact predicted before its partner counted all the way round is void.

@@ -46,7 +46,7 @@ impl Lists {
         self.cells[self.end % RING] = cell;
         self.end += usize::from(disk.next != NONE);
         self.begin += 1;
-        Some((who, cell as usize % RING, disk))
+        Some((who, cell as usize, disk))
     }
 
     /// How many disks there were so far.

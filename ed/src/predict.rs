@@ -16,7 +16,7 @@ where
     /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells
     /// around it, as [`Disks::search`].
     #[inline(always)]
-    pub(crate) fn search(&mut self, who: u32, beyond: Option<(usize, usize)>) {
+    pub(crate) fn search(&mut self, who: u32, beyond: Option<(usize, bool)>) {
         self.tally.predictions += self.disks.search(
             &mut self.candidates,
             who,
@@ -115,7 +115,7 @@ where
                 winding[axis] = winding[axis].wrapping_add(if forward { 1 } else { -1 });
             }
         }
-        self.search(who, Some((axis, if forward { 2 } else { 0 })));
+        self.search(who, Some((axis, forward)));
         self.schedule(who);
         if let Some(crossings) = self.progress.crossing(self.names.len()) {
             self.time = self.epoch + self.now / self.speed;

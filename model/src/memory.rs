@@ -6,25 +6,32 @@
     reason = "hints to the hardware and the kernel have no safe interface"
 )]
 
-/// Calls up an element that will be needed soon; instead of one beyond the end the last, so that nothing has to be
-/// foreseen.
+/// Calls up an element that will be needed soon; harmless where there is none, so that nobody has to ask.
 ///
 /// Into the second cache: the first one of some processors forgets requests when it has twenty under way.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
-        use std::hint::select_unpredictable;
-        let last = slice.len().saturating_sub(1);
-        let element = slice
-            .as_ptr()
-            .wrapping_add(select_unpredictable(index < last, index, last));
-        // SAFETY: a prefetch reads nothing that the program sees, and does nothing where there is no memory.
-        unsafe { _mm_prefetch::<_MM_HINT_T1>(element.cast()) };
-    }
+    request::<T, { std::arch::x86_64::_MM_HINT_T1 }>(slice, index);
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (slice, index);
+}
+
+/// Calls up an element that is needed next, into the first cache, as [`prefetch`] into the second.
+#[inline(always)]
+pub fn prefetch_next<T>(slice: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    request::<T, { std::arch::x86_64::_MM_HINT_T0 }>(slice, index);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn request<T, const HINT: i32>(slice: &[T], index: usize) {
+    let element = slice.as_ptr().wrapping_add(index);
+    // SAFETY: a prefetch reads nothing that the program sees, and does nothing where there is no memory.
+    unsafe { std::arch::x86_64::_mm_prefetch::<HINT>(element.cast()) };
 }
 
 /// An empty vector with room for `capacity` elements, on large pages where the system grants them: disks

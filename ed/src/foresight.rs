@@ -1,0 +1,262 @@
+//! What the next events will look at is called up from memory before their turn.
+
+use std::hint::select_unpredictable;
+
+use stosszahl_model::{Field, Plane, memory};
+
+use crate::cells::{Cell, line_of};
+use crate::disk::{Disk, Disks};
+
+/// Buckets ahead of their turn that disks are called up.
+pub(crate) const AHEAD: usize = 4;
+
+/// Disks that a bucket names at most.
+pub(crate) const NAMES: usize = 16;
+
+/// What the disks that a bucket names are about to do, as far as it can be told before, and told but once.
+///
+/// Contacts and crossings are listed apart: which of them comes up cannot be foreseen by the processor, and a wrong
+/// guess of it costs more than the sorting.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Disks that will touch others: the first `touching`.
+    contacts: [u32; NAMES],
+    touching: usize,
+    /// Disks that will go into the next cell: the first `leaving`.
+    crossings: [u32; NAMES],
+    leaving: usize,
+    /// Places of the cells whose lists each of these will follow.
+    followed: [[u32; 4]; NAMES],
+}
+
+impl Plan {
+    /// Of a bucket that names nobody.
+    pub(crate) const NOTHING: Self = Self {
+        contacts: [0; NAMES],
+        touching: 0,
+        crossings: [0; NAMES],
+        leaving: 0,
+        followed: [[0; 4]; NAMES],
+    };
+
+    fn contacts(&self) -> &[u32] {
+        &self.contacts[..self.touching.min(NAMES)]
+    }
+
+    fn followed(&self) -> &[[u32; 4]] {
+        &self.followed[..self.leaving.min(NAMES)]
+    }
+}
+
+impl<F: Field<Plane>> Disks<F> {
+    /// Looks ahead to the events of disks that come up in so many buckets, before a time. First their records are called
+    /// up; then partners and the cells around, which the records name; then the first disks of these.
+    #[inline(always)]
+    pub(crate) fn foresee(&self, disks: &[u32], ahead: usize, before: f64, plan: &mut Plan) {
+        match ahead {
+            AHEAD => {
+                for &disk in disks {
+                    memory::prefetch(&self.all, disk as usize);
+                }
+            }
+            3 => {
+                self.plan(disks, before, plan);
+                for &disk in plan.contacts() {
+                    let disk = &self.all[disk as usize];
+                    memory::prefetch(&self.all, line_of(disk.partner));
+                    self.call_up_cells(disk.home);
+                }
+                for places in plan.followed() {
+                    for &place in places {
+                        self.cells.prefetch(place as usize);
+                    }
+                }
+            }
+            2 => {
+                for &disk in plan.contacts() {
+                    self.call_up_cells(self.partner(disk).home);
+                }
+                for places in plan.followed() {
+                    for &place in places {
+                        self.call_up_first(place);
+                    }
+                }
+            }
+            _ => {
+                for &disk in plan.contacts() {
+                    self.call_up_neighbours(self.home(disk));
+                    self.call_up_neighbours(self.partner(disk).home);
+                }
+            }
+        }
+    }
+
+    /// Sorts disks by what they will do, and looks up the cells that those which leave their own will follow.
+    #[inline(always)]
+    fn plan(&self, disks: &[u32], before: f64, plan: &mut Plan) {
+        (plan.touching, plan.leaving) = (0, 0);
+        for &disk in disks {
+            let touches = self.all[disk as usize].contact < before;
+            plan.contacts[plan.touching % NAMES] = disk;
+            plan.crossings[plan.leaving % NAMES] = disk;
+            plan.touching += usize::from(touches);
+            plan.leaving += usize::from(!touches);
+        }
+        let crossings = plan.crossings.iter().zip(&mut plan.followed);
+        for (&disk, followed) in crossings.take(plan.leaving) {
+            let disk = &self.all[disk as usize];
+            let (axis, forward) = self.way_out(disk);
+            let [before, next, after] = self.cells.across(disk.home, axis, 2, forward);
+            *followed = [
+                before,
+                next,
+                after,
+                self.cells.place(disk.home, 1, 1) as u32,
+            ];
+        }
+    }
+
+    /// The partner of a disk; the disk itself if it has none, or one that has collided since.
+    #[inline(always)]
+    fn partner(&self, disk: u32) -> &Disk {
+        let own = &self.all[disk as usize];
+        match self.all.get(own.partner as usize) {
+            Some(partner) => select_unpredictable(partner.count == own.partner_count, partner, own),
+            None => own,
+        }
+    }
+
+    /// Which boundary of its cell a disk comes to first if it flies straight: the axis, and whether forward.
+    #[inline(always)]
+    fn way_out(&self, disk: &Disk) -> (usize, bool) {
+        let width = self.cells.width();
+        let forward = [0, 1].map(|axis| disk.velocity[axis] > 0.0);
+        let distance = [0, 1].map(|axis| {
+            let boundary = select_unpredictable(forward[axis], width[axis], 0.0);
+            (boundary - disk.position[axis]).abs()
+        });
+        let speed = disk.velocity.abs();
+        let second = distance[0] * speed[1] > distance[1] * speed[0];
+        let forward = select_unpredictable(second, forward[1], forward[0]);
+        (usize::from(second), forward)
+    }
+
+    /// Calls up the lists of the cells around one.
+    #[inline(always)]
+    fn call_up_cells(&self, home: Cell) {
+        let (x, y) = self.cells.around(home);
+        for row in y {
+            self.cells.prefetch((x[0] + row) as usize);
+            self.cells.prefetch((x[2] + row) as usize);
+        }
+    }
+
+    /// Calls up the first disks of the cells around one.
+    #[inline(always)]
+    fn call_up_neighbours(&self, home: Cell) {
+        let (x, y) = self.cells.around(home);
+        for row in y {
+            for column in x {
+                self.call_up_first(column + row);
+            }
+        }
+    }
+
+    /// Calls up the first disk of the cell at a place in memory.
+    #[inline(always)]
+    fn call_up_first(&self, place: u32) {
+        memory::prefetch(&self.all, line_of(self.cells.first(place as usize)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Vector2, vector};
+    use stosszahl_model::walls::Face;
+    use stosszahl_model::{Free, Wall, Walls};
+
+    use super::*;
+    use crate::disk::tests::lattice;
+    use crate::motion::Motion;
+    use crate::{Buckets, Sorted};
+
+    /// Disks all over a box, with speeds of no pattern.
+    fn scattered(lengths: [f64; 2], periodic: [bool; 2]) -> Disks<Free> {
+        let face = |around: bool| {
+            if around {
+                Face::Periodic
+            } else {
+                Face::Wall(Wall::specular())
+            }
+        };
+        let walls = Walls::<Plane>::new(&periodic.map(|around| [face(around); 2])).expect("walls");
+        let domain = walls.domain(Vector2::from(lengths)).expect("a box");
+        let body = |index: usize| {
+            let (number, angle) = (index as f64 + 0.5, (index * index) as f64);
+            let place = vector![0.618 * number % 1.0, 0.414 * number % 1.0];
+            let velocity = vector![angle.sin(), angle.cos()];
+            (Vector2::from(lengths).component_mul(&place), velocity, 0.5)
+        };
+        Disks::new(&domain, 0.5, 200, body, false, Motion::new(&Free, 1.0)).0
+    }
+
+    /// Boxes of one and two columns, and with walls, too.
+    #[test]
+    fn a_plan_names_the_cells_that_a_crossing_follows() {
+        let mut crossings = 0;
+        for lengths in [[30.0, 20.0], [1.5, 40.0], [40.0, 2.5], [2.5, 2.5]] {
+            for periodic in [[true, true], [true, false], [false, false]] {
+                let mut disks = scattered(lengths, periodic);
+                for who in 0..disks.all.len() as u32 {
+                    let mut plan = Plan::NOTHING;
+                    for ahead in (1..=AHEAD).rev() {
+                        disks.foresee(&[who], ahead, f64::NEG_INFINITY, &mut plan);
+                    }
+                    let disk = &disks.all[who as usize];
+                    let (time, axis) = disks.motion.exit(disk, disks.cells.width());
+                    let left = disks.cells.place(disk.home, 1, 1);
+                    let (forward, around) = disks.cross(who, axis, time);
+                    if around && !periodic[axis] {
+                        continue;
+                    }
+                    let (home, side) = (disks.home(who), 2 * usize::from(forward));
+                    let place = |step| match axis {
+                        0 => disks.cells.place(home, side, step) as u32,
+                        _ => disks.cells.place(home, step, side) as u32,
+                    };
+                    assert_eq!(
+                        plan.followed(),
+                        [[place(0), place(1), place(2), left as u32]]
+                    );
+                    crossings += 1;
+                }
+            }
+        }
+        assert!(crossings > 1500, "{crossings}");
+    }
+
+    #[test]
+    fn a_plan_tells_contacts_from_crossings() {
+        let disks = lattice::<Buckets>(8).disks;
+        let all: Vec<u32> = (0..NAMES as u32).collect();
+        let mut plan = Plan::NOTHING;
+        disks.foresee(&all, 3, 1.0, &mut plan);
+        let soon = |&disk: &u32| disks.all[disk as usize].contact < 1.0;
+        let (contacts, crossings): (Vec<u32>, Vec<u32>) = all.iter().partition(|&disk| soon(disk));
+        assert!(!contacts.is_empty() && !crossings.is_empty());
+        assert_eq!(plan.contacts(), contacts);
+        assert_eq!(&plan.crossings[..plan.leaving], crossings);
+    }
+
+    /// More disks than are near the processor.
+    #[test]
+    fn looking_ahead_changes_nothing() {
+        let mut ahead = lattice::<Buckets>(142);
+        let mut plain = lattice::<Sorted>(142);
+        assert!(crate::Agenda::foresighted(&ahead.disks));
+        ahead.advance(f64::INFINITY, 5000, &mut ()).expect("time");
+        plain.advance(f64::INFINITY, 5000, &mut ()).expect("time");
+        assert_eq!(ahead.tally().pushes, plain.tally().pushes);
+        assert_eq!(ahead.state().bodies, plain.state().bodies);
+    }
+}
