@@ -285,17 +285,18 @@ where
                 return Ok(true);
             };
             let disk = &self.disks.all[entry.disk as usize];
-            let (exit, axis) = self.disks.motion.exit(disk, width);
-            let contact = disk.contact <= exit;
-            if entry.time != if contact { disk.contact } else { exit } {
-                self.tally.stale += 1;
-                continue;
-            }
-            self.now = entry.time;
-            if !contact {
+            if entry.time != disk.contact {
+                let (exit, axis) = self.disks.motion.exit(disk, width);
+                if entry.time != exit {
+                    self.tally.stale += 1;
+                    continue;
+                }
+                debug_assert!(exit < disk.contact, "a contact was missed");
+                self.now = entry.time;
                 self.cross(entry.disk, axis)?;
                 continue;
             }
+            self.now = entry.time;
             let partner = disk.partner;
             match self.disks.all.get(partner as usize) {
                 Some(other) if other.count == disk.partner_count => {
