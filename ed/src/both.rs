@@ -111,7 +111,7 @@ impl<F: Field<Plane>> Disks<F> {
     }
 }
 
-/// The lesser of two numbers; the second if the first is none.
+/// The lesser of two numbers; the second if the first is none, on every processor.
 #[inline(always)]
 fn lesser(first: f64x2, second: f64x2) -> f64x2 {
     let (first, second) = (first.to_array(), second.to_array());
@@ -125,8 +125,8 @@ fn lesser(first: f64x2, second: f64x2) -> f64x2 {
     f64x2::new([lesser(0), lesser(1)])
 }
 
-/// Coordinates of two disks relative to the corners of four columns, of which for each the three from where its own
-/// `begin` are around it.
+/// Coordinates of two disks relative to the corners of four columns: for each disk of the three from its own `begin`,
+/// which are around it; of the fourth, not a number.
 #[inline(always)]
 fn positions(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
     let mut relative = [[f64::NAN; 2]; SIDE];

@@ -55,11 +55,12 @@ pub trait Agenda {
         false
     }
 
-    /// The events of these disks come up in so many buckets, before a time. The plan is kept for them until then.
-    fn expect(&self, _disks: &[u32], _ahead: usize, _before: f64, _plan: &mut Plan) {}
+    /// The events of these disks come up in so many buckets, the last of which ends at a time. The plan is kept for
+    /// them until then; after a jump of the calendar it may be that of others.
+    fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut Plan) {}
 
-    /// The event of this disk is among the next few.
-    fn line_up(&self, _disk: u32) {}
+    /// The present bucket names this disk: its partner is needed next.
+    fn call_up_partner(&self, _disk: u32) {}
 
     /// Somebody will ask for the time of this disk.
     fn call_up(&self, _disk: u32) {}
@@ -356,16 +357,12 @@ impl Buckets {
             memory::prefetch(&self.ring, (slot + AHEAD + 2) & mask);
             for ahead in (1..=AHEAD).rev() {
                 let number = self.current + ahead as u64;
-                let before = (number + 1) as f64 / self.inverse_width;
+                let end = (number + 1) as f64 / self.inverse_width;
                 let slot = (slot + ahead) & mask;
                 let bucket = &self.ring[slot].0;
                 let named = &bucket[..usize::from(self.counts[slot]).min(bucket.len())];
-                agenda.expect(
-                    named,
-                    ahead,
-                    before,
-                    &mut self.plans[number as usize % AHEAD],
-                );
+                let plan = &mut self.plans[number as usize % AHEAD];
+                agenda.expect(named, ahead, end, plan);
             }
         }
         let count = usize::from(std::mem::take(&mut self.counts[slot]));
@@ -387,7 +384,7 @@ impl Buckets {
     /// Lines up the event of a disk named in the current bucket, unless it is stale.
     #[inline(always)]
     fn admit(&mut self, disk: u32, agenda: &impl Agenda) {
-        agenda.line_up(disk);
+        agenda.call_up_partner(disk);
         let time = agenda.time(disk);
         // A later event has an entry of its own.
         let due = (self.bucket(time) <= self.current) & time.is_finite();

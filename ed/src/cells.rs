@@ -6,8 +6,7 @@ use stosszahl_model::memory;
 /// No disk.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Index of a disk for calling up its record; that of no disk is just before the first one, where there is no other
-/// page to be looked for.
+/// Index of a disk for calling up its record; that of no disk is just before the first one, as a rule on the same page.
 #[inline(always)]
 pub(crate) fn line_of(disk: u32) -> usize {
     disk as i32 as usize

@@ -277,9 +277,10 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool)) -> Lists {
         let mut lists = Lists::new();
-        let begin = usize::from(forward) << (2 * axis + 1);
-        for (step, place) in (self.cells.across(home, axis, 1, forward).into_iter()).enumerate() {
-            let cell = begin + (step << (2 - 2 * axis));
+        let [along, across] = if axis == 0 { [1, 4] } else { [4, 1] };
+        let places = self.cells.across(home, axis, 1, forward);
+        for (step, place) in places.into_iter().enumerate() {
+            let cell = 2 * usize::from(forward) * along + step * across;
             lists.open(self.cells.first(place as usize), cell, true);
         }
         lists
@@ -523,12 +524,12 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
     }
 
     #[inline]
-    fn expect(&self, disks: &[u32], ahead: usize, before: f64, plan: &mut Plan) {
-        self.foresee(disks, ahead, before, plan);
+    fn expect(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut Plan) {
+        self.foresee(disks, ahead, end, plan);
     }
 
     #[inline]
-    fn line_up(&self, disk: u32) {
+    fn call_up_partner(&self, disk: u32) {
         memory::prefetch_next(&self.all, line_of(self.all[disk as usize].partner));
     }
 

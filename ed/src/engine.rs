@@ -285,6 +285,7 @@ where
                 return Ok(true);
             };
             let disk = &self.disks.all[entry.disk as usize];
+            // Had the disk left its cell before its contact, that would have come up before.
             if entry.time != disk.contact {
                 let (exit, axis) = self.disks.motion.exit(disk, width);
                 if entry.time != exit {

@@ -7,7 +7,8 @@ use stosszahl_model::{Field, Plane, memory};
 use crate::cells::{Cell, line_of};
 use crate::disk::{Disk, Disks};
 
-/// Buckets ahead of their turn that disks are called up.
+/// Buckets ahead of their turn that disks are called up; what is done at each distance is told by
+/// [`Disks::foresee`].
 pub(crate) const AHEAD: usize = 4;
 
 /// Disks that a bucket names at most.
@@ -22,11 +23,9 @@ pub struct Plan {
     /// Disks that will touch others: the first `touching`.
     contacts: [u32; NAMES],
     touching: usize,
-    /// Disks that will go into the next cell: the first `leaving`.
-    crossings: [u32; NAMES],
-    leaving: usize,
-    /// Places of the cells whose lists each of these will follow.
+    /// Places of the cells whose lists a disk will follow that goes into the next cell: the first `leaving`.
     followed: [[u32; 4]; NAMES],
+    leaving: usize,
 }
 
 impl Plan {
@@ -34,9 +33,8 @@ impl Plan {
     pub(crate) const NOTHING: Self = Self {
         contacts: [0; NAMES],
         touching: 0,
-        crossings: [0; NAMES],
-        leaving: 0,
         followed: [[0; 4]; NAMES],
+        leaving: 0,
     };
 
     fn contacts(&self) -> &[u32] {
@@ -49,18 +47,19 @@ impl Plan {
 }
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Looks ahead to the events of disks that come up in so many buckets, before a time. First their records are called
-    /// up; then partners and the cells around, which the records name; then the first disks of these.
+    /// Looks ahead to the events of disks that come up in so many buckets, the last of which ends at a time. First their
+    /// records are called up; then partners and the cells around, which the records name; then the first disks of these.
     #[inline(always)]
-    pub(crate) fn foresee(&self, disks: &[u32], ahead: usize, before: f64, plan: &mut Plan) {
+    pub(crate) fn foresee(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut Plan) {
+        const { assert!(AHEAD == 4) };
         match ahead {
-            AHEAD => {
+            4 => {
                 for &disk in disks {
                     memory::prefetch(&self.all, disk as usize);
                 }
             }
             3 => {
-                self.plan(disks, before, plan);
+                self.plan(disks, end, plan);
                 for &disk in plan.contacts() {
                     let disk = &self.all[disk as usize];
                     memory::prefetch(&self.all, line_of(disk.partner));
@@ -91,25 +90,25 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Sorts disks by what they will do, and looks up the cells that those which leave their own will follow.
+    /// Sorts disks by whether they will touch others before a time, and looks up the cells that the rest will follow.
     #[inline(always)]
-    fn plan(&self, disks: &[u32], before: f64, plan: &mut Plan) {
+    fn plan(&self, disks: &[u32], end: f64, plan: &mut Plan) {
+        let mut crossings = [0; NAMES];
         (plan.touching, plan.leaving) = (0, 0);
         for &disk in disks {
-            let touches = self.all[disk as usize].contact < before;
+            let touches = self.all[disk as usize].contact < end;
             plan.contacts[plan.touching % NAMES] = disk;
-            plan.crossings[plan.leaving % NAMES] = disk;
+            crossings[plan.leaving % NAMES] = disk;
             plan.touching += usize::from(touches);
             plan.leaving += usize::from(!touches);
         }
-        let crossings = plan.crossings.iter().zip(&mut plan.followed);
-        for (&disk, followed) in crossings.take(plan.leaving) {
+        for (&disk, followed) in crossings.iter().zip(&mut plan.followed).take(plan.leaving) {
             let disk = &self.all[disk as usize];
             let (axis, forward) = self.way_out(disk);
-            let [before, next, after] = self.cells.across(disk.home, axis, 2, forward);
+            let [before, beside, after] = self.cells.across(disk.home, axis, 2, forward);
             *followed = [
                 before,
-                next,
+                beside,
                 after,
                 self.cells.place(disk.home, 1, 1) as u32,
             ];
@@ -176,6 +175,7 @@ mod tests {
     use stosszahl_model::{Free, Wall, Walls};
 
     use super::*;
+    use crate::cells::NONE;
     use crate::disk::tests::lattice;
     use crate::motion::Motion;
     use crate::{Buckets, Sorted};
@@ -241,14 +241,35 @@ mod tests {
         let all: Vec<u32> = (0..NAMES as u32).collect();
         let mut plan = Plan::NOTHING;
         disks.foresee(&all, 3, 1.0, &mut plan);
-        let soon = |&disk: &u32| disks.all[disk as usize].contact < 1.0;
-        let (contacts, crossings): (Vec<u32>, Vec<u32>) = all.iter().partition(|&disk| soon(disk));
+        let (contacts, crossings): (Vec<u32>, Vec<u32>) =
+            (all.iter()).partition(|&&disk| disks.all[disk as usize].contact < 1.0);
         assert!(!contacts.is_empty() && !crossings.is_empty());
         assert_eq!(plan.contacts(), contacts);
-        assert_eq!(&plan.crossings[..plan.leaving], crossings);
+        let left = crossings.iter().map(|&disk| disks.home(disk));
+        let left: Vec<u32> = left
+            .map(|home| disks.cells.place(home, 1, 1) as u32)
+            .collect();
+        let own: Vec<u32> = plan.followed().iter().map(|places| places[3]).collect();
+        assert_eq!(own, left);
     }
 
-    /// More disks than are near the processor.
+    #[test]
+    fn a_partner_counts_until_it_collides() {
+        let mut disks = lattice::<Buckets>(8).disks;
+        let is = |disks: &Disks<Free>, who: u32| {
+            std::ptr::eq(disks.partner(0), &raw const disks.all[who as usize])
+        };
+        (disks.all[0].partner, disks.all[0].partner_count) = (5, disks.all[5].count);
+        assert!(is(&disks, 5));
+        disks.meet(5, 0.0);
+        assert!(is(&disks, 0));
+        disks.all[0].partner = NONE;
+        assert!(is(&disks, 0));
+        disks.all[0].partner = disks.all.len() as u32;
+        assert!(is(&disks, 0), "a wall");
+    }
+
+    /// More disks than are near the processor, so that every place that is looked up is in range.
     #[test]
     fn looking_ahead_changes_nothing() {
         let mut ahead = lattice::<Buckets>(142);

@@ -1,6 +1,6 @@
 //! What the language does not say about memory: large pages, and calling up lines ahead of their use.
 //!
-//! The only unsafe code of the engines. Both operations are hints that change no value.
+//! The only unsafe code of the engines. All of it is hints that change no value.
 #![allow(
     unsafe_code,
     reason = "hints to the hardware and the kernel have no safe interface"
@@ -11,27 +11,26 @@
 /// Into the second cache: the first one of some processors forgets requests when it has twenty under way.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
-    #[cfg(target_arch = "x86_64")]
-    request::<T, { std::arch::x86_64::_MM_HINT_T1 }>(slice, index);
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (slice, index);
+    request::<T, 2>(slice, index);
 }
 
 /// Calls up an element that is needed next, into the first cache, as [`prefetch`] into the second.
 #[inline(always)]
 pub fn prefetch_next<T>(slice: &[T], index: usize) {
-    #[cfg(target_arch = "x86_64")]
-    request::<T, { std::arch::x86_64::_MM_HINT_T0 }>(slice, index);
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (slice, index);
+    request::<T, 3>(slice, index);
 }
 
-#[cfg(target_arch = "x86_64")]
+/// Calls up an element into the first (3) or the second (2) cache, as processors number them.
 #[inline(always)]
-fn request<T, const HINT: i32>(slice: &[T], index: usize) {
-    let element = slice.as_ptr().wrapping_add(index);
-    // SAFETY: a prefetch reads nothing that the program sees, and does nothing where there is no memory.
-    unsafe { std::arch::x86_64::_mm_prefetch::<HINT>(element.cast()) };
+fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let element = slice.as_ptr().wrapping_add(index);
+        // SAFETY: a prefetch reads nothing that the program sees, and does nothing where there is no memory.
+        unsafe { std::arch::x86_64::_mm_prefetch::<CACHE>(element.cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
 }
 
 /// An empty vector with room for `capacity` elements, on large pages where the system grants them: disks
