@@ -1,5 +1,7 @@
 //! The next contacts of two disks that have just collided, found together.
 
+use std::hint::select_unpredictable;
+
 use nalgebra::Vector2;
 use stosszahl_model::{Field, Plane, Sizes, memory};
 use wide::f64x2;
@@ -39,6 +41,7 @@ impl<F: Field<Plane>> Disks<F> {
         let one = AROUND_ONE << (right[0] + SIDE * up[0]);
         let other = AROUND_ONE << (right[1] + SIDE * up[1]);
         let (any, shared) = (one | other, one & other);
+        let hidden = [self.hide(first), self.hide(second)];
         let mut lists = Lists::new();
         for (row, up) in rows.into_iter().enumerate() {
             for (column, right) in columns.into_iter().enumerate() {
@@ -47,6 +50,9 @@ impl<F: Field<Plane>> Disks<F> {
                 memory::prefetch_next(&self.all, line_of(first));
                 lists.open(first, cell, any >> cell & 1 == 1);
             }
+        }
+        for (place, first) in hidden.into_iter().rev() {
+            self.cells.set_first(place, first);
         }
 
         let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
@@ -93,6 +99,8 @@ impl<F: Field<Plane>> Disks<F> {
             let g = relative[0] * relative[0] + relative[1] * relative[1];
             // Not a number where they miss each other, or part.
             let time = (c / ((b * b - g * c).sqrt() - b)) | b.simd_ge(f64x2::ZERO);
+            // Nor after its own next contact, when it looks around itself.
+            let time = time | f64x2::splat(candidate.contact - clock).simd_lt(time);
             let earlier = time.simd_lt(limit);
             limit = lesser(time, limit);
             best = earlier.bitselect(f64x2::splat(f64::from_bits(u64::from(disk))), best);
@@ -108,6 +116,18 @@ impl<F: Field<Plane>> Disks<F> {
         self.expect_contact(first, clock + limit[0], best[0]);
         self.expect_contact(second, clock + limit[1], best[1]);
         Some(lists.followed() + twice)
+    }
+
+    /// Takes a disk out of the list of its cell if it is the first there, as it is no candidate for itself: the place of
+    /// the list, and its first disk, to be put back.
+    #[inline(always)]
+    fn hide(&mut self, who: u32) -> (usize, u32) {
+        let disk = &self.all[who as usize];
+        let place = self.cells.place(disk.home, 1, 1);
+        let first = self.cells.first(place);
+        let rest = select_unpredictable(first == who, disk.next, first);
+        self.cells.set_first(place, rest);
+        (place, first)
     }
 }
 

@@ -59,11 +59,10 @@ pub trait Agenda {
     /// them until then; after a jump of the calendar it may be that of others.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut Plan) {}
 
-    /// The present bucket names this disk: its partner is needed next.
-    fn call_up_partner(&self, _disk: u32) {}
-
-    /// Somebody will ask for the time of this disk.
-    fn call_up(&self, _disk: u32) {}
+    /// The present bucket names this disk: its partner is needed next. The partner's number, or that of anybody.
+    fn call_up_partner(&self, disk: u32) -> usize {
+        disk as usize
+    }
 }
 
 /// A priority queue of events.
@@ -75,7 +74,8 @@ pub trait Calendar: Sized {
     /// A calendar that holds the events of all disks.
     fn new(agenda: &impl Agenda) -> Self;
 
-    /// Adds an event, not earlier than the last one popped.
+    /// Adds the next event of a disk, in place of the one before if that did not come up; not earlier than the last one
+    /// popped. At an infinite time there is none.
     fn push(&mut self, entry: Entry);
 
     /// Takes the earliest event if it is not later than `until`.
@@ -119,7 +119,9 @@ impl Calendar for Sorted {
     }
 
     fn push(&mut self, entry: Entry) {
-        self.0.insert(entry);
+        if entry.time.is_finite() {
+            self.0.insert(entry);
+        }
     }
 
     fn pop(&mut self, until: f64, _agenda: &impl Agenda) -> Option<Entry> {
@@ -138,16 +140,18 @@ impl Calendar for Sorted {
 /// A ring of time buckets.
 ///
 /// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that names
-/// disks but no times, so that filing an event waits for nothing: the line is only written to. When it becomes the current one, each of its disks is asked for the time of its
-/// event, which also tells the stale ones, and those of this bucket are lined up. An event of the
-/// current bucket joins them, one beyond the ring goes to the far list, which is looked through four
-/// times a turn, and one that finds its bucket full to a heap. As the disks of the next buckets are
-/// known, they are called up from memory before their turn.
+/// disks but no times, so that filing an event waits for nothing: the line is only written to. When it becomes the
+/// current one, the time of each of its disks is looked up, which also tells the stale ones, and those of this bucket
+/// are lined up. An event of the current bucket joins them, one beyond the ring goes to the far list, which is
+/// looked through four times a turn, and one that finds its bucket full to a heap. As the disks of the next buckets
+/// are known, they are called up from memory before their turn.
 ///
 /// Nothing is allocated in steady state. The width is chosen anew when the mean load of a bucket leaves
 /// its bounds: a cooling gas slows down by orders of magnitude.
 pub struct Buckets {
     inverse_width: f64,
+    /// Time of the next event of each disk; infinite if it has none.
+    times: Vec<f64>,
     ring: Vec<Bucket>,
     /// How many disks each bucket names.
     counts: Vec<u8>,
@@ -205,7 +209,7 @@ const FEW: usize = 24;
 /// Events that are compared at a time, without asking how many there are.
 const BLOCK: usize = 4;
 
-/// Entries of the far list ahead that disks are called up.
+/// Entries of the far list ahead that times are called up.
 const LOOK_AHEAD: usize = 16;
 
 /// Events that may wait for their buckets.
@@ -216,6 +220,21 @@ impl Buckets {
     fn bucket(&self, time: f64) -> u64 {
         // By way of a signed number, which is what processors convert to.
         (time * self.inverse_width) as i64 as u64
+    }
+
+    /// What times of the current bucket and of those before it, over the width, are below, and those of later buckets
+    /// are not; infinite if there are none later.
+    fn end(&self) -> f64 {
+        if self.current >= i64::MAX as u64 {
+            return f64::INFINITY;
+        }
+        let end = (self.current + 1) as f64;
+        // Large numbers are rounded.
+        if end as u64 > self.current {
+            end
+        } else {
+            end.next_up()
+        }
     }
 
     fn mask(&self) -> u64 {
@@ -273,15 +292,15 @@ impl Buckets {
     }
 
     /// Moves what has come near from the far list into the ring, and drops what is stale.
-    fn refile(&mut self, agenda: &impl Agenda) {
+    fn refile(&mut self) {
         let length = self.ring.len() as u64;
         let mut kept = 0;
         for place in 0..self.far.len() {
             if let Some(later) = self.far.get(place + LOOK_AHEAD) {
-                agenda.call_up(later.disk);
+                memory::prefetch(&self.times, later.disk as usize);
             }
             let entry = self.far[place];
-            if agenda.time(entry.disk) != entry.time {
+            if self.times[entry.disk as usize] != entry.time {
                 continue;
             }
             if self.bucket(entry.time).saturating_sub(self.current) >= length {
@@ -295,7 +314,7 @@ impl Buckets {
     }
 
     /// Files all events anew, with the width for `LOAD` events a bucket at the given rate.
-    fn rebuild(&mut self, rate: f64, agenda: &impl Agenda) {
+    fn rebuild(&mut self, rate: f64) {
         self.counts.fill(0);
         self.soon = Soon::NOTHING;
         self.few = 0;
@@ -307,22 +326,27 @@ impl Buckets {
         self.inverse_width = rate.min(1e300) / LOAD;
         self.current = self.bucket(self.last_time);
         (self.popped, self.since) = (0, self.current);
-        for entry in entries(agenda) {
-            self.file(entry);
+        for disk in 0..self.times.len() {
+            let time = self.times[disk];
+            if time.is_finite() {
+                let disk = disk as u32;
+                self.file(Entry { time, disk });
+            }
         }
     }
 
     /// Goes to the next bucket; false if there is no event at all.
+    #[inline(always)]
     fn turn(&mut self, agenda: &impl Agenda) -> bool {
         self.settle();
         if self.near == 0 {
             // What is stale may be the earliest.
             self.far
-                .retain(|entry| agenda.time(entry.disk) == entry.time);
+                .retain(|entry| self.times[entry.disk as usize] == entry.time);
             // Most events beyond the ring: it turns too fast.
             if self.far.len() > self.ring.len() / 8 {
                 let waits = self.far.iter().map(|entry| entry.time - self.last_time);
-                self.rebuild(rate(waits.collect()), agenda);
+                self.rebuild(rate(waits.collect()));
                 if self.near + self.waits + self.few > 0 {
                     return true;
                 }
@@ -332,7 +356,7 @@ impl Buckets {
             };
             self.current = self.bucket(first.time).saturating_sub(1);
             (self.popped, self.since) = (0, self.current);
-            self.refile(agenda);
+            self.refile();
             self.settle();
         }
         self.current = self.current.saturating_add(1);
@@ -344,11 +368,11 @@ impl Buckets {
                 (self.popped, self.since) = (0, self.current);
                 let [least, most] = LOADS;
                 if load > most || (load > 0.0 && load < least && self.near > self.ring.len() / 8) {
-                    self.rebuild(load * self.inverse_width, agenda);
+                    self.rebuild(load * self.inverse_width);
                     return true;
                 }
             }
-            self.refile(agenda);
+            self.refile();
             self.settle();
         }
         let slot = (self.current & self.mask()) as usize;
@@ -362,13 +386,19 @@ impl Buckets {
                 let bucket = &self.ring[slot].0;
                 let named = &bucket[..usize::from(self.counts[slot]).min(bucket.len())];
                 let plan = &mut self.plans[number as usize % AHEAD];
+                if ahead == AHEAD {
+                    for &disk in named {
+                        memory::prefetch(&self.times, disk as usize);
+                    }
+                }
                 agenda.expect(named, ahead, end, plan);
             }
         }
+        let end = self.end();
         let count = usize::from(std::mem::take(&mut self.counts[slot]));
         self.near -= count;
         for place in 0..count {
-            self.admit(self.ring[slot].0[place], agenda);
+            self.admit(self.ring[slot].0[place], end, agenda);
         }
         while let Some(&(number, disk)) = self.spill.peek() {
             if number > self.current {
@@ -376,18 +406,22 @@ impl Buckets {
             }
             self.spill.pop();
             self.near -= 1;
-            self.admit(disk, agenda);
+            self.admit(disk, end, agenda);
         }
         true
     }
 
     /// Lines up the event of a disk named in the current bucket, unless it is stale.
     #[inline(always)]
-    fn admit(&mut self, disk: u32, agenda: &impl Agenda) {
-        agenda.call_up_partner(disk);
-        let time = agenda.time(disk);
+    fn admit(&mut self, disk: u32, end: f64, agenda: &impl Agenda) {
+        memory::prefetch_next(&self.times, agenda.call_up_partner(disk));
+        let time = self.times[disk as usize];
         // A later event has an entry of its own.
-        let due = (self.bucket(time) <= self.current) & time.is_finite();
+        let due = if end < f64::INFINITY {
+            time * self.inverse_width < end
+        } else {
+            time < f64::INFINITY
+        };
         if self.few < FEW {
             self.soon.times[self.few] = if due { time.to_bits() } else { u64::MAX };
             self.soon.disks[self.few] = disk;
@@ -398,23 +432,26 @@ impl Buckets {
     }
 
     /// Place of the earliest event of `soon`, if that is not empty.
-    #[inline]
+    #[inline(always)]
     fn earliest(&self) -> Option<(usize, Entry)> {
         if self.few == 0 {
             return None;
         }
-        let (mut at, mut time, mut disk) = (0, u64::MAX, u32::MAX);
-        let blocks = self.soon.times.chunks_exact(BLOCK);
-        let blocks = blocks.zip(self.soon.disks.chunks_exact(BLOCK)).enumerate();
-        for (block, (times, disks)) in blocks.take(self.few.div_ceil(BLOCK)) {
-            for within in 0..BLOCK {
-                let (its, whose) = (times[within], disks[within]);
-                let earlier = (its < time) | ((its == time) & (whose < disk));
-                at = select_unpredictable(earlier, BLOCK * block + within, at);
-                time = select_unpredictable(earlier, its, time);
-                disk = select_unpredictable(earlier, whose, disk);
+        let (mut at, mut time, mut tie) = (0, u64::MAX, false);
+        let blocks = self.soon.times.chunks_exact(BLOCK).enumerate();
+        for (block, times) in blocks.take(self.few.div_ceil(BLOCK)) {
+            for (within, &its) in times.iter().enumerate() {
+                tie |= its == time;
+                at = select_unpredictable(its < time, BLOCK * block + within, at);
+                time = time.min(its);
             }
         }
+        let Soon { times, disks } = &self.soon;
+        if tie {
+            let simultaneous = (0..self.few).filter(|&place| times[place] == time);
+            at = simultaneous.min_by_key(|&place| disks[place]).unwrap_or(at);
+        }
+        let disk = disks[at];
         let time = f64::from_bits(time);
         Some((at, Entry { time, disk }))
     }
@@ -423,9 +460,12 @@ impl Buckets {
 impl Calendar for Buckets {
     fn new(agenda: &impl Agenda) -> Self {
         let rate = rate(entries(agenda).map(|entry| entry.time).collect());
+        let mut times = memory::reserved(agenda.disks() as usize);
+        times.extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
         let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
         let mut calendar = Self {
             inverse_width: 1.0,
+            times,
             ring: memory::filled(Bucket([0; NAMES]), buckets),
             counts: memory::filled(0, buckets),
             current: 0,
@@ -442,17 +482,20 @@ impl Calendar for Buckets {
             since: 0,
             last_time: 0.0,
         };
-        calendar.rebuild(rate, agenda);
+        calendar.rebuild(rate);
         calendar
     }
 
-    #[inline]
+    #[inline(always)]
     fn push(&mut self, entry: Entry) {
-        debug_assert!(entry.time.is_finite() && entry.time >= self.last_time);
-        self.file(entry);
+        debug_assert!(entry.time >= self.last_time);
+        self.times[entry.disk as usize] = entry.time;
+        if entry.time.is_finite() {
+            self.file(entry);
+        }
     }
 
-    #[inline]
+    #[inline(always)]
     fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry> {
         loop {
             let few = self.earliest();
@@ -488,6 +531,7 @@ impl Calendar for Buckets {
     fn bytes(&self) -> usize {
         self.ring.capacity() * size_of::<Bucket>()
             + self.counts.capacity()
+            + self.times.capacity() * size_of::<f64>()
             + (self.far.capacity() + self.crowd.capacity()) * size_of::<Entry>()
             + self.spill.capacity() * size_of::<(u64, u32)>()
     }
@@ -553,6 +597,10 @@ mod tests {
                 if stream.random_bool(0.5) {
                     changed.push(stream.random_range(0..disks));
                 }
+                if stream.random_bool(0.02) {
+                    // It has none until another brings one.
+                    wait = f64::INFINITY;
+                }
                 for disk in changed {
                     let again = Entry {
                         time: entry.time + wait,
@@ -579,6 +627,32 @@ mod tests {
         }
         let expected: Vec<u32> = (0..1000).filter(|&disk| disk != 500).chain([500]).collect();
         assert_eq!(found, expected);
+    }
+
+    /// The end of a bucket tells the same times from later ones as their numbers do, rounded and saturated ones too.
+    #[test]
+    fn a_bucket_ends_where_the_next_begins() {
+        let mut calendar = Buckets::new(&Times(vec![1.0]));
+        calendar.inverse_width = 1.0;
+        let numbers = (0..=63).map(|power| 1_u64 << power);
+        for number in numbers.chain([3, 1000, 5 << 51, i64::MAX as u64 - 1, i64::MAX as u64]) {
+            for current in [number - 1, number, number + 1] {
+                calendar.current = current.min(i64::MAX as u64);
+                let (end, near) = (calendar.end(), calendar.current as f64);
+                let times = [
+                    near - 1.5,
+                    near.next_down(),
+                    near,
+                    near.next_up(),
+                    near + 1.0,
+                ];
+                let far = [near + 2.0, 2.0 * near, 1e300, f64::MAX];
+                for time in times.into_iter().chain(far).filter(|&time| time >= 0.0) {
+                    let due = calendar.bucket(time) <= calendar.current;
+                    assert_eq!(time < end, due, "{time} {current}");
+                }
+            }
+        }
     }
 
     #[test]

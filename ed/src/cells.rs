@@ -227,12 +227,9 @@ impl Cells {
         let mut shift = Vector2::zeros();
         for axis in 0..2 {
             let count = self.around[axis];
-            let mut steps = i32::from(first[axis]) - i32::from(second[axis]);
-            if 2 * steps > count {
-                steps -= count;
-            } else if 2 * steps < -count {
-                steps += count;
-            }
+            let steps = i32::from(first[axis]) - i32::from(second[axis]);
+            let around = i32::from(2 * steps < -count) - i32::from(2 * steps > count);
+            let steps = steps + around * count;
             shift[axis] = f64::from(steps) * self.width[axis];
         }
         shift

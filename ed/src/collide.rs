@@ -18,6 +18,7 @@ where
     Q: Calendar,
 {
     /// Two disks collide.
+    #[inline(always)]
     pub(crate) fn collide(
         &mut self,
         first: u32,
@@ -95,7 +96,7 @@ where
     }
 
     /// The coefficient of restitution of a contact; `None` if that is elastic and smooth, whatever the scene says.
-    #[inline]
+    #[inline(always)]
     fn restitution(&mut self, pair: [u32; 2], approach: f64) -> Option<f64> {
         let law = |scene: &P| Some(scene.restitution().normal(approach.max(0.0)));
         match self.dissipation {

@@ -125,7 +125,7 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// The grid that a disk is listed in, and the place of its list there.
-    #[inline]
+    #[inline(always)]
     fn listed(&mut self, who: u32) -> (&mut Cells, usize) {
         let home = self.home(who);
         match &mut self.levels {
@@ -163,6 +163,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Moves a disk into the next cell along an axis at the given time; whether it went forward, and across the
     /// boundary of the box.
+    #[inline(always)]
     pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> (bool, bool) {
         self.leave(who);
         let width = self.cells.width()[axis];
@@ -194,11 +195,12 @@ impl<F: Field<Plane>> Disks<F> {
         self.motion.advance(&mut self.all[who as usize], time);
     }
 
-    /// Brings a disk up to date for a contact, and counts it.
+    /// Brings a disk up to date for a contact, and counts it. Its next one is not known then.
     #[inline(always)]
     pub(crate) fn meet(&mut self, who: u32, time: f64) {
         let disk = &mut self.all[who as usize];
         self.motion.advance(disk, time);
+        disk.contact = f64::INFINITY;
         disk.count = disk.count.wrapping_add(1);
         if disk.count == VOID {
             self.count_again(who);
@@ -337,11 +339,13 @@ impl<F: Field<Plane>> Disks<F> {
     /// Notes that a disk will touch another, or nobody, at a time.
     #[inline(always)]
     pub(crate) fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
-        let count = self.all.get(partner as usize).map(|disk| disk.count);
+        let known = (partner as usize) < self.all.len();
+        let other = select_unpredictable(known, partner, who);
+        let count = self.all[other as usize].count;
         let disk = &mut self.all[who as usize];
         disk.contact = contact;
         disk.partner = partner;
-        disk.partner_count = count.unwrap_or(VOID);
+        disk.partner_count = select_unpredictable(known, count, VOID);
     }
 
     /// [`Self::search`] in the finest grid.
@@ -378,7 +382,9 @@ impl<F: Field<Plane>> Disks<F> {
         self.around_levels(who, own.clock, radius, false, |other, separation| {
             let distance = radius + sizes.radius(tags[other as usize]);
             let relative = own.velocity - self.velocity(other, own.clock);
-            candidates.add(other, separation, relative, distance * distance);
+            let until_its_own = self.all[other as usize].contact - own.clock;
+            let square = distance * distance;
+            candidates.add(other, separation, relative, square, until_its_own);
             predictions += 1;
             let found = candidates.earliest(limit, |_, b| self.slide(who, other, b, distance));
             if let Some((time, _)) = found {
@@ -451,7 +457,8 @@ impl<F: Field<Plane>> Disks<F> {
                 let separation = vector![x[cell % 4] - position[0], y[cell / 4 % 4] - position[1]];
                 let relative = velocity - self.motion.velocity(disk, clock);
                 let square = distance(other) * distance(other);
-                more = candidates.add(other, separation, relative, square);
+                let until_its_own = disk.contact - clock;
+                more = candidates.add(other, separation, relative, square, until_its_own);
             }
             let found =
                 candidates.earliest(limit, |other, b| self.slide(who, other, b, distance(other)));
@@ -529,13 +536,10 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
     }
 
     #[inline]
-    fn call_up_partner(&self, disk: u32) {
-        memory::prefetch_next(&self.all, line_of(self.all[disk as usize].partner));
-    }
-
-    #[inline]
-    fn call_up(&self, disk: u32) {
-        memory::prefetch(&self.all, disk as usize);
+    fn call_up_partner(&self, disk: u32) -> usize {
+        let line = line_of(self.all[disk as usize].partner);
+        memory::prefetch_next(&self.all, line);
+        line
     }
 }
 

@@ -65,7 +65,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Number of collisions at which the engine starts afresh.
     refresh: u64,
     /// Own time at which it does.
-    horizon: f64,
+    pub(crate) horizon: f64,
     pub(crate) progress: Progress,
     /// Own time in which a typical disk moves by its diameter, since the last fresh start.
     pub(crate) unit: f64,
@@ -263,63 +263,12 @@ where
     }
 
     /// The absolute time; not beyond the one asked for by rounding.
-    fn present(&self, until: f64) -> f64 {
+    pub(crate) fn present(&self, until: f64) -> f64 {
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
-    /// Advances to a time, or until there were `last` collisions in all.
-    fn advance_afresh(
-        &mut self,
-        until: f64,
-        last: u64,
-        watch: &mut impl Observe<P>,
-    ) -> Result<bool, EngineError> {
-        let end = (until - self.epoch) * self.speed;
-        let width = self.disks.cells.width();
-        while self.tally.collisions < last && self.now < self.horizon {
-            let Some(entry) = self.calendar.pop(end, &self.disks) else {
-                // A gas without events stays where it is rather than move for an infinite time.
-                if until.is_finite() {
-                    self.stop_at(until, end)?;
-                }
-                return Ok(true);
-            };
-            let disk = &self.disks.all[entry.disk as usize];
-            // Had the disk left its cell before its contact, that would have come up before.
-            if entry.time != disk.contact {
-                let (exit, axis) = self.disks.motion.exit(disk, width);
-                if entry.time != exit {
-                    self.tally.stale += 1;
-                    continue;
-                }
-                debug_assert!(exit < disk.contact, "a contact was missed");
-                self.now = entry.time;
-                self.cross(entry.disk, axis)?;
-                continue;
-            }
-            self.now = entry.time;
-            let partner = disk.partner;
-            match self.disks.all.get(partner as usize) {
-                Some(other) if other.count == disk.partner_count => {
-                    self.collide(entry.disk, partner, watch)?;
-                }
-                Some(_) => {
-                    self.tally.broken += 1;
-                    self.disks.advance(entry.disk, entry.time);
-                    self.predict(entry.disk);
-                }
-                None => {
-                    let what = partner - self.disks.all.len() as u32;
-                    self.rebound(entry.disk, what, until.is_finite())?;
-                }
-            }
-        }
-        self.time = self.present(until);
-        Ok(false)
-    }
-
     /// Stands at a time at which nothing happens.
-    fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
+    pub(crate) fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
         let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
         let diameter = 2.0 * self.scene.sizes().largest_radius();
         // Only a disk that is alone can fly so far without an event.

@@ -9,7 +9,8 @@
 //! * the box is divided into cells at least one diameter wide; a disk looks for partners in the nine
 //!   cells around it, and when it crosses into a cell, only in the three that are new to it;
 //! * each disk has exactly one event in the calendar, the earliest of its predicted contacts and its
-//!   next crossing. A contact is known to at least one of its partners; when the partner has meanwhile
+//!   next crossing. A contact is known to at least one of its partners, or will be: one that comes after the
+//!   next contact of the other disk is left to that disk, which looks anew then. When the partner has meanwhile
 //!   collided with another, the disk simply looks again at that moment;
 //! * the calendar ([`Buckets`]) is a ring of time buckets that name disks, one cache line each. Old events
 //!   are not removed but recognised when they come up: their disk's next event is at another time.
@@ -37,6 +38,7 @@ mod contact;
 mod disk;
 mod engine;
 mod error;
+mod events;
 mod foresight;
 mod levels;
 mod lists;

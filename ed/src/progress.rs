@@ -90,7 +90,7 @@ impl Progress {
     }
 
     /// One more crossing; how many since the last collision, if they are too many for so many disks.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn crossing(&mut self, disks: usize) -> Option<u64> {
         self.idle += 1;
         (self.idle > PATIENCE + 100 * disks as u64).then_some(self.idle)
@@ -107,7 +107,7 @@ impl Progress {
     }
 
     /// One more contact of so many; true if that is a collapse. With a wall, the partner is [`NONE`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn collision(&mut self, number: u64, latest: &Latest) -> bool {
         if latest.pair[1] != NONE {
             self.idle = 0;

@@ -1,0 +1,115 @@
+//! The loop over events, compiled twice: for any processor and for those with vector instructions of three operands.
+
+use stosszahl_model::{Observe, Physics, Plane};
+
+use crate::calendar::Calendar;
+use crate::engine::Engine;
+use crate::error::EngineError;
+
+impl<P, Q> Engine<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
+    /// Advances to a time, or until there were `last` collisions in all. True if the time was reached.
+    ///
+    /// The same bits on every processor: products and sums are never contracted.
+    pub(crate) fn advance_afresh(
+        &mut self,
+        until: f64,
+        last: u64,
+        watch: &mut impl Observe<P>,
+    ) -> Result<bool, EngineError> {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[allow(unsafe_code, reason = "the compiler does not see the question before")]
+            // SAFETY: the processor has these instructions.
+            return unsafe { self.events_with_avx2(until, last, watch) };
+        }
+        self.events(until, last, watch)
+    }
+
+    /// [`Self::events`], where everything that is inlined into it has fewer instructions to copy numbers.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn events_with_avx2(
+        &mut self,
+        until: f64,
+        last: u64,
+        watch: &mut impl Observe<P>,
+    ) -> Result<bool, EngineError> {
+        self.events(until, last, watch)
+    }
+
+    /// Event by event, to the horizon at most.
+    #[inline(always)]
+    fn events(
+        &mut self,
+        until: f64,
+        last: u64,
+        watch: &mut impl Observe<P>,
+    ) -> Result<bool, EngineError> {
+        let end = (until - self.epoch) * self.speed;
+        let width = self.disks.cells.width();
+        while self.tally.collisions < last && self.now < self.horizon {
+            let Some(entry) = self.calendar.pop(end, &self.disks) else {
+                // A gas without events stays where it is rather than move for an infinite time.
+                if until.is_finite() {
+                    self.stop_at(until, end)?;
+                }
+                return Ok(true);
+            };
+            let disk = &self.disks.all[entry.disk as usize];
+            // Had the disk left its cell before its contact, that would have come up before.
+            if entry.time != disk.contact {
+                let (exit, axis) = self.disks.motion.exit(disk, width);
+                if entry.time != exit {
+                    self.tally.stale += 1;
+                    continue;
+                }
+                debug_assert!(exit < disk.contact, "a contact was missed");
+                self.now = entry.time;
+                self.cross(entry.disk, axis)?;
+                continue;
+            }
+            self.now = entry.time;
+            let partner = disk.partner;
+            match self.disks.all.get(partner as usize) {
+                Some(other) if other.count == disk.partner_count => {
+                    self.collide(entry.disk, partner, watch)?;
+                }
+                Some(_) => {
+                    self.tally.broken += 1;
+                    self.disks.advance(entry.disk, entry.time);
+                    self.predict(entry.disk);
+                }
+                None => {
+                    let what = partner - self.disks.all.len() as u32;
+                    self.rebound(entry.disk, what, until.is_finite())?;
+                }
+            }
+        }
+        self.time = self.present(until);
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Buckets;
+    use crate::disk::tests::lattice;
+
+    /// Whatever the processor has.
+    #[test]
+    fn both_loops_give_the_same_bits() {
+        let (mut either, mut plain) = (lattice::<Buckets>(30), lattice::<Buckets>(30));
+        let last = 50_000;
+        either
+            .advance_afresh(f64::INFINITY, last, &mut ())
+            .expect("time");
+        plain.events(f64::INFINITY, last, &mut ()).expect("time");
+        assert_eq!(either.tally(), plain.tally());
+        assert_eq!(either.tally().collisions, last);
+        assert_eq!(either.state().bodies, plain.state().bodies);
+    }
+}
