@@ -1,6 +1,7 @@
 //! What the language does not say about memory: large pages, and calling up lines ahead of their use.
 //!
-//! The only unsafe code of the engines. All of it is hints that change no value.
+//! All of it is hints that change no value, and the only unsafe code of the engines but for the choice of instructions in
+//! the event-driven one.
 #![allow(
     unsafe_code,
     reason = "hints to the hardware and the kernel have no safe interface"
