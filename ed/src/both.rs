@@ -21,8 +21,8 @@ impl<F: Field<Plane>> Disks<F> {
     /// The number of candidates looked at, or `None` if that is too special a case for two at a time, and has to be
     /// done one by one.
     ///
-    /// The same contacts as of one by one, bit by bit: most disks around one are also around the other, so that
-    /// they are looked up once, and moved to the present once, for the two lanes of a vector. What is around
+    /// The same contacts as of one by one, bit by bit, for two that part: most disks around one are also around the other,
+    /// so that they are looked up once, and moved to the present once, for the two lanes of a vector. What is around
     /// one only is for the other at a position that is not a number, and never touches.
     #[inline(always)]
     pub(crate) fn search_both<S: Sizes>(
@@ -118,8 +118,8 @@ impl<F: Field<Plane>> Disks<F> {
         Some(lists.followed() + twice)
     }
 
-    /// Takes a disk out of the list of its cell if it is the first there, as it is no candidate for itself: the place of
-    /// the list, and its first disk, to be put back.
+    /// Takes a disk out of the list of its cell if it is the first there, as mostly it is: it is no candidate for itself, nor
+    /// for one that it parts from. The place of the list, and its first disk, to be put back.
     #[inline(always)]
     fn hide(&mut self, who: u32) -> (usize, u32) {
         let disk = &self.all[who as usize];

@@ -12,7 +12,7 @@ use crate::foresight::{AHEAD, NAMES, Plan};
 /// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// When, relative to the epoch of the engine \[time\]; finite, not negative.
+    /// When, relative to the epoch of the engine \[time\]; not negative, and finite if it is announced.
     pub time: f64,
     /// To whom.
     pub disk: u32,
@@ -59,7 +59,8 @@ pub trait Agenda {
     /// them until then; after a jump of the calendar it may be that of others.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut Plan) {}
 
-    /// The present bucket names this disk: its partner is needed next. The partner's number, or that of anybody.
+    /// The present bucket names this disk: its partner is needed next. The partner's number for whoever wants to call up
+    /// something else of it; beyond the disks if it has none.
     fn call_up_partner(&self, disk: u32) -> usize {
         disk as usize
     }
@@ -75,7 +76,7 @@ pub trait Calendar: Sized {
     fn new(agenda: &impl Agenda) -> Self;
 
     /// Adds the next event of a disk, in place of the one before if that did not come up; not earlier than the last one
-    /// popped. At an infinite time there is none.
+    /// popped. At an infinite time there is none. A disk whose event was popped gets its next one before the next pop.
     fn push(&mut self, entry: Entry);
 
     /// Takes the earliest event if it is not later than `until`.
@@ -222,18 +223,18 @@ impl Buckets {
         (time * self.inverse_width) as i64 as u64
     }
 
-    /// What times of the current bucket and of those before it, over the width, are below, and those of later buckets
-    /// are not; infinite if there are none later.
-    fn end(&self) -> f64 {
+    /// Where the next bucket begins, in widths: times over the width are below it just if their bucket is the current one or
+    /// before. Infinite if there is no next one.
+    fn next_begins(&self) -> f64 {
         if self.current >= i64::MAX as u64 {
             return f64::INFINITY;
         }
-        let end = (self.current + 1) as f64;
+        let next = (self.current + 1) as f64;
         // Large numbers are rounded.
-        if end as u64 > self.current {
-            end
+        if next as u64 > self.current {
+            next
         } else {
-            end.next_up()
+            next.next_up()
         }
     }
 
@@ -394,11 +395,11 @@ impl Buckets {
                 agenda.expect(named, ahead, end, plan);
             }
         }
-        let end = self.end();
+        let next_begins = self.next_begins();
         let count = usize::from(std::mem::take(&mut self.counts[slot]));
         self.near -= count;
         for place in 0..count {
-            self.admit(self.ring[slot].0[place], end, agenda);
+            self.admit(self.ring[slot].0[place], next_begins, agenda);
         }
         while let Some(&(number, disk)) = self.spill.peek() {
             if number > self.current {
@@ -406,19 +407,19 @@ impl Buckets {
             }
             self.spill.pop();
             self.near -= 1;
-            self.admit(disk, end, agenda);
+            self.admit(disk, next_begins, agenda);
         }
         true
     }
 
-    /// Lines up the event of a disk named in the current bucket, unless it is stale.
+    /// Lines up the event of a disk named in the current bucket, unless it is stale; with [`Self::next_begins`].
     #[inline(always)]
-    fn admit(&mut self, disk: u32, end: f64, agenda: &impl Agenda) {
+    fn admit(&mut self, disk: u32, next_begins: f64, agenda: &impl Agenda) {
         memory::prefetch_next(&self.times, agenda.call_up_partner(disk));
         let time = self.times[disk as usize];
         // A later event has an entry of its own.
-        let due = if end < f64::INFINITY {
-            time * self.inverse_width < end
+        let due = if next_begins < f64::INFINITY {
+            time * self.inverse_width < next_begins
         } else {
             time < f64::INFINITY
         };
@@ -459,9 +460,10 @@ impl Buckets {
 
 impl Calendar for Buckets {
     fn new(agenda: &impl Agenda) -> Self {
-        let rate = rate(entries(agenda).map(|entry| entry.time).collect());
         let mut times = memory::reserved(agenda.disks() as usize);
         times.extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
+        let waits = times.iter().copied().filter(|time: &f64| time.is_finite());
+        let rate = rate(waits.collect());
         let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
         let mut calendar = Self {
             inverse_width: 1.0,
@@ -624,6 +626,8 @@ mod tests {
         while let Some(entry) = calendar.pop(2.0, &times) {
             found.push(entry.disk);
             times.0[entry.disk as usize] = f64::INFINITY;
+            let (time, disk) = (f64::INFINITY, entry.disk);
+            calendar.push(Entry { time, disk });
         }
         let expected: Vec<u32> = (0..1000).filter(|&disk| disk != 500).chain([500]).collect();
         assert_eq!(found, expected);
@@ -638,7 +642,7 @@ mod tests {
         for number in numbers.chain([3, 1000, 5 << 51, i64::MAX as u64 - 1, i64::MAX as u64]) {
             for current in [number - 1, number, number + 1] {
                 calendar.current = current.min(i64::MAX as u64);
-                let (end, near) = (calendar.end(), calendar.current as f64);
+                let (next, near) = (calendar.next_begins(), calendar.current as f64);
                 let times = [
                     near - 1.5,
                     near.next_down(),
@@ -649,10 +653,25 @@ mod tests {
                 let far = [near + 2.0, 2.0 * near, 1e300, f64::MAX];
                 for time in times.into_iter().chain(far).filter(|&time| time >= 0.0) {
                     let due = calendar.bucket(time) <= calendar.current;
-                    assert_eq!(time < end, due, "{time} {current}");
+                    assert_eq!(time < next, due, "{time} {current}");
                 }
             }
         }
+    }
+
+    /// In the last of all buckets is what has an event, even where its number is beyond all numbers.
+    #[test]
+    fn the_last_bucket_has_all_events() {
+        let times = Times(vec![1e300, f64::INFINITY, 1.0, f64::INFINITY]);
+        let mut calendar = Buckets::new(&times);
+        calendar.inverse_width = 1e300;
+        calendar.current = i64::MAX as u64;
+        (calendar.few, calendar.soon) = (0, Soon::NOTHING);
+        for disk in 0..4 {
+            calendar.admit(disk, calendar.next_begins(), &times);
+        }
+        assert_eq!(calendar.few, 2);
+        assert_eq!(calendar.soon.disks[..2], [0, 2]);
     }
 
     #[test]

@@ -195,7 +195,7 @@ impl<F: Field<Plane>> Disks<F> {
         self.motion.advance(&mut self.all[who as usize], time);
     }
 
-    /// Brings a disk up to date for a contact, and counts it. Its next one is not known then.
+    /// Brings a disk up to date for a contact, and counts it. No contact is ahead of it then that others could leave to it.
     #[inline(always)]
     pub(crate) fn meet(&mut self, who: u32, time: f64) {
         let disk = &mut self.all[who as usize];
@@ -552,8 +552,8 @@ pub(crate) mod tests {
 
     type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
-    /// Unit disks on a square lattice, with speeds of no pattern.
-    pub(crate) fn lattice<Q: Calendar>(side: u32) -> Engine<Scenery, Q> {
+    /// Elastic unit disks in a square periodic box.
+    pub(crate) fn gas<Q: Calendar>(length: f64, bodies: Vec<Body<Scenery>>) -> Engine<Scenery, Q> {
         let scene = Scene {
             space: Plane,
             surface: Smooth,
@@ -564,18 +564,22 @@ pub(crate) mod tests {
             },
             field: Free,
         };
+        let start = State {
+            time: 0.0,
+            domain: Domain::periodic(vector![length, length]).expect("a box"),
+            bodies,
+        };
+        Engine::new(scene, Dissipation::Elastic, start).expect("an engine")
+    }
+
+    /// On a square lattice, with speeds of no pattern.
+    pub(crate) fn lattice<Q: Calendar>(side: u32) -> Engine<Scenery, Q> {
         let body = |index: u32| {
             let place = vector![f64::from(index % side), f64::from(index / side)] * 1.5;
             let angle = f64::from(index) * f64::from(index);
             Body::new(place, vector![angle.sin(), angle.cos()])
         };
-        let length = 1.5 * f64::from(side);
-        let start = State {
-            time: 0.0,
-            domain: Domain::periodic(vector![length, length]).expect("a box"),
-            bodies: (0..side * side).map(body).collect(),
-        };
-        Engine::new(scene, Dissipation::Elastic, start).expect("an engine")
+        gas(1.5 * f64::from(side), (0..side * side).map(body).collect())
     }
 
     fn engine() -> Engine<Scenery> {

@@ -65,7 +65,8 @@ where
         self.search(who, None);
     }
 
-    /// Predicts the next contact of a disk that is up to date, from nothing, and files it.
+    /// Predicts the next contact of a disk that is up to date, from nothing, and files it. Not so often that it pays to
+    /// compile it twice.
     #[inline(never)]
     pub(crate) fn predict(&mut self, who: u32) {
         // The search for two is faster even where it does the same for one twice.
@@ -130,13 +131,16 @@ where
 
 #[cfg(test)]
 mod tests {
-    use crate::disk::tests::lattice;
+    use nalgebra::vector;
+    use stosszahl_model::Body;
+
+    use crate::disk::tests::{gas, lattice};
     use crate::{Buckets, time_to_contact};
 
     use super::*;
 
     /// Two disks in cells next to each other that will touch before they leave these: one of them knows, or will look
-    /// around before. Over many moments of a gas; times are rounded to some 1e-15, a clock of 1e3 to 1e-13.
+    /// around before. Over many moments of a gas; times of some tens are rounded to 1e-14.
     #[test]
     fn every_contact_is_known_or_will_be() {
         let mut engine = lattice::<Buckets>(12);
@@ -166,6 +170,26 @@ mod tests {
             }
         }
         assert!(known > 5_000 && left > 3_000, "{known} {left}");
+    }
+
+    /// A disk falls towards one that a third hits before, or does not.
+    #[test]
+    fn a_contact_later_than_the_others_own_is_left_to_it() {
+        for (velocity, left) in [(-1.0, true), (1.0, false)] {
+            let bodies = vec![
+                Body::new(vector![10.0, 10.0], vector![0.0, 0.0]),
+                Body::new(vector![12.0, 10.0], vector![velocity, 0.0]),
+                Body::new(vector![9.9, 13.0], vector![0.0, -1.0]),
+            ];
+            let mut engine = gas::<Buckets>(20.0, bodies);
+            let disk = |name: u32| engine.names.iter().position(|&its| its == name);
+            let [hit, falls] = [0, 2].map(|name| disk(name).expect("a disk") as u32);
+            engine.look_around(falls);
+            let partner = engine.disks.all[falls as usize].partner;
+            assert_eq!(partner, if left { NONE } else { hit });
+            let known = engine.disks.all[hit as usize].contact.is_finite();
+            assert!(known || !left);
+        }
     }
 
     /// The joint search gives to two disks that part what the search for one gives to each, bit by bit.
