@@ -247,8 +247,12 @@ impl Buckets {
         self.ring.len() as u64 / 4
     }
 
+    /// Files an event, unless there is none.
     #[inline]
     fn file(&mut self, entry: Entry) {
+        if !entry.time.is_finite() {
+            return;
+        }
         let number = self.bucket(entry.time);
         if number <= self.current {
             self.line_up(entry);
@@ -329,10 +333,8 @@ impl Buckets {
         (self.popped, self.since) = (0, self.current);
         for disk in 0..self.times.len() {
             let time = self.times[disk];
-            if time.is_finite() {
-                let disk = disk as u32;
-                self.file(Entry { time, disk });
-            }
+            let disk = disk as u32;
+            self.file(Entry { time, disk });
         }
     }
 
@@ -492,9 +494,7 @@ impl Calendar for Buckets {
     fn push(&mut self, entry: Entry) {
         debug_assert!(entry.time >= self.last_time);
         self.times[entry.disk as usize] = entry.time;
-        if entry.time.is_finite() {
-            self.file(entry);
-        }
+        self.file(entry);
     }
 
     #[inline(always)]

@@ -267,19 +267,6 @@ where
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
-    /// Stands at a time at which nothing happens.
-    pub(crate) fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
-        let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
-        let diameter = 2.0 * self.scene.sizes().largest_radius();
-        // Only a disk that is alone can fly so far without an event.
-        if end * f64::EPSILON > diameter && moving() {
-            return Err(EngineError::BadTime { until });
-        }
-        self.now = self.now.max(end);
-        self.time = self.time.max(until);
-        Ok(())
-    }
-
     /// The gas at the present time.
     pub fn state(&self) -> State<P> {
         let mut bodies = vec![Body::new(Vector2::zeros(), Vector2::zeros()); self.names.len()];

@@ -1,6 +1,6 @@
 //! The loop over events, compiled twice: for any processor and for those with vector instructions of three operands.
 
-use stosszahl_model::{Observe, Physics, Plane};
+use stosszahl_model::{Observe, Physics, Plane, Sizes};
 
 use crate::calendar::Calendar;
 use crate::engine::Engine;
@@ -29,7 +29,8 @@ where
         self.events(until, last, watch)
     }
 
-    /// [`Self::events`], where everything that is inlined into it has fewer instructions to copy numbers.
+    /// [`Self::events`], where everything that is inlined into it has fewer instructions to copy numbers. What it calls
+    /// and is not inlined must not return a pair, or the compiler inlines nothing.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn events_with_avx2(
@@ -91,6 +92,19 @@ where
         }
         self.time = self.present(until);
         Ok(false)
+    }
+
+    /// Stands at a time at which nothing happens.
+    fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
+        let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
+        let diameter = 2.0 * self.scene.sizes().largest_radius();
+        // Only a disk that is alone can fly so far without an event.
+        if end * f64::EPSILON > diameter && moving() {
+            return Err(EngineError::BadTime { until });
+        }
+        self.now = self.now.max(end);
+        self.time = self.time.max(until);
+        Ok(())
     }
 }
 

@@ -170,7 +170,7 @@ fn disks_settle_in_a_heap() {
     )
     .expect("an engine");
     let begin = energy(&scene, &engine.state());
-    for _ in 0..10 {
+    for _ in 0..20 {
         engine.advance(40.0, 100_000, &mut ()).expect("no collapse");
         assert!(
             engine.worst_overlap() < 1e-12,
@@ -180,8 +180,7 @@ fn disks_settle_in_a_heap() {
     }
     let state = engine.state();
     println!("at {}: {begin} to {}", state.time, energy(&scene, &state));
-    // Heaps differ: of twelve such states 1e-4 to 8e-3 after half as many collisions.
-    assert!(state.temperature(&scene) < 1e-2);
+    assert!(state.temperature(&scene) < 1e-3);
     assert!(state.bodies.iter().all(|body| body.position[1] < 7.0));
     assert!(energy(&scene, &state) < 0.4 * begin);
 }
