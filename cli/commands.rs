@@ -1,341 +1,296 @@
 //! What each command does.
-//!
-//! A case is of one [`Kind`]; what `check` and `run` do with a kind is its `Job`, and this is the only place
-//! that chooses among them.
 
-mod flow;
-mod homogeneous;
-mod job;
-pub(crate) mod paired;
-
-use std::io;
-use std::io::Write as _;
-use std::path::PathBuf;
+use std::io::{self, IsTerminal, Write as _};
+use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-use stosszahl_dsmc::homogeneous::GasError;
-use stosszahl_model::initial::Arrangement;
-use stosszahl_model::snapshot::SnapshotError;
+use stosszahl::case::format::share;
+use stosszahl::case::{CaseError, CaseFile};
+use stosszahl::report::{Listing, ReportError, listing, write_report};
+use stosszahl::results::{Existing, ResultsError, Verdict, write_file};
+use stosszahl::study::frontier::{self, FrontierError, frontier};
+use stosszahl::study::plan::available_threads;
+use stosszahl::study::{self, Options, RunError, check, run_case};
 
-use crate::accuracy::AccuracyError;
-use crate::arguments::{
-    Arguments, Bench, BenchDsmc, BenchEd, BenchStart, CheckArguments, Command, FrontierArguments,
-    RunArguments, Stress, Validate,
-};
-use crate::bench::{self, BenchError};
-use crate::bench_mixture::{self, BenchMixture};
-use crate::case::{Case, CaseError, Kind};
-use crate::flow::FlowError;
-use crate::flow::case::Flow;
-use crate::frontier::{self, FrontierError};
-use crate::homogeneous::case::Case as HomogeneousCase;
-use crate::homogeneous::plan::PlanError;
-use crate::report;
-use crate::results::ResultsError;
-use crate::run::RunError;
-use crate::setup::SetupError;
-use crate::stress::{self, StressError};
-use crate::validate::{self, ValidateError};
+use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
+use crate::progress::Display;
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CommandError {
+enum CommandError {
     /// The case file or an override is refused.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The case is valid but cannot be started.
-    #[error("{}: {source}", path.display())]
-    Setup {
-        /// The case file.
-        path: PathBuf,
-        /// Why.
-        source: SetupError,
-    },
-    /// The case of a flow is valid but cannot be run.
-    #[error("{}: {source}", path.display())]
-    Flow {
-        /// The case file.
-        path: PathBuf,
-        /// Why.
-        source: FlowError,
-    },
-    /// The case of a gas without positions is valid but cannot be started.
-    #[error("{}: {source}", path.display())]
-    Plan {
-        /// The case file.
-        path: PathBuf,
-        /// Why.
-        source: PlanError,
-    },
-    /// The results folder cannot be used.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// `--threads 0`.
-    #[error("--threads {found}: allowed are 1 or more")]
-    Threads {
-        /// What was found.
-        found: usize,
-    },
-    /// A folder or file failed.
-    #[error("{}: {source}", path.display())]
-    Folder {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// Threads cannot be started.
-    #[error("threads: {0}")]
-    Pool(#[from] rayon::ThreadPoolBuildError),
     /// The run failed.
-    #[error("{}: {source}", folder.display())]
-    Run {
-        /// Results folder; checkpoints are kept there.
-        folder: PathBuf,
-        /// Why.
-        source: Box<RunError>,
-    },
-    /// A table or the manifest cannot be written.
     #[error(transparent)]
-    Export(#[from] SnapshotError),
-    /// A benchmark cannot run.
+    Run(#[from] RunError),
+    /// The report cannot be built.
     #[error(transparent)]
-    Bench(#[from] BenchError),
-    /// A gas without positions cannot be made or cannot go on.
-    #[error(transparent)]
-    Gas(#[from] GasError),
-    /// A hard case failed, or is unknown.
-    #[error(transparent)]
-    Stress(#[from] StressError),
-    /// A claim of the default scheme does not hold, or nothing could be measured.
-    #[error(transparent)]
-    Validate(#[from] ValidateError),
-    /// No resolution can be chosen.
-    #[error(transparent)]
-    Accuracy(#[from] AccuracyError),
+    Report(#[from] ReportError),
     /// A frontier cannot be measured.
     #[error(transparent)]
     Frontier(#[from] FrontierError),
-    /// The report cannot be built.
+    /// A share that is none.
+    #[error("--target-error {found}: allowed is a share such as 1% or 0.01, above 0 and below 1")]
+    Target {
+        /// What was written.
+        found: String,
+    },
+    /// A page cannot be written.
     #[error(transparent)]
-    Report(#[from] report::ReportError),
+    Results(#[from] ResultsError),
+    /// Standard output cannot be written.
+    #[error("standard output: {0}")]
+    Output(#[from] io::Error),
 }
 
 impl CommandError {
     /// 2: the input was refused; 130: stopped; 1: the run failed.
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Run { source, .. } if source.is_interruption() => 130,
-            Self::Run { source, .. } if source.is_foreign() => 2,
-            Self::Results(error) if !error.is_system() => 2,
-            Self::Frontier(error) if !error.is_refusal() => 1,
-            Self::Report(report::ReportError::Write { .. })
+            Self::Run(error) if error.is_interruption() => 130,
+            Self::Run(RunError::Results(error)) if !error.is_system() => 2,
+            Self::Frontier(error) if error.is_refusal() => 2,
+            Self::Case(_)
+            | Self::Target { .. }
+            | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
+            | Self::Report(ReportError::NoResults { .. }) => 2,
+            Self::Run(_)
+            | Self::Report(_)
+            | Self::Frontier(_)
             | Self::Results(_)
-            | Self::Folder { .. }
-            | Self::Pool(_)
-            | Self::Accuracy(AccuracyError::Run(_))
-            | Self::Run { .. }
-            | Self::Stress(StressError::Failed { .. })
-            | Self::Validate(
-                ValidateError::Failed { .. }
-                | ValidateError::Whole { .. }
-                | ValidateError::Trouble(_)
-                | ValidateError::Table(_)
-                | ValidateError::Folder { .. }
-                | ValidateError::Write(_),
-            )
-            | Self::Export(_) => 1,
-            _ => 2,
+            | Self::Output(_) => 1,
         }
     }
 }
 
-fn say(text: &str) {
-    // A closed standard output ends nothing.
-    let _ = writeln!(io::stdout(), "{text}");
+/// Writes a line to standard output.
+fn say(text: &str) -> io::Result<()> {
+    match writeln!(io::stdout(), "{text}") {
+        // A reader that has seen enough, such as `head`, ends nothing.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
 }
 
-fn note(text: &str) {
+/// Writes a line to standard error; a closed one ends nothing.
+pub fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Does what the command line asks.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
-        Command::Run(arguments) => run_case(&arguments),
-        Command::Check(arguments) => check(&arguments),
-        Command::Report { folder } => report::write_report(&folder)
+        Command::Run(arguments) => run(&arguments),
+        Command::Check { case } => outline(&case),
+        Command::Report { folder } => write_report(&folder)
             .map_err(CommandError::from)
-            .map(|path| say(&path.display().to_string())),
-        Command::Bench(Bench::Ed(arguments)) => bench_ed(&arguments),
-        Command::Bench(Bench::Dsmc(arguments)) => bench_dsmc(&arguments),
-        Command::Bench(Bench::Mixture(arguments)) => bench_mixture(&arguments),
-        Command::Stress(Stress::Ed(arguments)) => {
-            let cases = stress::cases();
-            stress::command(&cases, &arguments.cases, arguments.collisions, say)
-                .map_err(CommandError::from)
-        }
-        Command::Stress(Stress::Dsmc(arguments)) => {
-            let cases = stress::dsmc::cases();
-            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
-        }
-        Command::Stress(Stress::Mixture(arguments)) => {
-            let cases = stress::mixture_cases();
-            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
-        }
-        Command::Stress(Stress::Walls(arguments)) => {
-            let cases = stress::wall_cases();
-            stress::command(&cases, &arguments.cases, None, say).map_err(CommandError::from)
-        }
-        Command::Validate(arguments) => match arguments.engine {
-            Some(Validate::Dsmc(arguments)) => validate::command(&arguments, say),
-            None => validate::whole::command(&arguments.all, say),
-        }
-        .map_err(CommandError::from),
+            .and_then(|path| Ok(say(&path.display().to_string())?)),
+        Command::Schema => schema(),
         Command::Frontier(arguments) => measure_frontier(&arguments),
-        Command::Schema { kind } => {
-            say(&format!("{:#}", kind.schema().json()));
-            Ok(())
+    };
+    let Err(error) = done else {
+        return ExitCode::SUCCESS;
+    };
+    match &error {
+        CommandError::Case(error)
+        | CommandError::Run(RunError::Case(error))
+        | CommandError::Frontier(FrontierError::Invalid(error)) => {
+            note(&error.report(io::stderr().is_terminal()));
+        }
+        _ => explain(&error),
+    }
+    ExitCode::from(error.exit_code())
+}
+
+/// The error and its causes, each said once.
+fn explain(error: &CommandError) {
+    let mut said = error.to_string();
+    note(&format!("error: {said}"));
+    let mut cause = std::error::Error::source(error);
+    while let Some(deeper) = cause {
+        let text = deeper.to_string();
+        if !said.contains(&text) {
+            note(&format!("  because: {text}"));
+            said.push_str(&text);
+        }
+        cause = deeper.source();
+    }
+}
+
+fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
+    Ok(study::format().read(&arguments.case, &arguments.overrides())?)
+}
+
+fn schema() -> Result<(), CommandError> {
+    Ok(say(&format!("{:#}", study::format().json()))?)
+}
+
+fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
+    let file = read(arguments)?;
+    let threads = available_threads();
+    let outlines: Vec<_> = (check(&file)?.iter())
+        .map(|planned| planned.outline(threads))
+        .collect();
+    let mut seconds = 0.0;
+    for (number, outline) in outlines.iter().enumerate() {
+        if number == 0 {
+            say(&outline.title)?;
+        }
+        if !outline.point.is_empty() {
+            say(&format!("\n{}", outline.point))?;
+        }
+        for quantity in &outline.derived {
+            say(&format!(
+                "  {:<40} {} {}",
+                quantity.name.replace('_', " "),
+                figure(quantity.value),
+                quantity.unit
+            ))?;
+        }
+        say(&format!("  engines: {}", outline.engines.join(", ")))?;
+        say(&format!("  measures: {}", outline.measures.join(", ")))?;
+        say(&format!(
+            "  {} replicas, about {:.2} GiB of memory and {} on {threads} threads",
+            outline.replicas,
+            outline.cost.bytes / 1_073_741_824.0,
+            duration(outline.cost.seconds(threads))
+        ))?;
+        for warning in &outline.warnings {
+            say(&format!("  warning: {warning}"))?;
+        }
+        seconds += outline.cost.seconds(threads);
+    }
+    if outlines.len() > 1 {
+        let points = outlines.len();
+        say(&format!(
+            "\n{points} points, about {} in all",
+            duration(seconds)
+        ))?;
+    }
+    Ok(())
+}
+
+/// A duration in seconds, in words.
+fn duration(seconds: f64) -> String {
+    let whole = Duration::from_secs(seconds.clamp(1.0, 1e12).round() as u64);
+    humantime::format_duration(whole).to_string()
+}
+
+/// A number with six digits that are no more than needed.
+fn figure(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
+        format!("{value:.5e}")
+    } else {
+        let text = format!("{value:.6}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}
+
+fn run(arguments: &RunArguments) -> Result<(), CommandError> {
+    let file = read(&arguments.case)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // Without a handler an interrupt ends the run at once, which checkpoints survive.
+    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    let display = Display::new();
+    let options = Options {
+        out: arguments.out.clone(),
+        existing: match (arguments.resume, arguments.force) {
+            (true, _) => Existing::Resume,
+            (_, true) => Existing::Replace,
+            _ => Existing::Refuse,
+        },
+        threads: arguments.threads.map(usize::from),
+        force_memory: arguments.force_memory,
+        stop: &stop,
+        progress: &display,
+    };
+    let summary = match run_case(&file, &options) {
+        Ok(summary) => summary,
+        Err(error) => {
+            if error.is_interruption() {
+                note("stopped; --resume goes on from the checkpoints");
+            }
+            return Err(error.into());
         }
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            note(&format!("error: {error}"));
-            let mut said = error.to_string();
-            let mut cause = std::error::Error::source(&error);
-            while let Some(deeper) = cause {
-                let text = deeper.to_string();
-                // Transparent errors repeat what was said.
-                if !said.contains(&text) {
-                    note(&format!("  because: {text}"));
-                    said.push_str(&text);
-                }
-                cause = deeper.source();
-            }
-            if let CommandError::Run { folder, source } = &error
-                && source.is_interruption()
-            {
-                note(&format!("checkpoints are in {}", folder.display()));
-            }
-            ExitCode::from(error.exit_code())
+    for point in &summary.points {
+        if !point.name.is_empty() {
+            say(&format!("\n{}", point.name))?;
+        }
+        if point.was_complete {
+            say("complete already")?;
+        }
+        for verdict in &point.verdicts {
+            say(&line(verdict))?;
+        }
+        for text in point.choices.iter().chain(&point.warnings) {
+            say(&format!("note       {text}"))?;
         }
     }
+    if summary.is_sweep {
+        for point in &summary.points {
+            write_report(&point.folder)?;
+        }
+    }
+    Ok(say(&format!(
+        "{}",
+        write_report(&summary.folder)?.display()
+    ))?)
 }
 
-fn check(arguments: &CheckArguments) -> Result<(), CommandError> {
-    match Kind::of_file(&arguments.case.case)? {
-        Kind::Paired => job::check::<Case>(arguments),
-        Kind::Flow => job::check::<Flow>(arguments),
-        Kind::Homogeneous => job::check::<HomogeneousCase>(arguments),
-    }
-}
-
-fn run_case(arguments: &RunArguments) -> Result<(), CommandError> {
-    match Kind::of_file(&arguments.case.case)? {
-        Kind::Paired => job::run::<Case>(arguments),
-        Kind::Flow => job::run::<Flow>(arguments),
-        Kind::Homogeneous => job::run::<HomogeneousCase>(arguments),
-    }
+/// A verdict as one line.
+fn line(verdict: &Verdict) -> String {
+    format!("{:<10} {}", verdict.kind.name(), verdict.sentence)
 }
 
 fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
-    let setups = job::plans::<Case>(&arguments.case)?;
-    Ok(frontier::command(arguments, &setups, say, note)?)
-}
-
-fn bench_ed(arguments: &BenchEd) -> Result<(), CommandError> {
-    let disks = arguments.disks as usize;
-    let work = bench::EventDriven {
-        disks,
-        packing_fraction: arguments.packing_fraction,
-        restitution: arguments.restitution,
-        arrangement: match arguments.start {
-            BenchStart::Disordered => Arrangement::Disordered,
-            BenchStart::Hexagonal => Arrangement::Hexagonal,
-        },
-        equilibrate: arguments.equilibrate,
+    let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {
+        found: arguments.target_error.clone(),
+    })?;
+    let file = read(&arguments.case)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        let name = file.path.file_stem().unwrap_or_else(|| "case".as_ref());
+        let mut name = name.to_owned();
+        name.push("-frontier");
+        Path::new("results").join(name)
+    });
+    let kinds = match &arguments.quantity[..] {
+        [] => vec![frontier::Kind::Energy],
+        asked => asked.to_vec(),
     };
-    let all = if arguments.until.is_some() {
-        u64::MAX / 2
-    } else {
-        (5 * disks as u64).max(1_000_000)
+    let options = frontier::Options {
+        kinds,
+        target,
+        budget: arguments.budget.as_secs_f64().max(f64::MIN_POSITIVE),
+        cache: arguments.cache.clone().unwrap_or_else(|| folder.clone()),
+        folder,
+        threads: arguments
+            .threads
+            .map_or_else(available_threads, usize::from),
+        tests: arguments.tests,
+        force: arguments.force,
+        tell: &note,
     };
-    let collisions = arguments.collisions.unwrap_or(all);
-    let speed = work.prepare()?.time(collisions, arguments.until)?;
-    if arguments.json {
-        say(&serde_json::to_string(&speed).unwrap_or_default());
-    } else {
-        say(&format!(
-            "{} disks at packing {}, restitution {}: {:.4e} collisions/s of wall time, {:.4e} of CPU time \
-             ({} in {:.2} s); {:.0} bytes/disk; each collision {:.2} predictions, {:.2} pushes, {:.2} crossings, \
-             {:.2} stale, {:.2} broken",
-            disks,
-            work.packing_fraction,
-            work.restitution,
-            speed.collisions_per_second,
-            speed.collisions_per_cpu_second,
-            speed.collisions,
-            speed.seconds,
-            speed.bytes_per_disk,
-            speed.predictions_per_collision,
-            speed.pushes_per_collision,
-            speed.crossings_per_collision,
-            speed.stale_per_collision,
-            speed.broken_per_collision
-        ));
+    let found = frontier(&file, &options)?;
+    let sentences: Vec<String> = found
+        .sentences
+        .iter()
+        .map(|one| one.replace("**", ""))
+        .collect();
+    for sentence in &sentences {
+        say(sentence)?;
     }
-    Ok(())
-}
-
-fn bench_dsmc(arguments: &BenchDsmc) -> Result<(), CommandError> {
-    if arguments.threads == Some(0) {
-        return Err(CommandError::Threads { found: 0 });
-    }
-    let work = bench::MonteCarlo {
-        dimension: usize::from(arguments.dimension),
-        simulators: arguments.simulators as usize,
-        per_cell: arguments.per_cell,
-        collisions_per_step: arguments.collisions_per_step,
-        steps: arguments.steps,
-        free_flight: arguments.free_flight,
-    };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.unwrap_or(0))
-        .build()?;
-    let speed = pool.install(|| work.time())?;
-    if arguments.json {
-        say(&serde_json::to_string(&speed).unwrap_or_default());
-    } else {
-        say(&format!(
-            "{} simulators in {} cells, {} dimensions, {} threads: {:.4e} particle-steps/s of wall time, {:.4e} of CPU \
-             time ({} steps in {:.2} s); {:.4e} collisions/s, {:.4} a simulator and step, {:.4} of theory's rate, {:.2} \
-             trials each; {:.1} bytes/simulator",
-            speed.simulators,
-            speed.cells,
-            work.dimension,
-            pool.current_num_threads(),
-            speed.particle_steps_per_second,
-            speed.particle_steps_per_cpu_second,
-            speed.steps,
-            speed.seconds,
-            speed.collisions_per_second,
-            speed.collisions_per_step,
-            speed.collision_rate_over_theory,
-            speed.trials_per_collision,
-            speed.bytes_per_simulator
-        ));
-    }
-    Ok(())
-}
-
-fn bench_mixture(arguments: &BenchMixture) -> Result<(), CommandError> {
-    let speed = bench_mixture::measure(arguments)?;
-    if arguments.json {
-        say(&serde_json::to_string(&speed).unwrap_or_default());
-    } else {
-        say(&bench_mixture::words(&speed));
-    }
-    Ok(())
+    let lists: Vec<Listing<'_>> = (found.lists.iter())
+        .map(|one| (&*one.title, one.columns, &*one.rows))
+        .collect();
+    let title = format!("Speed against error: {}", found.title);
+    let page = listing(&title, &sentences, &[&found.figure], &lists);
+    let path = options.folder.join("frontier.html");
+    write_file(&path, page.as_bytes())?;
+    Ok(say(&format!("report: {}", path.display()))?)
 }

@@ -1,38 +1,33 @@
-//! Facade and command line of stosszahl.
+//! Granular gases, exact and by Monte Carlo: the door of the library.
 //!
-//! The physics lives in the crates that are re-exported here: [`model`] (what both engines share), [`ed`] (exact
-//! event-driven disks), [`dsmc`] (Monte Carlo collisions) and [`analysis`] (measurements and verdicts). This crate
-//! turns a case file into a run of them and a run into tables and a report: [`case`] reads, [`setup`] derives,
-//! [`dispatch`] chooses the types, [`run`] runs, [`export`] tabulates, [`verdicts`] says it in words, [`report`]
-//! draws it.
+//! [`prelude`] has what a program of one's own needs. The physics lives in the crates that are re-exported here:
+//! [`model`] (what all engines share), [`ed`] (exact event-driven disks), [`dsmc`] (Monte Carlo collisions) and
+//! [`analysis`] (estimators, theory, statistics); [`gas`] builds gases in a few lines; [`case`] reads case files,
+//! [`study`] runs them, [`results`] and [`report`] are what a run leaves. The command line stands on them as any
+//! program would.
+//!
+//! ```
+//! use stosszahl::prelude::*;
+//!
+//! let gas = Gas::disks(200).packing_fraction(0.25).restitution(0.9).seed(1).build()?;
+//! let mut exact = EventDriven::new(&gas)?;
+//! exact.equilibrate(10.0)?;
+//! let mut chaos = MonteCarlo::from_state(&exact.state(), Scheme::CONTACT_POINT)?; // the same microstate
+//! let mut impact = ImpactParameters::default();
+//! exact.advance(10.0, &mut impact)?;
+//! chaos.advance(10.0, &mut ())?;
+//! assert!(impact.collisions() > 1000 && exact.temperature() < 1.0);
+//! # Ok::<(), GasError>(())
+//! ```
+
+pub mod prelude;
 
 pub use stosszahl_analysis as analysis;
+pub use stosszahl_case as case;
 pub use stosszahl_dsmc as dsmc;
 pub use stosszahl_ed as ed;
+pub use stosszahl_gas as gas;
 pub use stosszahl_model as model;
-
-pub mod accuracy;
-pub mod arguments;
-pub mod bench;
-pub mod bench_mixture;
-pub mod case;
-pub mod commands;
-pub mod dispatch;
-mod displacement;
-mod driven;
-mod error_budget;
-pub mod export;
-pub mod flow;
-pub mod frontier;
-pub mod homogeneous;
-pub mod manifest;
-pub mod progress;
-pub mod report;
-pub mod results;
-pub mod run;
-pub mod setup;
-pub mod stress;
-pub mod tables;
-pub mod validate;
-pub mod verdicts;
-mod words;
+pub use stosszahl_report as report;
+pub use stosszahl_results as results;
+pub use stosszahl_study as study;

@@ -1,10 +1,13 @@
 //! The `stosszahl` command.
 
+mod arguments;
+mod commands;
+mod progress;
+
 use std::process::ExitCode;
 
 use clap::Parser;
-use stosszahl::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
-    commands::execute(Arguments::parse())
+    commands::execute(arguments::Arguments::parse())
 }

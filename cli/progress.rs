@@ -1,177 +1,109 @@
-//! Progress of long work: a bar on a terminal, plain lines elsewhere.
+//! Progress of long work on standard error: bars on a terminal, plain lines elsewhere.
 
-use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, LazyLock, Mutex};
-use std::thread;
+use std::io::{IsTerminal, Write as _};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use stosszahl::study::Progress;
 
-/// Steps of the bar.
+/// Steps of a bar.
 const STEPS: u64 = 10_000;
+/// Time between two plain lines.
+const LINE: Duration = Duration::from_secs(10);
 
-/// Seconds between plain lines.
-const LINE_SECONDS: u64 = 10;
-
-/// Bars of what runs side by side share the terminal.
-static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
-
-#[derive(Debug, Default)]
-struct Shared {
-    /// Share done of each job, in 1/STEPS.
-    shares: Mutex<Vec<Arc<AtomicU64>>>,
-    collisions: AtomicU64,
-    finished: AtomicBool,
+/// Shows how far the points of a run are.
+pub struct Display {
+    terminal: Option<MultiProgress>,
+    points: Mutex<Vec<Option<Point>>>,
 }
 
-/// One job's way to tell how far it is.
-#[derive(Clone, Debug)]
-pub struct JobProgress {
-    share: Arc<AtomicU64>,
-    all: Arc<Shared>,
+/// One point of a sweep, or the only one.
+struct Point {
+    name: String,
+    shares: Vec<f64>,
+    collisions: u64,
+    began: Instant,
+    shown: Instant,
+    bar: Option<ProgressBar>,
 }
 
-impl JobProgress {
-    /// Of a job that nobody asks about.
-    pub fn silent() -> Self {
+impl Display {
+    /// Shows progress on standard error.
+    pub fn new() -> Self {
         Self {
-            share: Arc::default(),
-            all: Arc::default(),
+            terminal: std::io::stderr().is_terminal().then(MultiProgress::new),
+            points: Mutex::default(),
         }
     }
 
-    /// Tells the share done, from 0 to 1, and how many collisions have happened since last told.
-    pub fn tell(&self, share: f64, collisions: u64) {
-        self.share.store(
-            (share.clamp(0.0, 1.0) * STEPS as f64) as u64,
-            Ordering::Relaxed,
-        );
-        self.all.collisions.fetch_add(collisions, Ordering::Relaxed);
-    }
-}
-
-/// Shows the progress of all jobs on standard error until it is dropped.
-pub struct Progress {
-    all: Arc<Shared>,
-    reporter: Option<thread::JoinHandle<()>>,
-}
-
-impl Progress {
-    /// Begins to show progress under a name.
-    pub fn start(name: &str) -> Self {
-        let all = Arc::new(Shared::default());
-        let (shared, name) = (Arc::clone(&all), name.to_owned());
-        let reporter = thread::Builder::new()
-            .name("progress".into())
-            .spawn(move || show(&shared, &name))
-            .ok();
-        Self { all, reporter }
-    }
-
-    /// Announces jobs.
-    pub fn jobs(&self, count: usize) -> Vec<JobProgress> {
-        let mut shares = self
-            .all
-            .shares
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        (0..count)
-            .map(|_| {
-                let share = Arc::new(AtomicU64::new(0));
-                shares.push(Arc::clone(&share));
-                JobProgress {
-                    share,
-                    all: Arc::clone(&self.all),
-                }
-            })
-            .collect()
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.all.finished.store(true, Ordering::Relaxed);
-        if let Some(reporter) = self.reporter.take() {
-            reporter.thread().unpark();
-            // A reporter that failed has nothing left to show.
-            let _ = reporter.join();
+    /// Does something with a point that has begun.
+    fn with(&self, number: usize, act: impl FnOnce(&mut Point)) {
+        let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(Some(point)) = points.get_mut(number) {
+            act(point);
         }
     }
 }
 
-impl Shared {
-    fn done(&self) -> u64 {
-        let shares = self
-            .shares
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        let total: u64 = shares
-            .iter()
-            .map(|share| share.load(Ordering::Relaxed))
-            .sum();
-        total / (shares.len() as u64).max(1)
-    }
-}
-
-fn show(all: &Shared, name: &str) {
-    let began = Instant::now();
-    let terminal = std::io::stderr().is_terminal();
-    let bar = if terminal {
-        BARS.add(ProgressBar::new(STEPS))
-    } else {
-        ProgressBar::hidden()
-    };
-    if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3}%  {msg}") {
-        bar.set_style(style);
-    }
-    bar.set_prefix(name.to_owned());
-    let mut next_line = LINE_SECONDS;
-    while !all.finished.load(Ordering::Relaxed) {
-        thread::park_timeout(Duration::from_millis(200));
-        let done = all.done();
-        let seconds = began.elapsed().as_secs_f64();
-        let share = done as f64 / STEPS as f64;
-        let rate = all.collisions.load(Ordering::Relaxed) as f64 / seconds;
-        let left = if share > 0.0 {
-            seconds * (1.0 - share) / share
-        } else {
-            f64::NAN
-        };
-        let message = format!("{} collisions/s, {} left", short(rate), duration(left));
-        bar.set_position(done);
-        bar.set_message(message.clone());
-        if !terminal && seconds >= next_line as f64 {
-            next_line = seconds as u64 + LINE_SECONDS;
-            // Losing a line of progress harms nothing.
-            let _ = writeln!(
-                std::io::stderr(),
-                "{name}: {:.1} % done, {message}",
-                100.0 * share
-            );
+impl Progress for Display {
+    fn begin(&self, number: usize, name: &str, parts: usize) {
+        let bar = self.terminal.as_ref().map(|all| {
+            let template = "{msg} {wide_bar} {percent:>3} %  {elapsed} of about {duration}";
+            let style = ProgressStyle::with_template(template);
+            let bar = all.add(ProgressBar::new(STEPS));
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_message(name.to_owned());
+            bar
+        });
+        let now = Instant::now();
+        let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
+        if points.len() <= number {
+            points.resize_with(number + 1, || None);
         }
+        points[number] = Some(Point {
+            name: name.to_owned(),
+            shares: vec![0.0; parts],
+            collisions: 0,
+            began: now,
+            shown: now,
+            bar,
+        });
     }
-    bar.finish_and_clear();
-}
 
-/// A number with a metric prefix.
-fn short(number: f64) -> String {
-    match number {
-        n if n >= 1e6 => format!("{:.2} M", n / 1e6),
-        n if n >= 1e3 => format!("{:.0} k", n / 1e3),
-        n => format!("{n:.0}"),
+    fn tell(&self, number: usize, part: usize, share: f64, collisions: u64) {
+        self.with(number, |point| {
+            if let Some(known) = point.shares.get_mut(part) {
+                *known = share.clamp(0.0, 1.0);
+            }
+            point.collisions += collisions;
+            let done = point.shares.iter().sum::<f64>() / point.shares.len().max(1) as f64;
+            if let Some(bar) = &point.bar {
+                bar.set_position((done * STEPS as f64) as u64);
+            } else if point.shown.elapsed() >= LINE {
+                point.shown = Instant::now();
+                // A closed standard error ends nothing.
+                let _ = writeln!(
+                    std::io::stderr(),
+                    "{}: {:.0} % after {} s, {:.2e} collisions",
+                    point.name,
+                    100.0 * done,
+                    point.began.elapsed().as_secs(),
+                    point.collisions as f64
+                );
+            }
+        });
     }
-}
 
-/// Seconds in words.
-pub fn duration(seconds: f64) -> String {
-    if !seconds.is_finite() {
-        return "unknown time".into();
+    fn end(&self, number: usize) {
+        self.with(number, |point| {
+            if let Some(bar) = &point.bar {
+                bar.finish_and_clear();
+            }
+        });
     }
-    match seconds {
-        s if s < 60.0 => format!("{s:.0} s"),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
-        s => format!("{:.1} days", s / 86_400.0),
+
+    fn note(&self, text: &str) {
+        super::commands::note(text);
     }
 }

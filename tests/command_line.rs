@@ -1,377 +1,234 @@
-//! The program as a user runs it: results, refusals, threads, kills and continuations.
+//! The program as a user runs it: results, refusals, threads, folders.
 
 #[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::Duration;
+use std::process::{Child, Command, Stdio};
 
-use rand::{RngExt, SeedableRng};
-use stosszahl::model::random::Stream;
-use support::bad_cases::{BAD_CASES, Content};
+use support::program::{
+    COOLING, Columns, Desk, MIXTURE, SMALL, WALLS, assert_same, files, manifest,
+};
 
-const CASE: &str = r#"
-format = 1
-title = "a small paired case"
+/// Disks from `start.csv`.
+const FROM_FILE: &str = "format = 2
+title = \"disks from a file\"
 seed = 5
 replicas = 3
-
 [gas]
-disks = 900
-packing_fraction = 0.25
 restitution = 0.8
-
+[box]
+[start]
+placement = \"file\"
+file = \"start.csv\"
 [run]
-until = 20
-checkpoint_seconds = 0.01
-
+until = 2
 [engine.ed]
-[engine.dsmc-free-volume]
 [engine.dsmc-enskog]
-simulators_per_disk = 2
+[measure.snapshots]
+times = [2]
+";
 
-[measure]
-structure_times = [0, 20]
-snapshot_times = [20]
-"#;
-
-/// The small case with its disks in `start.csv`.
-fn case_from_file() -> String {
-    CASE.replace("disks = 900\npacking_fraction = 0.25\n", "")
-        .replace(
-            "[run]",
-            "[start]\nplacement = \"file\"\nfile = \"start.csv\"\n\n[run]",
-        )
-}
-
-fn stosszahl(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stosszahl"));
-    command.current_dir(folder).stdin(Stdio::null());
-    command
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    stosszahl(folder)
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
-
-fn text(output: &[u8]) -> String {
-    String::from_utf8_lossy(output).into_owned()
-}
-
-/// Names and bytes of all tables and snapshots of a results folder.
-fn tables(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for folder in [folder.to_owned(), folder.join("snapshots")] {
-        for entry in fs::read_dir(&folder).expect("a results folder") {
-            let path = entry.expect("an entry").path();
-            let ending = path.extension().and_then(|ending| ending.to_str());
-            if matches!(ending, Some("csv" | "xyz")) {
-                let name = path
-                    .file_name()
-                    .expect("a name")
-                    .to_string_lossy()
-                    .into_owned();
-                found.insert(name, fs::read(&path).expect("bytes"));
-            }
-        }
+/// A start of 225 disks of two sizes on a grid.
+fn start_file() -> String {
+    let mut start = "# box: 30 30\nx,y,radius,mass\n".to_owned();
+    for i in 0..225 {
+        let (radius, mass) = if i % 2 == 0 {
+            (0.5, 1.0)
+        } else {
+            (0.25, 0.125)
+        };
+        let (x, y) = (2 * (i % 15) + 1, 2 * (i / 15) + 1);
+        writeln!(start, "{x},{y},{radius},{mass}").expect("a string");
     }
-    found
-}
-
-fn assert_same(a: &Path, b: &Path) {
-    let (first, second) = (tables(a), tables(b));
-    assert!(first.len() >= 9, "{:?}", first.keys());
-    assert_eq!(
-        first.keys().collect::<Vec<_>>(),
-        second.keys().collect::<Vec<_>>()
-    );
-    for (name, bytes) in &first {
-        assert!(
-            bytes == &second[name],
-            "{name} differs between {} and {}",
-            a.display(),
-            b.display()
-        );
-    }
+    start
 }
 
 #[test]
-fn paired_case_gives_tables_and_a_report() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("small.toml"), CASE).expect("a case");
-    let output = run(folder.path(), &["run", "small.toml"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+fn a_comparison_gives_tables_and_a_report() {
+    let desk = Desk::new(COOLING);
+    let said = desk.done("run case.toml");
     assert!(
-        text(&output.stdout).contains("ED against DSMC (enskog)"),
+        said.out.contains("ED (exact)") && said.out.contains("DSMC Enskog"),
         "{}",
-        text(&output.stdout)
+        said.out
     );
-    let results = folder.path().join("results/small");
+    let results = desk.path("results/case");
     let header = |name: &str| {
-        let table = fs::read_to_string(results.join(name)).expect("a table");
-        table.lines().next().unwrap_or_default().to_owned()
+        let text = desk.text(&format!("results/case/{name}.csv"));
+        text.lines().next().unwrap_or_default().to_owned()
     };
-    assert_eq!(
-        header("energy.csv"),
-        "engine,time,time_over_t0,collisions_per_particle,energy_ratio,energy_ratio_se,haff_ratio,fourth_cumulant,fourth_cumulant_se,replicas"
-    );
-    assert_eq!(
-        header("comparison.csv"),
-        "engine_a,engine_b,time_over_t0,energy_ratio_a,energy_ratio_b,quotient,quotient_se,z,verdict"
-    );
-    assert_eq!(
-        header("structure_factor.csv"),
-        "engine,time_over_t0,k,structure_factor,structure_factor_se,modes"
-    );
-    assert_eq!(
-        header("pair_correlation.csv"),
-        "engine,time_over_t0,r_over_d,g,g_se"
-    );
-    assert_eq!(
-        header("impact_parameter.csv"),
-        "engine,window_start,window_end,bin_low,bin_high,count,density,density_se"
-    );
-    assert_eq!(
-        header("impact_parameter_summary.csv"),
-        "engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,chi_squared,degrees_of_freedom,p_value,verdict"
-    );
-    assert!(results.join("manifest.json").exists() && !results.join("checkpoints").exists());
-    let report = fs::read(results.join("report.html")).expect("a report");
+    for line in "\
+        energy engine,time,collisions_per_particle,energy_ratio,energy_ratio_se,energy_ratio_theory,fourth_cumulant,\
+        fourth_cumulant_se,replicas\n\
+        comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,quotient,quotient_se,z,verdict\n\
+        structure_factor engine,time,k,structure_factor,structure_factor_se,modes\n\
+        pair_correlation engine,time,r_over_d,g,g_se\n\
+        impact_parameter engine,window_start,window_end,bin_low,bin_high,count,density,density_se,density_theory\n\
+        impact_parameter_summary engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,chi_squared,\
+        degrees_of_freedom,p_value,verdict"
+        .lines()
+    {
+        let (table, columns) = line.split_once(' ').expect("a table and its columns");
+        assert_eq!(header(table), columns, "{table}");
+    }
     // All engines begin with the same energy and the same disks.
-    let energy = fs::read_to_string(results.join("energy.csv")).expect("a table");
+    let energy = Columns::read(&results, "energy");
+    let starts = energy
+        .numbers("time")
+        .into_iter()
+        .zip(energy.numbers("energy_ratio"));
+    assert_eq!(starts.filter(|&start| start == (0.0, 1.0)).count(), 3);
+    let manifest = manifest(&results);
     assert_eq!(
-        energy
-            .lines()
-            .filter(|line| line.contains(",0.0,0.0,0.0,1.0,"))
-            .count(),
-        3,
-        "{energy}"
+        (manifest.seed, manifest.replicas, &*manifest.kind),
+        (5, 3, "comparison")
     );
-
-    let output = run(folder.path(), &["report", "results/small"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(report == fs::read(results.join("report.html")).expect("a report"));
+    assert_eq!(manifest.engines.len(), 3);
+    assert_eq!(manifest.case_text, COOLING);
 }
 
 #[test]
 fn results_are_neither_overwritten_nor_mistaken() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("small.toml"), CASE).expect("a case");
-    let results = folder.path().join("results/small");
-    let output = run(folder.path(), &["run", "small.toml"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let desk = Desk::new(COOLING);
+    desk.done("run case.toml --until 1");
     // A finished run is not mistaken for another.
-    let output = run(folder.path(), &["run", "small.toml", "--resume"]);
-    assert!(output.status.success() && text(&output.stderr).contains("is complete"));
-    let output = run(
-        folder.path(),
-        &["run", "small.toml", "--resume", "--seed", "6"],
-    );
-    assert_eq!(output.status.code(), Some(2));
+    let said = desk.done("run case.toml --until 1 --resume");
     assert!(
-        text(&output.stderr).contains("another run"),
+        said.err.contains("complete") || said.out.contains("complete"),
         "{}",
-        text(&output.stderr)
+        said.err
     );
-
+    desk.refused(
+        "run case.toml --resume --seed 6 --until 1",
+        &["another run", "seed"],
+    );
+    desk.refused(
+        "run case.toml --until 1 --resume --set title=other",
+        &["title"],
+    );
     // What is there is not overwritten, and what is not ours is not replaced.
-    let output = run(folder.path(), &["run", "small.toml"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        text(&output.stderr).contains("--force"),
-        "{}",
-        text(&output.stderr)
+    desk.refused("run case.toml", &["--force"]);
+    fs::create_dir(desk.path("diary")).expect("a folder");
+    desk.write("diary/today", "dear");
+    desk.refused("run case.toml --force --out diary", &["diary"]);
+    assert_eq!(desk.text("diary/today"), "dear");
+    desk.refused(
+        "run case.toml --resume --out nowhere",
+        &["nothing to resume"],
     );
-    let output = run(
-        folder.path(),
-        &["run", "small.toml", "--force", "--until", "1"],
-    );
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    fs::create_dir(folder.path().join("diary")).expect("a folder");
-    fs::write(folder.path().join("diary/today"), "dear").expect("a file");
-    let output = run(
-        folder.path(),
-        &["run", "small.toml", "--force", "--out", "diary"],
-    );
-    assert_eq!(output.status.code(), Some(2));
-    assert!(folder.path().join("diary/today").exists());
-    // Nor is what somebody put beside the results lost, nor the case itself.
-    fs::write(results.join("notes.txt"), "dear").expect("a file");
-    fs::copy(folder.path().join("small.toml"), results.join("small.toml")).expect("a copy");
-    let output = run(
-        folder.path(),
-        &["run", "results/small/small.toml", "--force", "--until", "1"],
-    );
-    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
-    assert!(
-        text(&output.stderr).contains("would be replaced"),
-        "{}",
-        text(&output.stderr)
-    );
-    let output = run(
-        folder.path(),
-        &["run", "small.toml", "--force", "--until", "1"],
-    );
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(results.join("notes.txt").exists() && results.join("small.toml").exists());
-}
-
-#[test]
-fn one_and_two_threads_give_the_same_bytes() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("small.toml"), CASE).expect("a case");
-    for threads in ["1", "2"] {
-        let output = run(
-            folder.path(),
-            &["run", "small.toml", "--threads", threads, "--out", threads],
-        );
-        assert!(output.status.success(), "{}", text(&output.stderr));
+    // Nor is what somebody put beside the results lost, by whatever name, nor the case itself.
+    let own = [
+        "notes.txt",
+        "species.csv",
+        "checks.csv",
+        "snapshots/mine.xyz",
+    ];
+    for name in own {
+        desk.write(&format!("results/case/{name}"), "dear");
     }
-    assert_same(&folder.path().join("1"), &folder.path().join("2"));
-    let output = run(
-        folder.path(),
-        &["run", "small.toml", "--seed", "6", "--out", "other"],
+    desk.write("results/case/case.toml", COOLING);
+    desk.refused(
+        "run results/case/case.toml --force --until 1 --out results/case",
+        &["would be replaced"],
     );
-    assert!(output.status.success());
-    assert_ne!(
-        tables(&folder.path().join("1")),
-        tables(&folder.path().join("other"))
-    );
+    desk.done("run case.toml --force --until 1 --seed 6");
+    for name in own {
+        assert_eq!(desk.text(&format!("results/case/{name}")), "dear", "{name}");
+    }
+    assert_eq!(manifest(&desk.path("results/case")).seed, 6);
 }
 
-/// Ten kills at random moments, each continued; one of ten is an interrupt that the program hears. Moments are
-/// drawn with a fixed seed; what the program was doing at them is the machine's choice.
 #[test]
-fn killed_and_resumed_runs_give_the_same_bytes() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
-    let larger = ["--set", "gas.disks=12000", "--replicas", "2"];
-    let output = stosszahl(folder.path())
-        .args(["run", "case.toml", "--out", "whole"])
-        .args(larger)
-        .output();
-    assert!(output.expect("the program starts").status.success());
-    let mut stream = Stream::seed_from_u64(10);
-    let mut kills = 0;
-    let mut mode: &[&str] = &[];
-    while kills < 10 {
-        let mut child = stosszahl(folder.path())
-            .args(["run", "case.toml", "--out", "pieces"])
-            .args(larger)
-            .args(mode)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the program starts");
-        mode = &["--resume"];
-        sleep(Duration::from_millis(stream.random_range(60..200)));
-        if kills == 4 {
-            let sent = Command::new("kill")
-                .args(["-INT", &child.id().to_string()])
-                .status();
-            assert!(sent.expect("kill").success());
-            let code = child.wait().expect("an end").code();
-            assert!(matches!(code, Some(130 | 0)), "{code:?}");
-        } else {
-            child.kill().expect("a kill");
-            child.wait().expect("an end");
+fn threads_do_not_change_a_byte() {
+    for (name, case) in SMALL {
+        let desk = Desk::new(case);
+        for threads in ["1", "2", "3"] {
+            desk.done(&format!(
+                "run case.toml --threads {threads} --out {threads}"
+            ));
         }
-        kills += 1;
-        if folder.path().join("pieces/manifest.json").exists() {
-            break;
+        assert_same(&desk.path("1"), &desk.path("2"));
+        assert_same(&desk.path("1"), &desk.path("3"));
+        if name == "mixture" {
+            desk.done("run case.toml --seed 99 --out other");
+            assert_ne!(files(&desk.path("1")), files(&desk.path("other")));
         }
     }
-    assert!(
-        kills >= 5,
-        "the run was over after {kills} kills: make it longer"
-    );
-    let output = stosszahl(folder.path())
-        .args(["run", "case.toml", "--out", "pieces", "--resume"])
-        .args(larger)
-        .output();
-    let output = output.expect("the program starts");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_same(&folder.path().join("whole"), &folder.path().join("pieces"));
 }
 
-#[test]
-fn resume_refuses_another_case_and_an_empty_place() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
-    let output = run(folder.path(), &["run", "case.toml", "--resume"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        text(&output.stderr).contains("nothing to resume"),
-        "{}",
-        text(&output.stderr)
-    );
-    let mut child = stosszahl(folder.path())
-        .args(["run", "case.toml", "--set", "gas.disks=20000"])
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    sleep(Duration::from_millis(700));
-    child.kill().expect("a kill");
-    child.wait().expect("an end");
-    let output = run(
-        folder.path(),
-        &["run", "case.toml", "--resume", "--seed", "77"],
-    );
-    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
-    assert!(
-        text(&output.stderr).contains("another run"),
-        "{}",
-        text(&output.stderr)
-    );
-}
+/// Cases that are wrong in one way each: the text that is replaced, by what, and what is said of it.
+#[rustfmt::skip]
+const BAD: &[(&str, &str, &str, &[&str])] = &[
+    (COOLING, "format = 2", "format = 3", &["format = 3", "format 2"]),
+    (COOLING, "seed = 5", "seed = -5", &["seed = -5", "at least 0"]),
+    (COOLING, "number = 400", "nmber = 400", &["gas.nmber", "number"]),
+    (COOLING, "number = 400", "number = [", &["case.toml:"]),
+    (COOLING, "packing_fraction = 0.25", "packing_fraction = 0.95", &["box.packing_fraction", "0.9069"]),
+    (COOLING, "until = 10", "until = 0", &["run.until", "above 0"]),
+    (COOLING, "times = [10]", "times = [11]", &["measure.snapshots.times", "11"]),
+    (COOLING, "[measure.snapshots]", "[measure.snapshot]", &["measure.snapshot", "snapshots"]),
+    (COOLING, "[measure.snapshots]", "[measure.fields]", &["measure.fields"]),
+    (MIXTURE, "restitution = 0.8", "restitution = 1.8", &["gas.restitution = 1.8", "from 0 to 1"]),
+    (MIXTURE, "volume = 2e4", "volume = 1e300", &["case.toml:"]),
+    (MIXTURE, "volume = 2e4", "volume = 100\ncontact_values = \"dense\"", &["gas.volume = 100", "less than all"]),
+    (MIXTURE, "particles = 20", "particles = 0", &["measure.time_averaged_displacement.particles"]),
+    (WALLS, "number = 60", "number = 600", &["case.toml"]),
+    (WALLS, "right = \"specular\"", "right = \"open\"", &["walls.right", "ed"]),
+    (WALLS, "amplitude = 0.2", "amplitude = 15", &["walls.bottom.vibration.amplitude"]),
+    (WALLS, "radius = 2 }", "radius = 12 }", &["obstacle.1"]),
+    (WALLS, "samples = 40", "samples = 41", &["run.samples", "10"]),
+    (WALLS, "[[0, 4]]", "[[0, 40]]", &["measure.fields.windows"]),
+    (WALLS, "sliding = [0.5, 0]", "sliding = [0.5, 1]", &["walls.top.sliding"]),
+];
 
-/// Through the binary: exit code 2, nothing on standard output, no results folder left.
 #[test]
 fn bad_cases_leave_nothing_behind() {
-    assert!(BAD_CASES.len() >= 25);
-    for bad in BAD_CASES {
-        let folder = tempfile::tempdir().expect("a folder");
-        let name = format!("{}.toml", bad.name.replace(' ', "-"));
-        let path = folder.path().join(&name);
-        if let Some(bytes) = bad.bytes() {
-            fs::write(&path, bytes).expect("a case");
-        } else if matches!(bad.content, Content::Directory) {
-            fs::create_dir(&path).expect("a folder");
-        }
-        let mut command = stosszahl(folder.path());
-        command.args(["run", &name]);
-        for one in bad.overrides {
-            command.args(["--set", one]);
-        }
-        let output = command.output().expect("the program starts");
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{}: {said}", bad.name);
-        assert!(output.stdout.is_empty(), "{}", bad.name);
-        assert!(
-            said.contains(&name) || said.contains("--set"),
-            "{}: {said}",
-            bad.name
-        );
-        assert!(!folder.path().join("results").exists(), "{}", bad.name);
+    for (good, from, to, says) in BAD {
+        assert!(good.contains(from), "{from}");
+        let desk = Desk::new(&good.replacen(from, to, 1));
+        desk.refused("run case.toml", says);
+        assert!(!desk.path("results").exists(), "{to}");
+        desk.refused("check case.toml", says);
     }
+    let desk = Desk::new(COOLING);
+    for (line, says) in [
+        ("run absent.toml", "absent.toml"),
+        ("run .", "folder"),
+        ("run case.toml --set gas.packing=0.2", "gas.packing"),
+        ("run case.toml --set run.until", "key=value"),
+        ("run case.toml --set species.7.number=3", "species"),
+        ("run case.toml --threads 0", "threads"),
+        ("run case.toml --threads 100000", "100000"),
+        ("report nowhere", "nowhere"),
+        ("report .", "."),
+    ] {
+        desk.refused(line, &[says]);
+        assert!(!desk.path("results").exists(), "{line}");
+    }
+}
+
+/// A file of format 1 is no case any more; what its keys have become is said.
+#[test]
+fn a_case_of_format_1_is_explained() {
+    let desk = Desk::new(
+        "format = 1\ntitle = \"old\"\n[gas]\ndisks = 100\npacking_fraction = 0.25\nrestitution = 0.8\n\
+         [run]\nuntil = 1\n[engine.ed]\n",
+    );
+    desk.refused(
+        "run case.toml",
+        &["format 2", "gas.number", "box.packing_fraction"],
+    );
 }
 
 /// Start files that are damaged, or do not fit the case.
 #[test]
 fn bad_start_files_are_named() {
-    let case = case_from_file();
     for (start, fragments) in [
         (
             "# box: 10 10\nx,y\n1,1\n1.5,1\n",
-            &["start.csv", "disks 0 and 1", "overlap by 0.5"][..],
+            &["start.csv", "0 and 1", "overlap"][..],
         ),
         (
             "# box: 10 10\nx,y\n1,1\nNaN,1\n",
@@ -384,13 +241,10 @@ fn bad_start_files_are_named() {
         ("# box: 10\nx,y\n1,1\n", &["start.csv:1", "# box: Lx Ly"]),
         (
             "# box: 0.5 10\nx,y\n0.2,1\n0.2,5\n",
-            &["disks 0 and 0", "overlap"],
+            &["0 and 0", "overlap"],
         ),
-        ("# box: 10 10\nx,y\n0.2,1\n", &["one disk", "at least two"]),
-        (
-            "# box: 10 10\nx,y\n1,1\n31.2,1\n",
-            &["disks 0 and 1", "overlap by 0.8"],
-        ),
+        ("# box: 10 10\nx,y\n0.2,1\n", &["at least two"]),
+        ("# box: 10 10\nx,y\n1,1\n31.2,1\n", &["0 and 1", "overlap"]),
         (
             "# box: 10 10\nx,y,radius\n1,1,-1\n",
             &["start.csv:3", "radius", "above zero"],
@@ -398,187 +252,211 @@ fn bad_start_files_are_named() {
         ("# box: 10 10\nx,y\n", &["start.csv", "at least one"]),
         ("", &["start.csv:1", "# box: Lx Ly"]),
     ] {
-        let folder = tempfile::tempdir().expect("a folder");
-        fs::write(folder.path().join("case.toml"), &case).expect("a case");
-        fs::write(folder.path().join("start.csv"), start).expect("a start");
-        let output = run(folder.path(), &["run", "case.toml"]);
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{start}: {said}");
-        for fragment in fragments {
-            assert!(said.contains(fragment), "{start}: {said} lacks {fragment}");
-        }
-        assert!(!folder.path().join("results").exists());
+        let desk = Desk::new(FROM_FILE);
+        desk.write("start.csv", start);
+        desk.refused("run case.toml", fragments);
+        assert!(!desk.path("results").exists(), "{start}");
     }
     // A gas cannot be given a lattice that does not fit, nor a box narrower than a disk.
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
-    for (set, fragment) in [
-        ("gas.packing_fraction=0.9", "do not fit"),
-        ("box.aspect_ratio=1e-9", "one disk is wide"),
-    ] {
-        let output = run(
-            folder.path(),
-            &[
-                "run",
-                "case.toml",
-                "--set",
-                set,
-                "--set",
-                "start.placement=hexagonal",
-            ],
-        );
-        assert_eq!(output.status.code(), Some(2));
-        assert!(
-            text(&output.stderr).contains(fragment),
-            "{}",
-            text(&output.stderr)
-        );
-        assert!(!folder.path().join("results").exists());
+    let desk = Desk::new(COOLING);
+    for set in ["box.packing_fraction=0.9", "box.aspect_ratio=1e-9"] {
+        let line = format!("run case.toml --set {set} --set start.placement=hexagonal");
+        desk.refused(&line, &["not allowed"]);
+        assert!(!desk.path("results").exists());
     }
+}
+
+/// A mixture from a file, also with a mark of byte order and as other systems end lines; the end of one run is a start
+/// for another.
+#[test]
+fn a_start_from_a_file_runs_in_both_engines() {
+    let desk = Desk::new(FROM_FILE);
+    desk.write("start.csv", start_file());
+    desk.done("run case.toml --out first");
+    desk.write(
+        "start.csv",
+        format!("\u{feff}{}", start_file().replace('\n', "\r\n")),
+    );
+    desk.done("run case.toml --out second");
+    assert_same(&desk.path("first"), &desk.path("second"));
+    let again = FROM_FILE
+        .replace("start.csv", "first/snapshots/ed-0.xyz")
+        .replace("[run]", "velocities = \"file\"\nequilibration = 0\n[run]");
+    desk.write("again.toml", again);
+    let said = desk.done("run again.toml --replicas 1");
+    assert!(said.out.contains("equilibr"), "{}", said.out);
+    // A start file of equal velocities has no temperature.
+    let still = "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,1,0\n7,9,1,0\n";
+    desk.write("start.csv", still);
+    desk.write(
+        "still.toml",
+        FROM_FILE.replace("[run]", "velocities = \"file\"\n[run]"),
+    );
+    desk.refused("run still.toml", &["start"]);
 }
 
 /// A gas in which nothing ever collides ends like any other.
 #[test]
 fn parallel_flight_is_no_endless_preparation() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(
-        folder.path().join("start.csv"),
+    let desk = Desk::new(&FROM_FILE.replace("[run]", "velocities = \"file\"\n[run]"));
+    desk.write(
+        "start.csv",
         "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,-1,0\n7,9,0,0\n",
-    )
-    .expect("a start");
-    let case = case_from_file()
-        .replace("placement", "velocities = \"file\"\nplacement")
-        .replace("replicas = 3", "replicas = 1");
-    fs::write(folder.path().join("case.toml"), case).expect("a case");
-    let output = run(folder.path(), &["run", "case.toml"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(
-        text(&output.stdout).contains("not equilibrated"),
-        "{}",
-        text(&output.stdout)
     );
+    let said = desk.done("run case.toml --replicas 1");
+    assert!(said.out.contains("equilibr"), "{}", said.out);
 }
 
-/// A collapse ends the run with an error that names the cluster, and the state stays, readable by others.
+/// A run that was stopped, and a start file that was changed since.
+#[test]
+fn a_changed_start_file_is_another_run() {
+    let desk = Desk::new(FROM_FILE);
+    desk.write("start.csv", start_file());
+    desk.done("run case.toml --out out");
+    fs::remove_file(desk.path("out/manifest.json")).expect("removed");
+    desk.write(
+        "start.csv",
+        start_file().replace("# box: 30 30", "# box: 31 30"),
+    );
+    desk.refused(
+        "run case.toml --out out --resume",
+        &["another run", "files"],
+    );
+    desk.write("start.csv", start_file());
+    desk.done("run case.toml --out out --resume");
+}
+
+/// A collapse ends the run with an error that names the cluster; the state stays, readable by others, and tables are made
+/// of what other replicas have.
 #[test]
 fn a_collapse_keeps_the_state() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let case = "format = 1\ntitle = \"Collapse\"\nseed = 1\nreplicas = 1\n\
-        [gas]\ndisks = 1000\npacking_fraction = 0.5\nrestitution = 0.1\n\
-        [run]\nuntil = 100\n[engine.ed]\n";
-    fs::write(folder.path().join("case.toml"), case).expect("a case");
-    let output = run(folder.path(), &["run", "case.toml", "--out", "results"]);
-    assert_eq!(output.status.code(), Some(1));
-    let error = text(&output.stderr);
-    assert!(error.contains("inelastic collapse at time"), "{error}");
-    let state = folder
-        .path()
-        .join("results/checkpoints/replica-0-ed.stopped.xyz");
-    assert!(error.contains("replica-0-ed.stopped.xyz"), "{error}");
-    let state = fs::read_to_string(state).expect("a state");
+    let desk = Desk::new(
+        "format = 2\ntitle = \"Collapse\"\nseed = 1\nreplicas = 1\n[gas]\nnumber = 1000\nrestitution = 0.1\n\
+         [box]\npacking_fraction = 0.5\n[run]\nuntil = 100\n[engine.ed]\n",
+    );
+    let said = desk.say("run case.toml --out out");
+    assert_eq!(said.code, Some(1), "{}", said.err);
+    assert!(
+        said.err.contains("inelastic collapse at time"),
+        "{}",
+        said.err
+    );
+    assert!(said.err.contains("stopped.xyz"), "{}", said.err);
+    let state = desk.text("out/snapshots/replica-0-ed.stopped.xyz");
     assert_eq!(state.lines().count(), 1002);
+    // What the run has written goes with it.
+    desk.done("run case.toml --out out --force --until 0.01");
+    assert!(!desk.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
 }
 
-/// A mixture from a file, with its own velocities, as CSV and as the program's own snapshot.
 #[test]
-fn mixture_from_a_file_runs_in_both_engines() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut start = "# box: 30 30\nx,y,radius,mass\n".to_owned();
-    for i in 0..225 {
-        let (radius, mass) = if i % 2 == 0 {
-            (0.5, 1.0)
-        } else {
-            (0.25, 0.125)
-        };
-        let (x, y) = (2 * (i % 15) + 1, 2 * (i / 15) + 1);
-        writeln!(start, "{x},{y},{radius},{mass}").expect("a string");
-    }
-    fs::write(folder.path().join("start.csv"), start).expect("a start");
-    let case = case_from_file();
-    fs::write(folder.path().join("case.toml"), &case).expect("a case");
-    let output = run(
-        folder.path(),
-        &["run", "case.toml", "--out", "first", "--until", "2"],
+fn any_key_can_be_set_and_what_is_said_is_what_was_run() {
+    let desk = Desk::new(MIXTURE);
+    desk.done(
+        "run case.toml --out out --set species.2.number=40 --set title=shorter --until 1e1 \
+         --set measure.time_averaged_displacement.particles=5",
     );
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    // The end of one run is a start for another.
-    let again = case.replace("start.csv", "first/snapshots/ed-0.xyz");
-    let again = again.replace(
-        "placement",
-        "velocities = \"file\"\ncollisions_per_particle = 0\nplacement",
-    );
-    let again = again.replace("replicas = 3", "replicas = 1");
-    fs::write(folder.path().join("again.toml"), again).expect("a case");
-    let output = run(folder.path(), &["run", "again.toml", "--until", "2"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(
-        text(&output.stdout).contains("not equilibrated"),
-        "{}",
-        text(&output.stdout)
-    );
+    let manifest = manifest(&desk.path("out"));
+    assert_eq!(manifest.title, "shorter");
+    assert_eq!(manifest.case["species"][1]["number"], 40);
+    assert_eq!(manifest.case["run"]["until"], 10.0);
+    let species = Columns::read(&desk.path("out"), "species");
+    assert!(species.numbers("time").iter().all(|&time| time <= 10.0));
+    assert_eq!(species.numbers("count")[1], 40.0);
+    assert!(desk.text("out/report.html").contains("shorter"));
 }
 
 #[test]
 fn check_schema_and_help_teach() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("case.toml"), CASE).expect("a case");
-    let checked = run(folder.path(), &["check", "case.toml"]);
-    assert!(checked.status.success());
+    let desk = Desk::new(COOLING);
+    let said = desk.done("check case.toml").out;
     for word in [
-        "mean_free_path",
-        "t0",
-        "cell_width",
-        "simulators_per_cell",
+        "mean free path",
+        "haff time",
+        "cell",
         "memory",
-        "roughly",
         "collisions",
     ] {
-        assert!(
-            text(&checked.stdout).contains(word),
-            "{word} in {}",
-            text(&checked.stdout)
-        );
+        assert!(said.contains(word), "{word} in {said}");
     }
-    assert!(!folder.path().join("results").exists());
-    let schema = run(folder.path(), &["schema"]);
-    let schema: serde_json::Value = serde_json::from_slice(&schema.stdout).expect("JSON");
-    assert!(schema["properties"]["gas"].is_object());
-    assert!(text(&run(folder.path(), &["--help"]).stdout).contains("cases/quick.toml"));
-    assert!(text(&run(folder.path(), &["run", "--help"]).stdout).contains("--resume"));
-    assert_eq!(
-        run(folder.path(), &["run", "case.toml", "--threads", "0"])
-            .status
-            .code(),
-        Some(2)
-    );
-    assert_eq!(
-        run(folder.path(), &["report", "nowhere"]).status.code(),
-        Some(2)
-    );
+    assert!(!desk.path("results").exists());
+    let schema: serde_json::Value = serde_json::from_str(&desk.done("schema").out).expect("JSON");
+    for key in ["gas", "box", "measure"] {
+        assert!(schema["properties"][key].is_object(), "{key}");
+    }
+    assert!(schema["properties"]["measure"]["properties"]["impact_parameters"].is_object());
+    assert!(desk.done("--help").out.contains("cases/quick.toml"));
+    assert!(desk.done("run --help").out.contains("--resume"));
 }
 
-/// The work is what it is said to be, and numbers out of range are refused with what is allowed.
+#[cfg(unix)]
 #[test]
-fn bench_dsmc_measures_the_work_that_was_asked_for() {
-    let folder = tempfile::tempdir().expect("a folder");
-    for (dimension, free) in [("2", false), ("3", false), ("2", true)] {
-        let mut arguments = vec!["bench", "dsmc", "--dimension", dimension, "--json"];
-        arguments.extend(["--simulators", "30000", "--steps", "10", "--threads", "2"]);
-        arguments.extend(free.then_some("--free-flight"));
-        let output = run(folder.path(), &arguments);
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("an object");
-        let number = |key: &str| found[key].as_f64().expect(key);
-        assert!(number("particle_steps_per_second") > 0.0);
-        // Of few simulators, the working memory of two threads is a good part.
-        assert!(number("bytes_per_simulator") < 200.0);
-        assert_eq!(number("collisions_per_second") > 0.0, !free);
-        // 2e4 collisions: 0.7 % of spread, and as much by the ideal gas of the start; z = 4.
-        let expected = if free { 0.0 } else { 1.0 };
-        assert!((number("collision_rate_over_theory") - expected).abs() < 0.04);
-        assert!((number("collisions_per_step") - 0.07 * expected).abs() < 0.003);
+fn a_folder_that_cannot_be_written_is_named() {
+    let desk = Desk::new(COOLING);
+    // What is no folder cannot hold results, whoever runs the program.
+    desk.write("file", "");
+    desk.refused("run case.toml --out file/results", &["file/results"]);
+    desk.refused("run case.toml --out file", &["file"]);
+    // Nor can a schema be written to a full device.
+    if let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") {
+        let code = desk
+            .command("schema")
+            .stdout(full)
+            .stderr(Stdio::null())
+            .status();
+        assert_ne!(code.expect("the program starts").code(), Some(0));
     }
-    let output = run(folder.path(), &["bench", "dsmc", "--per-cell", "0"]);
-    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
-    assert!(text(&output.stderr).contains("allowed"));
+}
+
+/// Starts the program and waits until it has its folder, which it locks before it marks it.
+fn begun(desk: &Desk, line: &str, out: &str) -> Child {
+    let mut child = desk.command(line);
+    let child = child.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let mut child = child.expect("the program starts");
+    while !desk.path(out).join("run.json").exists() {
+        let ended = child.try_wait().expect("a state").is_some();
+        assert!(!ended, "the run ended before it began");
+        std::thread::yield_now();
+    }
+    child
+}
+
+/// While one process writes into a folder, another is refused; the first ends as if it had been alone.
+#[test]
+fn two_processes_do_not_share_a_folder() {
+    let desk = Desk::new(COOLING);
+    let long = "run case.toml --out out --set run.until=1e6 --replicas 1";
+    let mut first = begun(&desk, long, "out");
+    for mode in ["--resume", "--force"] {
+        let second = desk.say(&format!("{long} {mode}"));
+        assert_eq!(second.code, Some(2), "{mode}: {}", second.err);
+        assert!(
+            second.err.contains("another process"),
+            "{mode}: {}",
+            second.err
+        );
+    }
+    first.kill().expect("killed");
+    first.wait().expect("ended");
+    // The lock ends with its process.
+    desk.done("run case.toml --out out --force --until 1");
+}
+
+/// What a user interrupts is kept, and goes on to the same bytes.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_is_heard_and_the_run_goes_on() {
+    let desk = Desk::new(COOLING);
+    let case = "run case.toml --set gas.number=3000 --until 30 --out";
+    let mut child = begun(&desk, &format!("{case} pieces"), "pieces");
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill").success());
+    // On a fast machine it may be over before it hears.
+    let code = child.wait().expect("an end").code();
+    assert!(matches!(code, Some(130 | 0)), "{code:?}");
+    desk.done(&format!("{case} pieces --resume"));
+    desk.done(&format!("{case} whole"));
+    assert_same(&desk.path("whole"), &desk.path("pieces"));
 }

@@ -3,23 +3,25 @@
 #[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use rand::RngExt;
 use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, Tally, plain};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::snapshot;
-use stosszahl_model::{Collision, Domain, Observe, Polydisperse, Scene, State};
+use stosszahl_model::{Collision, Domain, Observer, Polydisperse, Scene, State};
 use support::{Disks, disks, gas};
 
 /// Keeps the times and lines of all collisions.
 #[derive(Default)]
-struct Journal(Vec<(f64, Vector2<f64>, Vector2<f64>)>);
+struct Journal(Vec<(f64, Vector3<f64>, Vector3<f64>)>);
 
-impl<P: stosszahl_model::Physics<Space = stosszahl_model::Plane>> Observe<P> for Journal {
-    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
-        self.0
-            .push((collision.time, collision.line, collision.relative));
+impl Observer for Journal {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            self.0
+                .push((collision.time, collision.line, collision.relative));
+        }
     }
 }
 

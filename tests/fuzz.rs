@@ -4,11 +4,7 @@
 //! Valid files are cut, spliced with each other and peppered with bytes and with words that readers trip over. proptest
 //! draws the damage from a fixed seed, keeps no files, and shrinks what fails to the fewest changes.
 
-#[allow(
-    dead_code,
-    unused_imports,
-    reason = "only the good case and the gases are used here"
-)]
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;
@@ -16,14 +12,13 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
-use stosszahl::case::{Case, CaseFile, Kind};
+use serde_json::Value;
+use stosszahl::case::CaseFile;
 use stosszahl::ed::{Checkpoint, Dissipation, Engine};
-use stosszahl::homogeneous::case::Case as Mixture;
-use stosszahl::homogeneous::plan::Plan;
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::snapshot::{self, SnapshotError};
-use stosszahl::setup::Setup;
-use support::bad_cases::GOOD;
+use stosszahl::study;
+use support::program::{COOLING, SMALL, bundled, bundled_names, format};
 use support::{Disks, disks, gas};
 
 /// One change to the bytes of a file; places are shares of its length.
@@ -42,46 +37,11 @@ enum Damage {
 }
 
 /// What readers trip over.
+#[rustfmt::skip]
 const WORDS: &[&str] = &[
-    "nan",
-    "-inf",
-    "1e999",
-    "-0",
-    "0",
-    "-1",
-    "1e-320",
-    "1e308",
-    "1e100",
-    "18446744073709551615",
-    "18446744073709551616",
-    "9223372036854775807",
-    "4294967296",
-    "0x7f",
-    "\"",
-    "\n",
-    "\r\n",
-    "\0",
-    "\u{feff}",
-    "\u{2028}",
-    "é",
-    "[",
-    "]]",
-    "{",
-    "}",
-    "=",
-    ".",
-    ",",
-    "#",
-    "'",
-    "\\",
-    "[[sweep]]\n",
-    "a.b = 1\n",
-    ":R:3",
-    ":R:18446744073709551615",
-    "x",
-    " ",
-    "\t",
-    "true",
+    "nan", "-inf", "1e999", "-0", "0", "-1", "1e-320", "1e308", "1e100", "18446744073709551615", "18446744073709551616",
+    "9223372036854775807", "4294967296", "0x7f", "\"", "\n", "\r\n", "\0", "\u{feff}", "\u{2028}", "é", "[", "]]", "{", "}",
+    "=", ".", ",", "#", "'", "\\", "[[sweep]]\n", "a.b = 1\n", ":R:3", ":R:18446744073709551615", "x", " ", "\t", "true",
     "1979-05-27",
 ];
 
@@ -236,48 +196,50 @@ fn damaged_start_files() {
     }
 }
 
+/// Reads a case as the program does, and derives what follows from its first points, which stand for all.
+fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
+    let planned = format().from_text(path, text, set).and_then(|mut file| {
+        file.points.truncate(2);
+        for planned in study::check(&file)? {
+            let outline = planned.outline(2);
+            assert!(
+                outline.cost.bytes >= 0.0 && !outline.engines.is_empty(),
+                "{set:?}"
+            );
+        }
+        Ok(())
+    });
+    let Err(error) = planned else {
+        return Ok(());
+    };
+    prop_assert!(!error.report(false).is_empty());
+    let said = error.to_string();
+    if set.is_empty() {
+        return clear(&said, path);
+    }
+    prop_assert!(
+        said.len() > 12 && said.len() < 4000,
+        "{} bytes: {said}",
+        said.len()
+    );
+    Ok(())
+}
+
 #[test]
 fn damaged_cases() {
-    let mut valid = vec![GOOD.as_bytes().to_vec()];
-    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
-    for entry in fs::read_dir(cases).expect("the cases") {
-        let path = entry.expect("a case").path();
-        if path.extension().is_some_and(|ending| ending == "toml") {
-            valid.push(fs::read(path).expect("a case"));
-        }
-    }
-    // As the folder lists them differs from system to system.
-    valid.sort();
+    // As the folder lists them differs from system to system, names are sorted.
+    let files = bundled_names()
+        .into_iter()
+        .map(|name| fs::read(bundled(&name)).expect("a case"));
+    let small = SMALL.iter().map(|(_, text)| text.as_bytes().to_vec());
+    let valid: Vec<Vec<u8>> = files.chain(small).collect();
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("case.toml");
-    fuzz(3000, &valid, |bytes| {
+    fuzz(2000, &valid, |bytes| {
         fs::write(&path, bytes).expect("written");
-        if let Ok(Kind::Homogeneous) = Kind::of_file(&path) {
-            return match CaseFile::<Mixture>::read(&path, &[]) {
-                Err(error) => clear(&error.to_string(), &path),
-                Ok(file) => {
-                    for point in file.points.iter().take(2) {
-                        if let Err(error) = Plan::new(&point.case) {
-                            prop_assert!(error.to_string().len() > 12, "{error}");
-                        }
-                        prop_assert!(point.case.sample_times().len() < 1_000_000);
-                    }
-                    Ok(())
-                }
-            };
-        }
-        match Case::read(&path, &[]) {
+        match CaseFile::read(&path, &[]) {
             Err(error) => clear(&error.to_string(), &path),
-            Ok(file) => {
-                // Few points of a sweep stand for all.
-                for point in file.points.iter().take(2) {
-                    if let Err(error) = Setup::new(&point.case) {
-                        prop_assert!(error.to_string().len() > 12, "{error}");
-                    }
-                    prop_assert!(point.case.sample_times().len() < 1_000_000);
-                }
-                Ok(())
-            }
+            Ok(file) => look(&path, &file.text, &[]),
         }
     });
 }
@@ -288,21 +250,79 @@ fn damaged_overrides() {
     let valid: Vec<Vec<u8>> = [
         "gas.restitution=0.9",
         "run.until=3",
-        "measure.impact_windows=[[0,1]]",
+        "measure.impact_parameters.windows=[[0,1]]",
         "start.placement=square",
+        "species.1.number=40",
     ]
     .map(|text| text.as_bytes().to_vec())
     .to_vec();
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("case.toml");
-    fs::write(&path, GOOD).expect("written");
     fuzz(1500, &valid, |bytes| {
         let text = String::from_utf8_lossy(bytes).into_owned();
-        if let Err(error) = Case::read(&path, &[text]) {
+        if let Err(error) = CaseFile::from_text(Path::new("case.toml"), COOLING, &[text]) {
             prop_assert!(error.to_string().len() > 12, "{error}");
         }
         Ok(())
     });
+}
+
+/// Values that people, programs and damaged files write.
+const ODD: &str = "0 -0.0 1 -1 2 3 0.5 1.5 1e5 nan inf -inf 1e308 1e-308 5e-324 1e100 1e15 1000000 2000000000 \
+    9223372036854775807 -9223372036854775808 true \"\" \"x\" \"../../x\" \"a\\u0000b\" [] [1] [0,0] [1e-9,2,3] [[0,1]] {} \
+    1979-05-27";
+
+/// All keys of a part of the schema, dotted; of lists, the first element.
+fn keys(schema: &Value, key: &str, found: &mut Vec<String>) {
+    let inside = |name: &str| match key {
+        "" => name.to_owned(),
+        _ => format!("{key}.{name}"),
+    };
+    for (name, inner) in schema["properties"].as_object().into_iter().flatten() {
+        found.push(inside(name));
+        keys(inner, &inside(name), found);
+    }
+    if schema["items"].is_object() {
+        found.push(inside("1"));
+        keys(&schema["items"], &inside("1"), found);
+    }
+    for choices in ["anyOf", "oneOf"] {
+        for choice in schema[choices].as_array().into_iter().flatten() {
+            keys(choice, key, found);
+        }
+    }
+}
+
+/// Each key of the format at each odd value, every `stride`-th of the small cases: a case, or an error that names the place.
+fn odd_values(stride: usize) {
+    let mut all = Vec::new();
+    keys(format().json(), "", &mut all);
+    all.sort();
+    all.dedup();
+    assert!(all.len() > 150, "{}", all.len());
+    let path = Path::new("case.toml");
+    for (row, key) in all.iter().enumerate() {
+        for (column, value) in ODD.split_whitespace().enumerate() {
+            let set = format!("{key}={value}");
+            // Another case for each key and value.
+            let cases = SMALL.iter().skip((row + column) % stride).step_by(stride);
+            for (name, text) in cases {
+                if let Err(error) = look(path, text, std::slice::from_ref(&set)) {
+                    panic!("{name} --set {set}: {error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_key_takes_odd_values_or_refuses_them() {
+    odd_values(SMALL.len());
+}
+
+/// `cargo test --test fuzz -- --ignored`.
+#[test]
+#[ignore = "takes some minutes"]
+fn every_key_of_every_small_case_takes_odd_values() {
+    odd_values(1);
 }
 
 const RUN: snapshot::Fingerprint = [3; 32];

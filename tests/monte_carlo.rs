@@ -3,13 +3,11 @@
 #[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
 mod support;
 
-use nalgebra::Vector2;
 use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Collision, Constant, Free, Observe, Physics, Plane, Polydisperse, Scene, Smooth, State,
-    kinetic,
+    Body, Collision, Constant, Free, Observer, Plane, Polydisperse, Scene, Smooth, State, kinetic,
 };
 use support::{Disks, disks, gas};
 
@@ -30,11 +28,13 @@ struct Sums {
     square: f64,
 }
 
-impl<P: Physics<Space = Plane>> Observe<P> for Sums {
-    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
-        let b = collision.impact_square().sqrt();
-        self.bins[((10.0 * b) as usize).min(9)] += 1.0;
-        self.square += collision.relative.norm_squared();
+impl Observer for Sums {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            let b = collision.impact_square().sqrt();
+            self.bins[((10.0 * b) as usize).min(9)] += 1.0;
+            self.square += collision.relative.norm_squared();
+        }
     }
 }
 

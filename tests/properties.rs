@@ -9,11 +9,10 @@ use nalgebra::{Vector2, vector};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
 use rand::{RngExt, SeedableRng};
-use stosszahl::bench::unit_disks;
 use stosszahl::ed::{Checkpoint, Dissipation, Engine, EngineError, plain};
 use stosszahl::model::random::Stream;
 use stosszahl::model::{
-    Body, Collision, Constant, Domain, Free, Observe, Plane, Polydisperse, Scene, Sizes, Smooth,
+    Body, Collision, Constant, Domain, Free, Observer, Plane, Polydisperse, Scene, Sizes, Smooth,
     State,
 };
 
@@ -76,7 +75,7 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
         .collect();
     let area: f64 = shapes.iter().map(|r| 4.0 * FRAC_PI_4 * r * r).sum::<f64>() / recipe.packing;
     let width = (area / recipe.aspect).sqrt();
-    let domain = Domain::<Plane>::periodic(vector![width, area / width])?;
+    let domain = Domain::<Plane>::periodic(vector![width, area / width]).ok()?;
     let lengths = domain.lengths();
     let mut places: Vec<Vector2<f64>> = (0..count)
         .map(|_| {
@@ -120,13 +119,12 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
         return None;
     }
     let sizes = radii.iter().map(|&r| (r, 4.0 * r * r)).collect();
-    let unit = unit_disks(Constant::new(recipe.restitution)?);
     let scene = Scene {
-        space: unit.space,
-        surface: unit.surface,
-        restitution: unit.restitution,
-        sizes: Polydisperse::new(sizes)?,
-        field: unit.field,
+        space: Plane,
+        surface: Smooth,
+        restitution: Constant::new(recipe.restitution).ok()?,
+        sizes: Polydisperse::new(sizes).ok()?,
+        field: Free,
     };
     let bodies = places
         .iter()
@@ -157,24 +155,26 @@ struct Laws {
     fault: Option<String>,
 }
 
-impl Observe<Mixture> for Laws {
-    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
-        let approach = -collision.relative.dot(&collision.line);
-        // A contact that grazes is where the square root of a difference of terms of 1e-14 says, so its line is turned
-        // by up to 1e-7; velocities of order one are rounded besides.
-        let rounding = (GRAZING * collision.relative.norm() + 1e-14) * collision.line.norm();
-        if approach < -rounding {
-            self.fault = Some(format!("a receding pair collides: {collision:?}"));
+impl Observer for Laws {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            let approach = -collision.relative.dot(&collision.line);
+            // A contact that grazes is where the square root of a difference of terms of 1e-14 says, so its line is turned
+            // by up to 1e-7; velocities of order one are rounded besides.
+            let rounding = (GRAZING * collision.relative.norm() + 1e-14) * collision.line.norm();
+            if approach < -rounding {
+                self.fault = Some(format!("a receding pair collides: {collision:?}"));
+            }
+            if collision.time < self.last {
+                self.fault = Some(format!(
+                    "time goes back from {} to {}",
+                    self.last, collision.time
+                ));
+            }
+            self.last = collision.time;
+            self.lost += collision.energy_lost();
+            self.count += 1;
         }
-        if collision.time < self.last {
-            self.fault = Some(format!(
-                "time goes back from {} to {}",
-                self.last, collision.time
-            ));
-        }
-        self.last = collision.time;
-        self.lost += collision.energy_lost();
-        self.count += 1;
     }
 }
 
@@ -190,7 +190,7 @@ fn engine(
 fn run(
     engine: &mut Engine<Mixture>,
     collisions: u64,
-    watch: &mut impl Observe<Mixture>,
+    watch: &mut impl Observer,
 ) -> Result<(), TestCaseError> {
     let until = engine.time() + 1000.0;
     match engine.advance(until, collisions, watch) {
@@ -258,51 +258,53 @@ fn collisions_of_smooth_disks() {
             let before = engine.state();
             run(&mut engine, 1, &mut seen)?;
             let after = engine.state();
-            let Some(collision) = seen.0 else { break };
+            let Some(seen) = seen.0 else { break };
+            let (relative, line) = (seen.relative.xy(), seen.line.xy());
             let pair: Vec<usize> = (0..before.bodies.len())
                 .filter(|&i| before.bodies[i].velocity != after.bodies[i].velocity)
                 .collect();
             // A contact at rest with restitution 0 may leave all as it was.
             let &[i, j] = pair.as_slice() else { continue };
-            let swapped =
-                (before.bodies[i].velocity - before.bodies[j].velocity - collision.relative).norm()
-                    > 1e-12 * collision.relative.norm();
+            let swapped = (before.bodies[i].velocity - before.bodies[j].velocity - relative).norm()
+                > 1e-12 * relative.norm();
             let sign = if swapped { -1.0 } else { 1.0 };
             let turn = |state: &State<Mixture>| {
                 // The line tells which image it was: in a narrow box two may touch.
-                let arm = collision.line * sign;
+                let arm = line * sign;
                 let [a, b] =
                     [i, j].map(|who| state.bodies[who].velocity * scene.sizes.mass(who as u32));
                 0.5 * (arm.perp(&a) - arm.perp(&b))
             };
             let mass = scene.sizes.mass(i as u32) + scene.sizes.mass(j as u32);
             // Distances of order one are rounded to 1e-15 of the box, sides up to a hundred.
-            let allowed = 1e-12 * mass * (collision.relative.norm() + 1e-3);
+            let allowed = 1e-12 * mass * (relative.norm() + 1e-3);
             let change = turn(&after) - turn(&before);
             prop_assert!(
                 change.abs() <= allowed,
                 "the angular momentum of {pair:?} changes by {change:e}"
             );
-            let normal = collision.line.normalize();
-            let relative = (after.bodies[i].velocity - after.bodies[j].velocity) * sign;
-            let back = relative.dot(&normal) + recipe.restitution * collision.relative.dot(&normal);
+            let normal = line.normalize();
+            let rebound = (after.bodies[i].velocity - after.bodies[j].velocity) * sign;
+            let back = rebound.dot(&normal) + recipe.restitution * relative.dot(&normal);
             prop_assert!(
-                back.abs() <= 1e-13 * (1.0 + collision.relative.norm()),
+                back.abs() <= 1e-13 * (1.0 + relative.norm()),
                 "restitution off by {back:e}"
             );
             let distance = scene.sizes.radius(i as u32) + scene.sizes.radius(j as u32);
-            let gap = collision.line.norm() - distance;
+            let gap = line.norm() - distance;
             prop_assert!(gap.abs() <= 1e-12, "contact at a gap of {gap:e}");
         }
         Ok(())
     });
 }
 
-struct Seen(Option<Collision<Vector2<f64>>>);
+struct Seen(Option<Collision>);
 
-impl Observe<Mixture> for Seen {
-    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
-        self.0 = Some(*collision);
+impl Observer for Seen {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            self.0 = Some(*collision);
+        }
     }
 }
 

@@ -47,7 +47,7 @@ pub struct Accuracy {
     quantiles: Quantiles,
 }
 
-/// Quantiles for so many values.
+/// Quantiles for a number of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Quantiles {
     /// Student's, at [`OUTSIDE`] on two sides.
@@ -134,7 +134,7 @@ impl Accuracy {
             .map(|factor| factor * self.statistical)
     }
 
-    /// Total error of the mean of so many runs. The square of the systematic error is taken less that of its own standard
+    /// Total error of the mean of a number of runs. The square of the systematic error is taken less that of its own standard
     /// error, which it holds on average, and at least zero.
     pub fn total(&self, runs: u64) -> f64 {
         let square = self.systematic.powi(2) - self.systematic_error.powi(2);
@@ -147,7 +147,7 @@ impl Accuracy {
         [0, 1].map(|end: usize| bias[end].hypot(noise[end] / (runs as f64).sqrt()))
     }
 
-    /// The error that the mean of so many new runs exceeds with a chance of 1 % at most: size of the systematic error, and
+    /// The error that the mean of a number of new runs exceeds with a chance of 1 % at most: size of the systematic error, and
     /// Student's quantile times what is not known of it and of the mean.
     pub fn assured(&self, runs: u64) -> f64 {
         let noise = self.statistical / (runs as f64).sqrt();
@@ -217,7 +217,7 @@ mod tests {
         assert!(held[2] as f64 > 1900.0 - allowed, "{held:?}");
     }
 
-    /// New means of as many runs as are asked for miss the target in at most 1 % of 2000 trials, and five standard errors
+    /// New means of the recommended number of runs miss the target in at most 1 % of 2000 trials, and five standard errors
     /// of that count (20 + 22).
     #[test]
     fn assured_errors_are_kept() {

@@ -43,6 +43,9 @@ pub struct Quotient {
     pub z: Option<f64>,
     /// Two-sided p value of log(a/b) = 0.
     pub p_value: Option<f64>,
+    /// Half the width of the confidence interval of log(a/b) that a single test at `false_alarm` has; `None` for a single
+    /// replica.
+    pub half_width: Option<f64>,
     /// What the test says, all times taken together.
     pub verdict: Verdict,
 }
@@ -83,6 +86,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
         .filter_map(|time| {
             let log = Estimate::over_replicas(&logs[time])?;
             let value = log.value.exp();
+            let half_width = half_width(&log, tests[time].as_ref(), false_alarm);
             let standard_error = log.standard_error.map(|error| error * value);
             let verdict = if same[time] {
                 Verdict::Agree
@@ -92,7 +96,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
                 } else {
                     Verdict::Lower
                 }
-            } else if agrees(&log, tests[time].as_ref(), false_alarm) {
+            } else if agrees(tests[time].as_ref(), half_width, false_alarm) {
                 Verdict::Agree
             } else {
                 Verdict::Undecided
@@ -106,23 +110,24 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
                 },
                 z: test.map(|test| test.normal_z),
                 p_value: test.map(|test| test.p_value),
+                half_width,
                 verdict,
             })
         })
         .collect()
 }
 
+/// Student's quantile times the standard error.
+fn half_width(log: &Estimate, test: Option<&TTest>, false_alarm: f64) -> Option<f64> {
+    let student = StudentsT::new(0.0, 1.0, test?.degrees_of_freedom as f64).ok()?;
+    Some(student.inverse_cdf(1.0 - 0.5 * false_alarm) * log.standard_error?)
+}
+
 /// Whether a single test without correction finds no difference either, and a difference by
 /// [`SMALLEST_DIFFERENCE`] would have stood out at its level.
-fn agrees(log: &Estimate, test: Option<&TTest>, false_alarm: f64) -> bool {
-    let (Some(error), Some(test)) = (log.standard_error, test) else {
-        return false;
-    };
-    let Ok(student) = StudentsT::new(0.0, 1.0, test.degrees_of_freedom as f64) else {
-        return false;
-    };
-    let threshold = student.inverse_cdf(1.0 - 0.5 * false_alarm);
-    test.p_value > false_alarm && threshold * error <= SMALLEST_DIFFERENCE.ln()
+fn agrees(test: Option<&TTest>, half_width: Option<f64>, false_alarm: f64) -> bool {
+    test.is_some_and(|test| test.p_value > false_alarm)
+        && half_width.is_some_and(|width| width <= SMALLEST_DIFFERENCE.ln())
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Energy and shape of the velocity distribution.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Observe, Physics, Sizes, Space, State, Vector, VectorOf};
+use stosszahl_model::{Collision, Observer, Particles, Physics, Sizes, Space, State, Vector};
 
 /// Moments of the velocities at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,15 +19,44 @@ pub struct EnergySample {
 impl EnergySample {
     /// Takes the moments of a state after `pair_collisions` pair collisions of its bodies.
     pub fn new<P: Physics>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
-        let dimension = P::Space::DIMENSION as f64;
-        let count = state.bodies.len().max(1) as f64;
         let sizes = scene.sizes();
-        let [mut second, mut fourth] = [0.0; 2];
-        for (index, body) in state.bodies.iter().enumerate() {
+        let bodies = state.bodies.iter().enumerate();
+        let squares = bodies.map(|(index, body)| {
             let square = sizes.mass(sizes.tag(index)) * body.velocity.square();
-            second += square;
-            fourth += square * square;
+            (1.0, square)
+        });
+        let simulators = state.bodies.len();
+        let collisions = 2.0 * pair_collisions as f64 / simulators.max(1) as f64;
+        Self::from_squares(state.time, P::Space::DIMENSION, squares, collisions)
+    }
+
+    /// Takes the moments of particles after `pair_collisions` pair collisions of them. Weights count by their ratio to the
+    /// first, so that equal ones change no digit.
+    pub fn of(particles: &Particles, pair_collisions: u64) -> Self {
+        let first = particles.all.first().map_or(1.0, |one| one.weight);
+        let squares = particles.all.iter().map(|one| {
+            let square = one.mass * one.velocity.norm_squared();
+            (one.weight / first, square)
+        });
+        let collisions = 2.0 * pair_collisions as f64 / particles.all.len().max(1) as f64;
+        Self::from_squares(particles.time, particles.dimension, squares, collisions)
+    }
+
+    /// From weights and m v^2.
+    fn from_squares(
+        time: f64,
+        dimension: usize,
+        squares: impl Iterator<Item = (f64, f64)>,
+        collisions_per_particle: f64,
+    ) -> Self {
+        let dimension = dimension as f64;
+        let [mut count, mut second, mut fourth] = [0.0; 3];
+        for (weight, square) in squares {
+            count += weight;
+            second += weight * square;
+            fourth += weight * square * square;
         }
+        let count = if count > 0.0 { count } else { 1.0 };
         let (second, fourth) = (second / count, fourth / count);
         let fourth_cumulant = if second > 0.0 {
             dimension * fourth / ((dimension + 2.0) * second * second) - 1.0
@@ -35,10 +64,10 @@ impl EnergySample {
             0.0
         };
         Self {
-            time: state.time,
+            time,
             temperature: second / dimension,
             fourth_cumulant,
-            collisions_per_particle: 2.0 * pair_collisions as f64 / count,
+            collisions_per_particle,
         }
     }
 }
@@ -62,10 +91,11 @@ impl Virial {
     }
 }
 
-impl<P: Physics> Observe<P> for Virial {
-    #[inline]
-    fn collision(&mut self, collision: &stosszahl_model::Collision<VectorOf<P>>) {
-        self.sum += collision.virial() * collision.weight;
+impl Observer for Virial {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            self.sum += collision.virial() * collision.weight;
+        }
     }
 }
 

@@ -24,7 +24,7 @@ pub struct Outcome {
     pub statistic: f64,
     /// Probability of a statistic at least so extreme in an equilibrated gas, where it is known.
     pub p_value: Option<f64>,
-    /// Whether the gas passed; `None` where the sample is too small to tell, or the test has no meaning.
+    /// Whether the gas passed; `None` where the sample is too small to decide, or the test has no meaning.
     pub passed: Option<bool>,
     /// In words.
     pub detail: String,
@@ -112,7 +112,7 @@ fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
     for &[x, y] in reciprocal {
         let k = [f64::from(x) / lengths[0], f64::from(y) / lengths[1]];
         let length = k[0].hypot(k[1]);
-        // Whole turns would meet the negatives, which carry the same S.
+        // Whole turns would include the negatives, which have the same S.
         for step in 0..20 {
             let angle = std::f64::consts::PI * (f64::from(step) + 0.37) / 20.0;
             let index = [

@@ -1,6 +1,6 @@
 //! The one error type of the crate, and the checks that several measurements share.
 
-use nalgebra::Vector2;
+use nalgebra::SVector;
 
 /// What a measurement or a test can refuse, with the numbers that made it refuse.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -51,7 +51,7 @@ pub enum Error {
     /// A side of the box is not a positive finite length.
     #[error("side {axis} of the box has length {found}; it must be positive and finite")]
     LengthInvalid {
-        /// Axis of the side, 0 or 1.
+        /// Axis of the side, from 0.
         axis: usize,
         /// The length found.
         found: f64,
@@ -98,12 +98,12 @@ pub enum Error {
         needed: usize,
     },
     /// A position is infinite or not a number.
-    #[error("point {index} lies at ({}, {}); positions must be finite", found[0], found[1])]
+    #[error("point {index} lies at ({}, {}, {}); positions must be finite", found[0], found[1], found[2])]
     PositionInvalid {
         /// Index of the point.
         index: usize,
-        /// The position found.
-        found: [f64; 2],
+        /// The position found; 0 beyond the dimension.
+        found: [f64; 3],
     },
     /// The range of distances is not positive, or reaches beyond the nearest periodic image.
     #[error(
@@ -139,7 +139,7 @@ pub enum Error {
 }
 
 /// Refuses a box with a side that is not positive and finite.
-pub(crate) fn check_lengths(lengths: [f64; 2]) -> Result<(), Error> {
+pub(crate) fn check_lengths<const D: usize>(lengths: [f64; D]) -> Result<(), Error> {
     for (axis, found) in lengths.into_iter().enumerate() {
         if !is_positive(found) {
             return Err(Error::LengthInvalid { axis, found });
@@ -149,7 +149,10 @@ pub(crate) fn check_lengths(lengths: [f64; 2]) -> Result<(), Error> {
 }
 
 /// Refuses fewer points than needed, and positions that are not finite.
-pub(crate) fn check_positions(positions: &[Vector2<f64>], needed: usize) -> Result<(), Error> {
+pub(crate) fn check_positions<const D: usize>(
+    positions: &[SVector<f64, D>],
+    needed: usize,
+) -> Result<(), Error> {
     if positions.len() < needed {
         return Err(Error::PointsTooFew {
             found: positions.len(),
@@ -158,11 +161,11 @@ pub(crate) fn check_positions(positions: &[Vector2<f64>], needed: usize) -> Resu
     }
     match positions
         .iter()
-        .position(|r| !(r.x.is_finite() && r.y.is_finite()))
+        .position(|r| !r.iter().all(|part| part.is_finite()))
     {
         Some(index) => Err(Error::PositionInvalid {
             index,
-            found: positions[index].into(),
+            found: [0, 1, 2].map(|axis| positions[index].get(axis).copied().unwrap_or(0.0)),
         }),
         None => Ok(()),
     }

@@ -90,7 +90,7 @@ impl Grid {
     }
 }
 
-/// One particle, as a field sees it.
+/// One particle, as a field needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Position along the first two axes \[length\].

@@ -1,7 +1,7 @@
 //! Weighted least squares for a handful of measured values: lines, limits, and orders of convergence.
 //!
 //! Each value comes with its own standard error, taken as known: the errors of what is fitted follow from them, and
-//! `chi_squared` tells whether the model can be true.
+//! `chi_squared` shows whether the model can be true.
 
 use serde::{Deserialize, Serialize};
 

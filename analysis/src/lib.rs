@@ -8,7 +8,7 @@
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
 //! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
-//! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points dealt to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
+//! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
@@ -27,7 +27,7 @@
 //!
 //! Every fast path has its slow, obvious counterpart. For the structure factor that is public, as
 //! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave vectors: it has
-//! neither window nor aliasing. The all-pairs count that checks the cell lists lives in the tests.
+//! neither window nor aliasing. The all-pairs count that checks the cell lists is in the tests.
 
 pub mod accuracy;
 pub mod compare;
@@ -36,6 +36,7 @@ pub mod equilibrium;
 mod error;
 pub mod fields;
 pub mod fit;
+pub mod impact;
 pub mod modes;
 pub mod pair_correlation;
 pub mod relaxation;

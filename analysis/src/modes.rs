@@ -128,7 +128,7 @@ impl Modes {
     }
 
     /// Modes with wave numbers |k| from `range[0]` up to but not including `range[1]` \[1/length\], one of each pair ±k, at
-    /// most `most` of them: every so many in the order of their indices if there are more.
+    /// most `most` of them: at equal steps in the order of their indices if there are more.
     ///
     /// # Errors
     /// As [`Modes::new`].

@@ -1,7 +1,7 @@
 //! Growth and decay of amplitudes over replicas: viscosity from a shear wave, the exponents of an instability, diffusion
 //! from displacements.
 //!
-//! An amplitude that obeys `da/dx = -rate a + noise` with noise that knows nothing of the past has
+//! An amplitude that obeys `da/dx = -rate a + noise` with noise that is independent of the past has
 //! `<a(x + h) a(x)> = exp(-rate h) <a(x)²>`. Its propagator over one step is the slope of the regression of each value on
 //! the one before it, through the origin, pooled over replicas, modes and times: the most likely one for Gaussian noise
 //! of constant strength, whether the amplitude was set from outside or is itself thermal noise, and whether it decays or

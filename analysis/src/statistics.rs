@@ -97,7 +97,7 @@ impl FromIterator<f64> for Moments {
 pub struct Estimate {
     /// Mean over the replicas (unit of the measurement).
     pub value: f64,
-    /// Standard error of the mean, s / √R (unit of the measurement); one replica cannot tell its own error.
+    /// Standard error of the mean, s / √R (unit of the measurement); one replica has no error of its own.
     pub standard_error: Option<f64>,
     /// Number of independent replicas R.
     pub replicas: usize,
@@ -213,7 +213,7 @@ pub struct ChiSquaredTest {
 /// bins - 1 - fitted degrees of freedom.
 ///
 /// Bins that expect too little are refused, not merged: the result of a merge depends on which bins are taken
-/// together, and only the caller knows which are neighbours.
+/// together, and which are neighbours depends on the quantity.
 ///
 /// # Errors
 /// [`Error::BinsDiffer`], [`Error::BinsTooFew`], [`Error::ObservedInvalid`]; [`Error::ExpectedTooSmall`] below

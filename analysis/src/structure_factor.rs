@@ -16,7 +16,7 @@
 //!
 //! # Two ways
 //!
-//! [`direct_sum`] adds up the phases: exact, N operations per mode. [`StructureFactorPlan`] deals the points to
+//! [`direct_sum`] adds up the phases: exact, N operations per mode. [`StructureFactorPlan`] assigns the points to
 //! a density lattice of M × M sites and transforms that: O(N + M² log M) for all modes together, but the
 //! lattice shows. Take the direct sum for single modes, [`bragg_peaks`] for the memory of a crystal, and the
 //! plan for a spectrum.
@@ -65,7 +65,7 @@
 //! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
 //!
 //! A finer lattice (a smaller `diameter` in [`Options`]) pushes this to shorter wavelengths at the price of
-//! memory and time. Two things no correction can do. It holds for averages: a single mode of one configuration
+//! memory and time. Two limits of every correction. It holds for averages: a single mode of one configuration
 //! also carries the interference of k with k + G, of mean zero and of the relative size of the root of that
 //! weight, and a corrected single mode may even be slightly negative. And it assumes that points fall at random
 //! on the lattice: for a crystal commensurate with it, switch the correction off or take [`bragg_peaks`].
@@ -73,7 +73,7 @@
 //! # Design
 //!
 //! The density is real, so two rows travel as real and imaginary part of one complex transform, and only the
-//! columns up to the largest wave number asked for are transformed along the other axis: between a quarter and
+//! columns up to the largest requested wave number are transformed along the other axis: between a quarter and
 //! a half of the full complex transform. Between the two passes the lattice is transposed in blocks that fit
 //! the cache. A non-uniform transform would have no aliasing to correct, but needs an oversampled lattice and
 //! a wider spreading kernel, several times the cost, for accuracy that the statistical error hides.
@@ -94,7 +94,7 @@ pub const LARGEST_LATTICE: usize = 1 << 26;
 /// Edge of the blocks of the transpose: 16 complex numbers are four cache lines.
 const BLOCK: usize = 16;
 
-/// How a point is dealt to the density lattice.
+/// How a point is assigned to the density lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Assignment {
     /// All of it to the nearest site; halfway between, to the one above.
@@ -108,7 +108,7 @@ pub enum Assignment {
 pub struct Options {
     /// The largest shell, as |k| `L_x` / 2π.
     pub largest_wave_number: usize,
-    /// How points are dealt to the lattice.
+    /// How points are assigned to the lattice.
     pub assignment: Assignment,
     /// Whether to undo the window and the aliased shot noise. Without it, the spectrum is that of the points
     /// moved to the lattice.
@@ -238,7 +238,7 @@ pub struct StructureFactorPlan {
     along_x: Arc<dyn Fft<f64>>,
     /// Density: row r holds x = 2 r as real part and x = 2 r + 1 as imaginary part, for all y.
     rows: Vec<Complex<f64>>,
-    /// Column `n_y` holds all x, for `n_y` = 0 to the largest asked for.
+    /// Column `n_y` holds all x, for `n_y` = 0 to the largest requested.
     columns: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
     modes: Vec<PlannedMode>,
@@ -249,7 +249,7 @@ impl StructureFactorPlan {
     ///
     /// Along each axis the number of sites is the power of two whose spacing is nearest to the diameter, the
     /// finer of two equally near; doubled while the largest wave number is not below M / 2, where a mode could
-    /// not be told from its mirror image. 560 diameters become 512 sites, 1.094 diameters apart.
+    /// not be distinguished from its mirror image. 560 diameters become 512 sites, 1.094 diameters apart.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::WaveNumberInvalid`], and

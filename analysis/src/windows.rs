@@ -10,21 +10,25 @@
 //! * and what speed and impact parameter have to do with each other,
 //!   `<g^2 (1 - b^2/d^2)>/(<g^2><1 - b^2/d^2>)`,
 //!
-//! so any difference between two engines at the same temperature splits into these four. All are taken relative
+//! Spheres have 8 T/m in place of 6 T/m and 1/2 in place of 2/3. Impact parameters are uniform on the disk that the
+//! partners show each other, so (b/d)^(D-1) is uniform under chaos: b/d of disks, its square of spheres.
+//!
+//! So any difference between two engines at the same temperature splits into these four. All are taken relative
 //! to the temperature *at the moment of each collision*, which the observer knows from the energy lost so far, so
 //! windows in which the gas cools by decades mix nothing.
 
 mod pairs;
 
-use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Collision, Observe, Physics, Plane};
+use stosszahl_model::{Collision, Observer};
 
 pub use pairs::{PairBins, PairKind};
 
 /// What happened in one window of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
+    /// 2 or 3.
+    pub dimension: usize,
     /// Start of the window \[time\].
     pub start: f64,
     /// End of the window \[time\], not included.
@@ -39,6 +43,8 @@ pub struct Window {
     pub impact: f64,
     /// Sum of (b/d)^2.
     pub impact_square: f64,
+    /// Sum of (b/d)^4 of spheres; 0 for disks, which need none.
+    pub impact_fourth: f64,
     /// Sum of m g^2/T.
     pub square: f64,
     /// Sum of m (g.k)^2/T.
@@ -48,23 +54,41 @@ pub struct Window {
 }
 
 impl Window {
-    /// Mean of |b|/d; 1/2 under molecular chaos. `None` without collisions.
+    /// Mean of |b|/d; 1/2 under molecular chaos, 2/3 of spheres. `None` without collisions.
     pub fn mean_impact(&self) -> Option<f64> {
         (self.collisions > 0).then(|| self.impact / self.collisions as f64)
     }
 
-    /// Slope s of the least-squares line P(b/d) = 1 + s (b/d - 1/2): s = 12 (<b/d> - 1/2). Positive where
+    /// Sums of (b/d)^(D-1) and of its square.
+    fn uniform(&self) -> [f64; 2] {
+        if self.dimension == 2 {
+            [self.impact, self.impact_square]
+        } else {
+            [self.impact_square, self.impact_fourth]
+        }
+    }
+
+    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1): s = 12 (`<u>` - 1/2). Positive where
     /// grazing collisions are in excess.
     pub fn slope(&self) -> Option<f64> {
-        Some(12.0 * (self.mean_impact()? - 0.5))
+        (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
     /// Standard error of [`Self::slope`] from the spread of independent collisions.
     pub fn slope_error(&self) -> Option<f64> {
-        let mean = self.mean_impact()?;
         let n = self.collisions as f64;
-        let variance = (self.impact_square / n - mean * mean).max(0.0);
-        Some(12.0 * (variance / n).sqrt())
+        let [mean, square] = self.uniform().map(|sum| sum / n);
+        let variance = (square - mean * mean).max(0.0);
+        (self.collisions > 0).then(|| 12.0 * (variance / n).sqrt())
+    }
+
+    /// Density of |b|/d in a bin under molecular chaos: 1 of disks, 2 b/d of spheres.
+    pub fn chaos(&self, bin: usize) -> f64 {
+        if self.dimension == 2 {
+            1.0
+        } else {
+            (2 * bin + 1) as f64 / self.bins.len() as f64
+        }
     }
 
     /// The factors of the dissipation identity; `theory` is the collision rate of molecular chaos per particle
@@ -74,10 +98,11 @@ impl Window {
             return None;
         }
         let n = self.collisions as f64;
+        let d = self.dimension as f64;
         let expected = 0.5 * disks as f64 * theory * self.root_temperature;
         let rate = self.physical_collisions / expected;
-        let speed = self.square / n / 6.0;
-        let impact = (1.0 - self.impact_square / n) * 1.5;
+        let speed = self.square / n / (2.0 * (d + 1.0));
+        let impact = (1.0 - self.impact_square / n) * (0.5 * (d + 1.0));
         let total = self.normal_square / n / 4.0;
         Some(Dissipation {
             rate,
@@ -94,9 +119,9 @@ impl Window {
 pub struct Dissipation {
     /// Collision rate over Enskog's.
     pub rate: f64,
-    /// <g^2> of colliding pairs over 6 T/m.
+    /// <g^2> of colliding pairs over 2 (D + 1) T/m.
     pub speed: f64,
-    /// <1 - b^2/d^2> over 2/3.
+    /// <1 - b^2/d^2> over 2/(D + 1).
     pub impact: f64,
     /// What is left of <g^2(1 - b^2/d^2)> beyond the product of the means.
     pub correlation: f64,
@@ -104,13 +129,14 @@ pub struct Dissipation {
     pub dissipation: f64,
 }
 
-/// Observes collisions of equal disks of mass one in windows of time.
+/// Observes collisions in windows of time; the factors of the dissipation identity have a meaning for equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Windows {
     /// The windows; they may overlap.
     pub windows: Vec<Window>,
     /// Impact parameters by kind of pair, where there are several.
     pub pairs: Option<PairBins>,
+    dimension: usize,
     temperature: f64,
     disks: usize,
     last: f64,
@@ -129,6 +155,7 @@ impl Windows {
         let windows = spans
             .iter()
             .map(|&[start, end]| Window {
+                dimension: 2,
                 start,
                 end,
                 bins: vec![0; bins],
@@ -136,6 +163,7 @@ impl Windows {
                 physical_collisions: 0.0,
                 impact: 0.0,
                 impact_square: 0.0,
+                impact_fourth: 0.0,
                 square: 0.0,
                 normal_square: 0.0,
                 root_temperature: 0.0,
@@ -144,13 +172,24 @@ impl Windows {
         Self {
             windows,
             pairs: None,
+            dimension: 2,
             temperature,
             disks,
             last: start,
         }
     }
 
-    /// Tells the temperature at a time, so that rounding in the running energy never adds up.
+    /// The same for spheres (3) or disks (2).
+    #[must_use]
+    pub fn in_dimension(mut self, dimension: usize) -> Self {
+        self.dimension = dimension;
+        for window in &mut self.windows {
+            window.dimension = dimension;
+        }
+        self
+    }
+
+    /// Sets the temperature at a time, so that rounding in the running energy never adds up.
     pub fn synchronise(&mut self, time: f64, temperature: f64) {
         self.pass(time);
         self.temperature = temperature;
@@ -169,9 +208,16 @@ impl Windows {
     }
 }
 
-impl<P: Physics<Space = Plane>> Observe<P> for Windows {
-    #[inline]
-    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
+impl Observer for Windows {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            self.collision(collision);
+        }
+    }
+}
+
+impl Windows {
+    fn collision(&mut self, collision: &Collision) {
         self.pass(collision.time);
         let mut known = None;
         for (number, window) in self.windows.iter_mut().enumerate() {
@@ -197,38 +243,41 @@ impl<P: Physics<Space = Plane>> Observe<P> for Windows {
             window.physical_collisions += collision.weight;
             window.impact += impact;
             window.impact_square += impact_square;
+            if window.dimension > 2 {
+                window.impact_fourth += impact_square * impact_square;
+            }
             window.square += square;
             window.normal_square += normal_square;
         }
-        // Two degrees of freedom a disk: T = K/N.
-        self.temperature -= collision.energy_lost() * collision.weight / self.disks as f64;
+        // T = 2 K/(D N).
+        let share = 2.0 / self.dimension as f64;
+        self.temperature -= collision.energy_lost() * share * collision.weight / self.disks as f64;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::vector;
-    use stosszahl_model::{Constant, Free, Monodisperse, Scene, Smooth};
-
-    type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
+    use nalgebra::{Vector3, vector};
 
     #[test]
     fn sums_of_two_collisions_by_hand() {
         let mut windows = Windows::new(&[[0.0, 1.0], [1.0, 3.0]], 4, 10, 0.0, 2.0);
-        let collision = |time: f64, relative: Vector2<f64>| Collision {
+        let collision = |time: f64, relative: Vector3<f64>| Collision {
             time,
-            position: vector![0.0, 0.0],
+            position: Vector3::zeros(),
             relative,
-            line: vector![1.0, 0.0],
+            line: Vector3::x(),
             reduced_mass: 0.5,
             restitution: 0.0,
             weight: 1.0,
+            pair: [0, 1],
+            species: [0; 2],
         };
         // Central: g^2 = 4, loss (mu/2) 4 = 1, so T = 2 - 1/10 after it.
-        Observe::<Disks>::collision(&mut windows, &collision(0.5, vector![-2.0, 0.0]));
+        windows.collision(&collision(0.5, vector![-2.0, 0.0, 0.0]));
         // b/d = 3/5.
-        Observe::<Disks>::collision(&mut windows, &collision(2.0, vector![-0.8, 0.6]));
+        windows.collision(&collision(2.0, vector![-0.8, 0.6, 0.0]));
         windows.synchronise(3.5, 1.0);
         let [first, second] = &windows.windows[..] else {
             panic!("two windows")
@@ -249,20 +298,22 @@ mod tests {
     fn factors_multiply_to_the_cooling_rate() {
         let mut windows = Windows::new(&[[0.0, 1.0]], 4, 2, 0.0, 1.0);
         for (time, relative) in [
-            (0.1, vector![-1.0, 0.2]),
-            (0.4, vector![-0.3, 0.9]),
-            (0.7, vector![-2.0, 1.0]),
+            (0.1, vector![-1.0, 0.2, 0.0]),
+            (0.4, vector![-0.3, 0.9, 0.0]),
+            (0.7, vector![-2.0, 1.0, 0.0]),
         ] {
             let collision = Collision {
                 time,
-                position: vector![0.0, 0.0],
+                position: Vector3::zeros(),
                 relative,
-                line: vector![1.0, 0.0],
+                line: Vector3::x(),
                 reduced_mass: 0.5,
                 restitution: 0.9,
                 weight: 1.0,
+                pair: [0, 1],
+                species: [0; 2],
             };
-            Observe::<Disks>::collision(&mut windows, &collision);
+            windows.collision(&collision);
         }
         let d = windows.windows[0].dissipation(1.7, 2).expect("collisions");
         assert!((d.rate * d.speed * d.impact * d.correlation - d.dissipation).abs() < 1e-14);

@@ -11,6 +11,7 @@ use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Displacement;
 use crate::simulator::{Follow, SimulatorOf};
+use crate::stop::Stop;
 use crate::tally::{Stock, Tally, larger, smaller};
 use crate::tile::Tile;
 
@@ -42,13 +43,15 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) units: f64,
     /// Whether collisions are kept for somebody to look at.
     pub(crate) looks: bool,
+    /// Breaks the step off.
+    pub(crate) stop: &'a Stop,
 }
 
 /// What the collisions of a tile leave.
 struct Report<'a, P: Physics> {
     tally: Tally,
     stock: Stock<P::Space>,
-    log: &'a mut Vec<Collision<VectorOf<P>>>,
+    log: &'a mut Vec<Collision>,
 }
 
 /// A cell about to collide.
@@ -96,6 +99,9 @@ where
         let mut index = 0;
         for z in 0..place.sides[2] {
             for y in 0..place.sides[1] {
+                if self.stop.is_set() {
+                    break;
+                }
                 let line = [place.first[0], place.first[1] + y, place.first[2] + z];
                 for x in 0..place.sides[0] {
                     let range = tile.starts[index] as usize..tile.starts[index + 1] as usize;
@@ -183,7 +189,10 @@ where
         let ordered = (count * (count - 1)) as f64;
         let trials = draw_whole(0.5 * ordered * cell.rate * majorant, &mut stream);
         let mut collisions = 0;
-        for _ in 0..trials {
+        for trial in 0..trials {
+            if self.stop.is_set_at(trial) {
+                break;
+            }
             let [i, j] = draw_pair(count, &mut stream);
             let relative = members[i].velocity - members[j].velocity;
             let square = relative.square();
@@ -282,7 +291,8 @@ where
         let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
         let line = normal * (radii[0] + radii[1]);
         let velocities = [i, j].map(|who| members[who].velocity);
-        let restitution = self.scene.restitution().normal(-along * speed);
+        let kinds = [i, j].map(|who| sizes.kind(members[who].tag));
+        let restitution = (self.scene.restitution()).between(kinds, -along * speed);
         let pair = Encounter {
             velocities,
             spins: [i, j].map(|who| members[who].spin),
@@ -316,14 +326,25 @@ where
         if self.looks {
             report.log.push(Collision {
                 time: self.time,
-                position: members[i].position,
-                relative,
-                line,
+                position: members[i].position.spatial(),
+                relative: relative.spatial(),
+                line: line.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution,
                 weight,
+                pair: [i, j].map(|who| index::<P>(members[who].tag)),
+                species: kinds,
             });
         }
+    }
+}
+
+/// The index in the state of what has a tag, where that tells it apart from others.
+pub(crate) fn index<P: Physics>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
+    if P::Sizes::INDIVIDUAL {
+        P::Sizes::index(tag, 0) as u32
+    } else {
+        Collision::ANONYMOUS
     }
 }
 

@@ -52,6 +52,9 @@ pub enum Scheme {
 }
 
 impl Scheme {
+    /// [`Scheme::ContactPoint`] with its own radius: the scheme to compare with exact disks.
+    pub const CONTACT_POINT: Self = Self::ContactPoint { radius: None };
+
     /// The word used in file names and tables.
     pub fn name(self) -> &'static str {
         match self {
@@ -71,6 +74,12 @@ impl Scheme {
             self,
             Self::Esmc(_) | Self::StochasticDisks { .. } | Self::ContactPoint { .. }
         )
+    }
+
+    /// Whether its collisions carry momentum over the distance of the partners, as those of exact particles do: their virial is
+    /// then part of the pressure. Partners within a cell are points, whatever their rate.
+    pub fn carries(self) -> bool {
+        self.is_across()
     }
 
     /// Whether the number of its trials follows from a bound of the speeds at which partners approach.
@@ -124,8 +133,8 @@ pub(crate) struct Density<S: Space> {
     table: Vec<f64>,
     /// Packing fraction of one unit in the neighbourhood.
     unit: f64,
-    /// Half width of the neighbourhood in cells.
-    reach: usize,
+    /// Half widths of the neighbourhood in cells, along each axis.
+    reach: [usize; 3],
     mean: Option<f64>,
     mean_packing: f64,
     counts: [usize; 3],
@@ -134,9 +143,26 @@ pub(crate) struct Density<S: Space> {
     lines: Vec<f32>,
     /// Axes along which the box is not periodic: neighbourhoods stop at its faces.
     bounded: [bool; 3],
-    /// Cells of a neighbourhood over those of its room, by the number of the cell; empty where all is room.
-    crowding: Vec<f64>,
+    /// By the number of the cell; empty where all is room.
+    crowding: Vec<Crowding>,
     space: std::marker::PhantomData<S>,
+}
+
+/// By how much boundaries make a neighbourhood denser than the number in it says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crowding {
+    /// Its volume over that in which its particles can be, with all of their bodies: for packing fractions.
+    pub(crate) bodies: f64,
+    /// The latter over that in which their centres can be: for number densities.
+    pub(crate) centres: f64,
+}
+
+impl Crowding {
+    /// Of a neighbourhood that is all room.
+    pub(crate) const NONE: Self = Self {
+        bodies: 1.0,
+        centres: 1.0,
+    };
 }
 
 /// What [`Density::new`] must know of the gas.
@@ -161,19 +187,29 @@ pub(crate) struct Gas {
 impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
         let counts = gas.counts.map(|count| count as usize);
-        let narrowest = counts[..S::DIMENSION].iter().min().copied().unwrap_or(1);
         let wanted = scheme.reach(
             gas.width,
             gas.diameter,
             gas.simulators_per_particle,
             S::DIMENSION,
         );
-        // A neighbourhood that wraps around the box would count particles twice.
-        let reach = (wanted.unwrap_or(0) as usize).min((narrowest - 1) / 2);
+        let reach = [0, 1, 2].map(|axis| {
+            let wanted = if axis < S::DIMENSION {
+                wanted.unwrap_or(0) as usize
+            } else {
+                0
+            };
+            // A neighbourhood that wraps around the box would count particles twice; at walls it ends.
+            wanted.min(if gas.bounded[axis] {
+                counts[axis] - 1
+            } else {
+                (counts[axis] - 1) / 2
+            })
+        });
         let mean = wanted
             .is_none()
             .then(|| scheme.contact_value::<S>(gas.packing_fraction));
-        let unit = gas.unit / (gas.cell * ((2 * reach + 1) as f64).powi(S::DIMENSION as i32));
+        let unit = gas.unit / (gas.cell * block(reach));
         let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
         let table = (0..table)
             .map(|count| scheme.contact_value::<S>(f64::from(count) * unit))
@@ -184,10 +220,9 @@ impl<S: Space> Density<S> {
         } else {
             gas.packing_fraction
         };
-        let cells = if reach > 0 {
-            counts.iter().product()
-        } else {
-            0
+        let cells = match reach {
+            [0, 0, 0] => 0,
+            _ => counts.iter().product(),
         };
         Self {
             scheme,
@@ -205,38 +240,48 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Notes which share of each cell is room for centres: packing fractions are of that.
-    pub(crate) fn set_room(&mut self, room: impl Fn([u32; 3]) -> f64 + Sync) {
+    /// Notes which share of each cell is room for centres, and which for bodies: packing fractions are of the latter.
+    pub(crate) fn set_room(
+        &mut self,
+        centres: impl Fn([u32; 3]) -> f64 + Sync,
+        bodies: impl Fn([u32; 3]) -> f64 + Sync,
+    ) {
+        let centres = self.rooms_around(centres);
+        let bodies = self.rooms_around(bodies);
+        let cells = block(self.reach);
+        // Rooms are added in single precision.
+        let whole = |factor: f64| if factor > 1.0 + 1e-5 { factor } else { 1.0 };
+        let crowding = centres
+            .iter()
+            .zip(&bodies)
+            .map(|(centres, bodies)| Crowding {
+                bodies: whole(cells / bodies),
+                centres: whole(bodies / centres),
+            });
+        self.crowding = crowding.collect();
+        if self.crowding.iter().all(|one| *one == Crowding::NONE) {
+            self.crowding = Vec::new();
+        }
+    }
+
+    /// The room in the neighbourhood of each cell, in cells.
+    fn rooms_around(&mut self, room: impl Fn([u32; 3]) -> f64 + Sync) -> Vec<f64> {
         let [columns, rows, layers] = self.counts;
-        let rows_of = |line: usize| [line % rows, line / rows];
-        let at = |x: usize, line: usize| {
-            let [y, z] = rows_of(line);
-            [x as u32, y as u32, z as u32]
-        };
-        if self.reach > 0 {
+        let at = |x: usize, line: usize| [x as u32, (line % rows) as u32, (line / rows) as u32];
+        if self.looks_around() {
             self.update(false, |line, values| {
                 for (x, value) in values.iter_mut().enumerate() {
                     *value = room(at(x, line)) as f32;
                 }
             });
         }
-        let cells = ((2 * self.reach + 1) as f64).powi(S::DIMENSION as i32);
-        let crowding = (0..rows * layers).flat_map(|line| (0..columns).map(move |x| (x, line)));
-        let crowding: Vec<f64> = crowding
-            .map(|(x, line)| {
-                let cell = at(x, line);
-                let factor = cells / self.around(cell, room(cell));
-                // Rooms are added in single precision.
-                if factor > 1.0 + 1e-5 { factor } else { 1.0 }
-            })
-            .collect();
-        let is_crowded = crowding.iter().any(|&factor| factor != 1.0);
-        self.crowding = if is_crowded { crowding } else { Vec::new() };
+        let cells = (0..rows * layers).flat_map(|line| (0..columns).map(move |x| at(x, line)));
+        cells.map(|cell| self.around(cell, room(cell))).collect()
     }
 
     /// Whether chi of a cell depends on other cells, so that all must be arranged before any collides.
     pub(crate) fn looks_around(&self) -> bool {
-        self.reach > 0
+        self.reach != [0; 3]
     }
 
     /// Which pairs collide.
@@ -256,7 +301,7 @@ impl<S: Space> Density<S> {
 
     /// Takes the covered units of all cells: `fill` writes those of one line along the first axis, given its number.
     pub(crate) fn update(&mut self, parallel: bool, fill: impl Fn(usize, &mut [f32]) + Sync) {
-        let (columns, reach, bounded) = (self.counts[0], self.reach, self.bounded[0]);
+        let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
         let line = |padded: &mut Vec<f32>, (number, sums): (usize, &mut [f32])| {
             padded.resize(columns + 2 * reach, 0.0);
             fill(number, &mut padded[reach..reach + columns]);
@@ -285,38 +330,37 @@ impl<S: Space> Density<S> {
     /// Units around a cell, of which the cell itself has `own`.
     #[inline]
     pub(crate) fn around(&self, cell: [u32; 3], own: f64) -> f64 {
-        if self.reach == 0 {
+        if !self.looks_around() {
             return own;
         }
         let [columns, rows, layers] = self.counts;
         let cell = cell.map(|at| at as usize);
-        let depth = if S::DIMENSION == 2 { 0 } else { self.reach };
+        let [_, reach, depth] = self.reach;
         let mut sum = 0.0;
         for z in 0..=2 * depth {
             if self.bounded[2] && is_outside(cell[2] + z, depth, layers) {
                 continue;
             }
             let layer = wrapped(cell[2] + z, depth, layers);
-            for y in 0..=2 * self.reach {
-                if self.bounded[1] && is_outside(cell[1] + y, self.reach, rows) {
+            for y in 0..=2 * reach {
+                if self.bounded[1] && is_outside(cell[1] + y, reach, rows) {
                     continue;
                 }
-                let row = wrapped(cell[1] + y, self.reach, rows);
+                let row = wrapped(cell[1] + y, reach, rows);
                 sum += self.lines[cell[0] + columns * (row + rows * layer)];
             }
         }
         f64::from(sum)
     }
 
-    /// Units around a cell, of which the cell itself has `own`, as if all around it were room.
+    /// What boundaries leave of the neighbourhood of a cell.
     #[inline]
-    pub(crate) fn units(&self, cell: [u32; 3], own: f64) -> f64 {
-        let units = self.around(cell, own);
+    pub(crate) fn crowding(&self, cell: [u32; 3]) -> Crowding {
         if self.crowding.is_empty() {
-            return units;
+            return Crowding::NONE;
         }
         let [x, y, z] = cell.map(|at| at as usize);
-        units * self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
+        self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
     }
 
     /// chi of a cell whose own particles cover `own` units; whether it was limited; and the packing fraction that
@@ -326,7 +370,15 @@ impl<S: Space> Density<S> {
         if let Some(chi) = self.mean {
             return (chi.min(self.limit), chi > self.limit, self.mean_packing);
         }
-        let units = self.units(cell, own);
+        self.value_of(self.around(cell, own) * self.crowding(cell).bodies)
+    }
+
+    /// The same, where so many units are around as if all around were room.
+    #[inline]
+    pub(crate) fn value_of(&self, units: f64) -> (f64, bool, f64) {
+        if let Some(chi) = self.mean {
+            return (chi.min(self.limit), chi > self.limit, self.mean_packing);
+        }
         let known = if units.fract() == 0.0 {
             self.table.get(units as usize)
         } else {
@@ -340,8 +392,13 @@ impl<S: Space> Density<S> {
 
     /// Memory \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        8 * (self.table.capacity() + self.crowding.capacity()) + 4 * self.lines.capacity()
+        8 * (self.table.capacity() + 2 * self.crowding.capacity()) + 4 * self.lines.capacity()
     }
+}
+
+/// Cells of a neighbourhood of given half widths.
+fn block(reach: [usize; 3]) -> f64 {
+    reach.map(|reach| (2 * reach + 1) as f64).iter().product()
 }
 
 /// Whether `shifted - reach` is not a number below `count`.

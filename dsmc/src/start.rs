@@ -6,14 +6,15 @@ use stosszahl_model::walls::Book;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates, Spread};
-use crate::boundary::{Books, Boundaries, MOST_SIMULATORS, Surroundings, Transfer, enter};
+use crate::boundary::{Books, Boundaries, Inflow, MOST_SIMULATORS, Surroundings, Transfer, enter};
 use crate::collide::draw_whole;
 use crate::copies;
-use crate::density::{Density, Gas};
+use crate::density::{Density, Gas, Scheme};
 use crate::engine::{Constants, Engine};
 use crate::grid::Grid;
 use crate::parameters::{Displacement, EngineError, Parameters};
 use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
+use crate::stop::Stop;
 use crate::sweep::Pool;
 use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile};
@@ -42,11 +43,13 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     means: Means,
 }
 
-/// Sums over the particles of the start. Simulators may come and go; cells and steps stay as they were chosen.
+/// Sums over the particles of the start. Simulators may come and go; cells, tiles and steps stay as they were chosen.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Means {
     /// How many simulators there were.
-    count: usize,
+    simulators: usize,
+    /// Sum of the weights of what is averaged: one for each simulator of a start, its density for each inflow.
+    count: f64,
     /// Sums of their diameters d, of d^(D-1), of d^D, of their areas or volumes, and of their masses.
     diameters: f64,
     lower: f64,
@@ -58,45 +61,76 @@ pub(crate) struct Means {
 }
 
 impl Means {
-    /// Mean diameter, `M_(D-1)/M_D` of the diameters, and mean mass; of an empty box, those of the first size.
-    fn averages<P: Physics>(&self, sizes: &P::Sizes) -> [f64; 3] {
-        if self.count == 0 {
-            return [2.0 * sizes.largest_radius(), 1.0, sizes.mass(sizes.tag(0))];
-        }
-        let count = self.count as f64;
+    /// Mean diameter, `M_(D-1)/M_D` of the diameters, mean mass, and mean area or volume.
+    fn averages(&self) -> [f64; 4] {
         [
-            self.diameters / count,
+            self.diameters / self.count,
             self.lower / self.upper,
-            self.mass / count,
+            self.mass / self.count,
+            self.covered / self.count,
         ]
+    }
+
+    /// Packing fraction of the start, for simulators that count as `share` over the volume of the box.
+    fn packing_fraction(&self, share: f64) -> f64 {
+        match self.simulators {
+            0 => 0.0,
+            _ => share * self.covered,
+        }
+    }
+
+    /// How many simulators tiles are made for, of which all cover `covered`: those of the start, or what flows into an empty
+    /// box. Not the number of the moment, so that a continued run has the tiles of its start.
+    fn expected(&self, covered: f64) -> usize {
+        match self.simulators {
+            0 => (covered * self.count / self.covered).min(MOST_SIMULATORS) as usize,
+            some => some,
+        }
     }
 
     /// What unlike sizes do to the count of a neighbourhood.
     fn spread<P: Physics>(&self) -> Option<Spread> {
-        let count = self.count as f64;
-        let powers = self.powers.map(|sum| sum / count);
-        (!P::Sizes::UNIFORM && self.count > 0).then(|| Spread::new(P::Space::DIMENSION, powers))
+        let powers = self.powers.map(|sum| sum / self.count);
+        (!P::Sizes::UNIFORM).then(|| Spread::new(P::Space::DIMENSION, powers))
     }
 
-    /// Of the first `count` sizes.
-    fn of<P: Physics>(sizes: &P::Sizes, count: usize) -> Self {
+    /// Adds the size with an index, `weight` times.
+    fn add<P: Physics>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
         let dimension = P::Space::DIMENSION as i32;
+        let tag = sizes.tag(index);
+        let radius = sizes.radius(tag);
+        self.count += weight;
+        self.diameters += weight * 2.0 * radius;
+        self.lower += weight * (2.0 * radius).powi(dimension - 1);
+        self.upper += weight * (2.0 * radius).powi(dimension);
+        self.covered += weight * P::Space::ball(radius);
+        self.mass += weight * sizes.mass(tag);
+        let share = radius / sizes.largest_radius();
+        for (power, sum) in (dimension..=2 * dimension).zip(&mut self.powers) {
+            *sum += weight * share.powi(power);
+        }
+    }
+
+    /// Of the first `simulators` sizes; of an empty start, of what flows in, each by its density, and if nothing does, of
+    /// the first size.
+    fn of<P: Physics>(sizes: &P::Sizes, simulators: usize, inflows: &[Inflow<P::Space>]) -> Self {
         let mut means = Self {
-            count,
+            simulators,
             ..Self::default()
         };
-        for index in 0..count {
-            let tag = sizes.tag(index);
-            let radius = sizes.radius(tag);
-            means.diameters += 2.0 * radius;
-            means.lower += (2.0 * radius).powi(dimension - 1);
-            means.upper += (2.0 * radius).powi(dimension);
-            means.covered += P::Space::ball(radius);
-            means.mass += sizes.mass(tag);
-            let share = radius / sizes.largest_radius();
-            for (power, sum) in (dimension..=2 * dimension).zip(&mut means.powers) {
-                *sum += share.powi(power);
-            }
+        for index in 0..simulators {
+            means.add::<P>(sizes, index, 1.0);
+        }
+        if simulators > 0 {
+            return means;
+        }
+        // What is too much, or no number, is refused later.
+        let allowed = |inflow: &&Inflow<_>| inflow.density > 0.0 && inflow.density < 1e150;
+        for inflow in inflows.iter().filter(allowed) {
+            means.add::<P>(sizes, inflow.like, inflow.density);
+        }
+        if means.count == 0.0 {
+            means.add::<P>(sizes, 0, 1.0);
         }
         means
     }
@@ -211,7 +245,7 @@ where
         let sizes = scene
             .sizes()
             .repeated(parameters.simulators_per_disk as usize);
-        let means = Means::of::<P>(&sizes, simulators.len());
+        let means = Means::of::<P>(&sizes, simulators.len(), &boundaries.inflows);
         let checkpoint = Checkpoint {
             time: state.time,
             simulators,
@@ -231,7 +265,8 @@ where
         Ok(engine)
     }
 
-    /// Goes on from a checkpoint of a run that was started with the same arguments.
+    /// Goes on from a checkpoint of a run that was started with the same arguments, in the same cells and tiles: to the same
+    /// bytes.
     ///
     /// # Errors
     /// As [`Engine::new`].
@@ -294,19 +329,19 @@ where
             means,
         } = checkpoint;
         check_numbers::<P, F>(&scene, &simulators)?;
-        let weight = 1.0 / copies as f64;
-        let sizes = scene.sizes();
-        let packing_fraction = weight * means.covered / domain.volume();
-        let [mean_diameter, moment_ratio, mean_mass] = means.averages::<P>(sizes);
+        let (weight, sizes) = (1.0 / copies as f64, scene.sizes());
+        let [mean_diameter, moment_ratio, mean_mass, ball] = means.averages();
         // What flows in may be denser than what is there.
-        let packing_fraction = packing_fraction.max(boundaries.densest(scene.sizes()));
+        let packing_fraction = means
+            .packing_fraction(weight / domain.volume())
+            .max(boundaries.densest(scene.sizes()));
         let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
         let grid = grid(
             &parameters,
             domain,
             counts,
-            simulators.len(),
+            means.expected(packing_fraction * domain.volume() / weight),
             [2.0 * sizes.largest_radius(), radius],
         );
         let gas = Gas {
@@ -324,7 +359,7 @@ where
         let means_of_all = [0.5 * mean_diameter, mean_mass];
         let surroundings = Surroundings::new(&scene, boundaries, &grid, means_of_all, time)?;
         if let Some(surroundings) = &surroundings {
-            density.set_room(|cell| surroundings.room(cell));
+            leave_room(surroundings, &mut density)?;
             let entry = Entry {
                 scene: &scene,
                 surroundings,
@@ -335,7 +370,6 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut books)?;
         }
-        let ball = means.covered / means.count.max(1) as f64;
         let rates = (parameters.scheme.is_across())
             .then(|| Rates::new(density.unit(), ball, gas.limit, means.spread::<P>()));
         let mut engine = Self {
@@ -343,6 +377,7 @@ where
             rates,
             arm,
             constants: Constants {
+                packing_fraction,
                 weight,
                 mean_free_path: parameters
                     .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
@@ -370,6 +405,7 @@ where
             books,
             surroundings,
             means,
+            stop: Stop::default(),
         };
         engine.fill(&simulators);
         Ok(engine)
@@ -508,6 +544,29 @@ fn grid<S: Space>(
         PER_TILE
     };
     Grid::new(domain, counts, simulators, per_tile, reach)
+}
+
+/// Leaves room beside walls. Between some that are too near to each other, the rate of partners across cells is wrong by more than can be told.
+fn leave_room<P: Physics>(
+    surroundings: &Surroundings<P>,
+    density: &mut Density<P::Space>,
+) -> Result<(), EngineError> {
+    /// \[mean diameters\]
+    const LEAST: f64 = 3.0;
+    surroundings.leave_room(density);
+    let scheme = density.scheme();
+    let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));
+    match axes.find(|(_, width)| *width < LEAST) {
+        Some((axis, width)) if matches!(scheme, Scheme::ContactPoint { .. }) => {
+            let scheme = scheme.name();
+            Err(EngineError::Narrow {
+                axis,
+                scheme,
+                width,
+            })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.

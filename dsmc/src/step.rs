@@ -1,7 +1,7 @@
 //! How steps follow each other.
 
 use stosszahl_model::random::Purpose;
-use stosszahl_model::{Field, Observe, Physics, Sizes, Space, Vector};
+use stosszahl_model::{Field, Observer, Physics, Recorder, Sizes, Space, Vector};
 
 use crate::collide::{Kernel, covered};
 use crate::engine::Engine;
@@ -17,8 +17,12 @@ where
     F: Follow<P::Space>,
 {
     /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or
-    /// for `most_steps`. True if the time was reached.
-    pub fn advance(&mut self, until: f64, most_steps: u64, watch: &mut impl Observe<P>) -> bool {
+    /// for `most_steps`. True if the time was reached; false also if [`Engine::stop_on`] broke it off.
+    pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
+        if self.stop.has_ended() {
+            return false;
+        }
+        let mut recorder = Recorder::new(observer);
         let mut left = most_steps;
         let Some(mut step) = self.next_step(self.time, until, left) else {
             return until <= self.time;
@@ -35,8 +39,11 @@ where
             let next = self.next_step(end, until, left);
             // The half flights between two collisions are one flight.
             let flight = 0.5 * (step + next.unwrap_or(0.0));
-            self.step(step, flight, watch);
+            self.step(step, flight, &mut recorder);
             self.time = end;
+            if self.stop.ends() {
+                return false;
+            }
             let Some(next) = next else { break };
             step = next;
         }
@@ -125,7 +132,7 @@ where
     }
 
     /// Collisions of a step, and the flight after them.
-    fn step(&mut self, step: f64, flight: f64, watch: &mut impl Observe<P>) {
+    fn step(&mut self, step: f64, flight: f64, recorder: &mut Recorder<'_>) {
         let begin = self.time + 0.5 * step;
         self.move_walls(begin);
         let parallel = is_parallel(self.simulators);
@@ -158,13 +165,12 @@ where
             time: begin,
             streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
             units: unit.inverse(),
-            looks: looks::<P, _>(watch),
+            looks: recorder.looks(),
+            stop: &self.stop,
         };
         if let Some(rates) = &self.rates {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
-            for collision in kernel.collide_across(parallel, tiles, rates, arm, tally) {
-                watch.collision(&collision);
-            }
+            recorder.pass(&kernel.collide_across(parallel, tiles, rates, arm, tally));
             self.fly_only(timing);
             self.close_step(unit);
             return;
@@ -196,9 +202,8 @@ where
         self.exchange();
         for tile in &mut self.tiles {
             self.tally.add(&tile.tally);
-            for collision in tile.log.drain(..) {
-                watch.collision(&collision);
-            }
+            recorder.pass(&tile.log);
+            tile.log.clear();
         }
         self.close_step(unit);
     }
@@ -207,7 +212,7 @@ where
     fn move_walls(&mut self, time: f64) {
         if let Some(surroundings) = self.surroundings.as_mut().filter(|all| all.vibrates()) {
             surroundings.set_time(&self.grid, time);
-            self.density.set_room(|cell| surroundings.room(cell));
+            surroundings.leave_room(&mut self.density);
         }
     }
 
@@ -321,8 +326,4 @@ where
             }
         });
     }
-}
-
-fn looks<P: Physics, W: Observe<P>>(_watch: &W) -> bool {
-    W::LOOKS
 }

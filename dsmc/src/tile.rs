@@ -10,6 +10,7 @@
 
 use stosszahl_model::{Collision, Physics, VectorOf};
 
+use crate::across::Speeds;
 use crate::boundary::Books;
 use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::simulator::{Follow, SimulatorOf};
@@ -113,8 +114,10 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     /// What happened since it was arranged.
     pub(crate) tally: Tally,
     pub(crate) stock: Stock<P::Space>,
+    /// How fast simulators are, where partners are sought across cells.
+    pub(crate) speeds: Speeds<P::Space>,
     /// Collisions that somebody wants to look at.
-    pub(crate) log: Vec<Collision<VectorOf<P>>>,
+    pub(crate) log: Vec<Collision>,
     /// What happened in each cell, where somebody wants to know.
     pub(crate) counts: Vec<CellCount>,
     /// Whether simulators weigh the same in all its cells.
@@ -173,6 +176,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             lines: vec![0; (place.sides[1] * place.sides[2]) as usize],
             tally: Tally::default(),
             stock: Stock::default(),
+            speeds: Speeds::default(),
             log: Vec::new(),
             counts: Vec::new(),
             is_even: true,
@@ -367,8 +371,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             + self.simulators.capacity() * size_of::<SimulatorOf<P, F>>()
             + 2 * self.codes.capacity()
             + 4 * (self.starts.capacity() + self.lines.capacity())
-            + self.log.capacity() * size_of::<Collision<VectorOf<P>>>()
+            + self.log.capacity() * size_of::<Collision>()
             + self.counts.capacity() * size_of::<CellCount>()
+            + self.speeds.bytes()
     }
 }
 

@@ -248,7 +248,7 @@ fn threads_tiles_and_stops_change_nothing() {
     let density = 400.0;
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
     floor.sliding = vector![0.3, 0.0];
-    floor.vibration = Vibration::new(0.3, 1.1);
+    floor.vibration = Vibration::new(0.3, 1.1).ok();
     let disc = Outline::Disc {
         centre: vector![6.0, 2.5],
         radius: 0.8,

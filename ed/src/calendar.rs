@@ -55,11 +55,11 @@ pub trait Agenda {
         false
     }
 
-    /// The events of these disks come up in so many buckets, the last of which ends at a time. The plan is kept for
+    /// The events of these disks come up in a number of buckets, the last of which ends at a time. The plan is kept for
     /// them until then; after a jump of the calendar it may be that of others.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut Plan) {}
 
-    /// The present bucket names this disk: its partner is needed next. The partner's number for whoever wants to call up
+    /// The present bucket names this disk: its partner is needed next. The partner's number for a caller that wants to prefetch
     /// something else of it; beyond the disks if it has none.
     fn call_up_partner(&self, disk: u32) -> usize {
         disk as usize
@@ -69,7 +69,7 @@ pub trait Agenda {
 /// A priority queue of events.
 ///
 /// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event is at
-/// another time. A calendar may drop stale entries, or announce them; whoever asks can tell. It may not
+/// another time. A calendar may drop stale entries, or announce them; the caller can recognise them. It may not
 /// announce an entry twice unless it was pushed twice.
 pub trait Calendar: Sized {
     /// A calendar that holds the events of all disks.
@@ -142,10 +142,10 @@ impl Calendar for Sorted {
 ///
 /// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that names
 /// disks but no times, so that filing an event waits for nothing: the line is only written to. When it becomes the
-/// current one, the time of each of its disks is looked up, which also tells the stale ones, and those of this bucket
+/// current one, the time of each of its disks is looked up, which also shows the stale ones, and those of this bucket
 /// are lined up. An event of the current bucket joins them, one beyond the ring goes to the far list, which is
 /// looked through four times a turn, and one that finds its bucket full to a heap. As the disks of the next buckets
-/// are known, they are called up from memory before their turn.
+/// are known, they are prefetched before their turn.
 ///
 /// Nothing is allocated in steady state. The width is chosen anew when the mean load of a bucket leaves
 /// its bounds: a cooling gas slows down by orders of magnitude.
@@ -166,7 +166,7 @@ pub struct Buckets {
     /// Bucket number and disk of what finds its bucket full.
     spill: BinaryHeap<(u64, u32), MinComparator>,
     far: Vec<Entry>,
-    /// Bucket number and disk of what waits for its bucket to be called up from memory, at most until the next turn:
+    /// Bucket number and disk of what waits for its bucket to be prefetched, at most until the next turn:
     /// the first `waits`.
     waiting: [(u64, u32); WAITING],
     waits: usize,
@@ -207,10 +207,10 @@ const LOADS: [f64; 2] = [5.0, 11.0];
 /// Events whose earliest is found by comparing all.
 const FEW: usize = 24;
 
-/// Events that are compared at a time, without asking how many there are.
+/// Events that are compared at a time, without a look at how many there are.
 const BLOCK: usize = 4;
 
-/// Entries of the far list ahead that times are called up.
+/// Entries of the far list ahead that times are prefetched.
 const LOOK_AHEAD: usize = 16;
 
 /// Events that may wait for their buckets.
@@ -633,7 +633,7 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// The end of a bucket tells the same times from later ones as their numbers do, rounded and saturated ones too.
+    /// The end of a bucket separates the same times from later ones as their numbers do, rounded and saturated ones too.
     #[test]
     fn a_bucket_ends_where_the_next_begins() {
         let mut calendar = Buckets::new(&Times(vec![1.0]));

@@ -1,4 +1,4 @@
-//! The grid of cells. Beyond a wall there is a column or row that nobody enters.
+//! The grid of cells. Beyond a wall there is a column or row that stays empty.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::memory;
@@ -6,7 +6,7 @@ use stosszahl_model::memory;
 /// No disk.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Index of a disk for calling up its record; that of no disk is just before the first one, as a rule on the same page.
+/// Index of a disk for the prefetch of its record; that of no disk is just before the first one, as a rule on the same page.
 #[inline(always)]
 pub(crate) fn line_of(disk: u32) -> usize {
     disk as i32 as usize
@@ -46,12 +46,12 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Best width of the cells of so many disks, if none is wider.
+    /// Best width of the cells of this many disks, if none is wider.
     pub(crate) fn ideal(lengths: Vector2<f64>, disks: usize) -> f64 {
         (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt()
     }
 
-    /// Cells no narrower than the largest diameter, and as wide as pays for so many disks.
+    /// Cells no narrower than the largest diameter, and as wide as pays for this many disks.
     pub(crate) fn new(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -69,7 +69,7 @@ impl Cells {
         Self::with_counts(lengths, periodic, counts, narrow[0] || narrow[1])
     }
 
-    /// So many columns and rows; `narrow` as told by [`Self::narrow`].
+    /// This many columns and rows; `narrow` as given by [`Self::narrow`].
     pub(crate) fn with_counts(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -160,7 +160,7 @@ impl Cells {
     }
 
     /// The same along an axis for the four columns or rows around two cells that are next to each other, and where
-    /// the three around each begin; `None` for two that are not, and where a grid is too small to tell.
+    /// the three around each begin; `None` for two that are not, and where a grid is too small to decide.
     #[inline(always)]
     pub(crate) fn around_both(
         &self,
@@ -309,7 +309,7 @@ impl Cells {
         std::mem::replace(&mut self.firsts[place], disk)
     }
 
-    /// Calls up a cell that will be needed soon.
+    /// Prefetches a cell that will be needed soon.
     #[inline]
     pub(crate) fn prefetch(&self, place: usize) {
         memory::prefetch(&self.firsts, place);

@@ -52,17 +52,17 @@ impl Tally {
 pub struct Checkpoint<P: Physics> {
     /// The gas.
     pub state: State<P>,
-    /// Time of each disk's last contact; empty unless the TC model asks for it.
+    /// Time of each disk's last contact; empty unless the TC model needs it.
     pub last_contact: Vec<f64>,
     /// How often each disk has left the box on the right and at the top, less how often on the left and at the bottom;
-    /// the position plus so many sides of the box is that of a disk that was never wrapped. Empty unless asked for,
+    /// the position plus that many sides of the box is that of a disk that was never wrapped (image flags). Empty unless requested,
     /// by a start that has one for each disk.
     pub windings: Vec<[i32; 2]>,
     /// What was done so far.
     pub tally: Tally,
     /// Contacts since time last advanced noticeably.
     pub stalled: u64,
-    /// What each wall and obstacle has given to the gas, as told by `Engine::books`; empty where there are none.
+    /// What each wall and obstacle has given to the gas, by `Engine::books`; empty where there are none.
     pub books: Vec<Book<P::Space>>,
 }
 
@@ -76,6 +76,18 @@ impl<P: Physics> Clone for Checkpoint<P> {
             stalled: self.stalled,
             books: self.books.clone(),
         }
+    }
+}
+
+impl<P: Physics> Checkpoint<P> {
+    /// An empty gas in the same box, for while an engine has the other.
+    pub(crate) fn nowhere(other: &Self) -> Self {
+        let (time, domain) = (other.state.time, other.state.domain);
+        Self::from(State {
+            time,
+            domain,
+            bodies: Vec::new(),
+        })
     }
 }
 

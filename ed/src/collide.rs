@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 use stosszahl_model::{
-    Collision, Encounter, Field, Observe, Physics, Plane, Restitution, Sizes, Surface, bounce,
-    collide,
+    Collision, Encounter, Field, Physics, Plane, Recorder, Restitution, Sizes, Surface, Vector,
+    bounce, collide,
 };
 
 use crate::calendar::Calendar;
@@ -23,7 +23,7 @@ where
         &mut self,
         first: u32,
         second: u32,
-        watch: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) -> Result<(), EngineError> {
         let now = self.now;
         self.tally.collisions += 1;
@@ -46,7 +46,8 @@ where
         ];
         let relative = velocities[0] - velocities[1];
         let approach = -relative.dot(&line) / line.norm();
-        let law = self.restitution([first, second], approach * self.speed);
+        let kinds = [first, second].map(|disk| sizes.kind(self.tags[disk as usize]));
+        let law = self.restitution([first, second], kinds, approach * self.speed);
         let mut pair = Encounter {
             velocities,
             spins: [self.spin(first), self.spin(second)],
@@ -69,15 +70,9 @@ where
         }
         self.disks.all[first as usize].velocity = pair.velocities[0];
         self.disks.all[second as usize].velocity = pair.velocities[1];
-        watch.collision(&Collision {
-            time: self.epoch + now / self.speed,
-            position: self.disks.place(first, now),
-            relative: relative * self.speed,
-            line,
-            reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-            restitution,
-            weight: 1.0,
-        });
+        if recorder.looks() {
+            self.record([first, second], relative, line, restitution, recorder);
+        }
         self.predict_both(first, second);
         let latest = Latest {
             pair: [first, second],
@@ -95,10 +90,37 @@ where
         Ok(())
     }
 
+    /// Records a collision. Never inlined: the loop over events keeps its registers where nobody looks.
+    #[cold]
+    #[inline(never)]
+    fn record(
+        &self,
+        pair: [u32; 2],
+        relative: Vector2<f64>,
+        line: Vector2<f64>,
+        restitution: f64,
+        recorder: &mut Recorder<'_>,
+    ) {
+        let sizes = self.scene.sizes();
+        let tags = pair.map(|disk| self.tags[disk as usize]);
+        let masses = tags.map(|tag| sizes.mass(tag));
+        recorder.record(|| Collision {
+            time: self.epoch + self.now / self.speed,
+            position: self.disks.place(pair[0], self.now).spatial(),
+            relative: (relative * self.speed).spatial(),
+            line: line.spatial(),
+            reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+            restitution,
+            weight: 1.0,
+            pair: pair.map(|disk| self.names[disk as usize]),
+            species: tags.map(|tag| sizes.kind(tag)),
+        });
+    }
+
     /// The coefficient of restitution of a contact; `None` if that is elastic and smooth, whatever the scene says.
     #[inline(always)]
-    fn restitution(&mut self, pair: [u32; 2], approach: f64) -> Option<f64> {
-        let law = |scene: &P| Some(scene.restitution().normal(approach.max(0.0)));
+    fn restitution(&mut self, pair: [u32; 2], kinds: [u32; 2], approach: f64) -> Option<f64> {
+        let law = |scene: &P| Some(scene.restitution().between(kinds, approach.max(0.0)));
         match self.dissipation {
             Dissipation::Elastic => None,
             Dissipation::Scene => law(&self.scene),
@@ -128,7 +150,7 @@ where
         cluster
     }
 
-    /// Stands at the moment of collapse, and tells of it.
+    /// Stands at the moment of collapse, and reports it.
     #[cold]
     fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
         self.time = self.epoch + self.now / self.speed;

@@ -106,7 +106,7 @@ impl Candidates {
     /// The earliest contact before `limit` and its disk, the first added of simultaneous ones; the
     /// candidates are spent.
     ///
-    /// Each time is that of [`time_to_contact`], bit by bit. `slides` tells of a disk that touches already,
+    /// Each time is that of [`time_to_contact`], bit by bit. `slides` hears of a disk that touches already,
     /// with its b = r . g, that it does not count.
     #[inline(always)]
     pub(crate) fn earliest(

@@ -336,7 +336,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Notes that a disk will touch another, or nobody, at a time.
+    /// Notes that a disk will touch another, or none, at a time.
     #[inline(always)]
     pub(crate) fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
         let known = (partner as usize) < self.all.len();
@@ -396,7 +396,7 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// Calls `visit` with each disk of the hierarchy near another at a time and the separation of the first from it;
-    /// with the smallest disks near a smallest one only if asked for.
+    /// with the smallest disks near a smallest one only on request.
     fn around_levels(
         &self,
         who: u32,

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use stosszahl_model::walls::Book;
 use stosszahl_model::{
-    Body, Domain, Field, Observe, Physics, Plane, Sizes, SpinOf, State, Surface,
+    Body, Domain, Field, Observer, Physics, Plane, Recorder, Sizes, SpinOf, State, Surface,
 };
 
 use crate::calendar::{Agenda, Buckets, Calendar};
@@ -13,7 +13,7 @@ use crate::disk::Disks;
 use crate::error::EngineError;
 use crate::motion::Motion;
 use crate::progress::Progress;
-use crate::start::{check, check_boundaries, check_overlaps};
+use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
 use crate::surroundings::{Boundaries, Surroundings, Units};
 use crate::windings::{self, Winding};
 
@@ -32,7 +32,7 @@ const HORIZON: f64 = 4096.0;
 ///
 /// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
 /// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint alone,
-/// a run continues from it to the same bytes. In a long leg the engine does the same by itself now and
+/// a run continues from it to the same bytes. In a long leg the engine does the same now and
 /// then.
 pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) scene: P,
@@ -48,7 +48,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) surroundings: Surroundings,
     /// By face, then by obstacle; empty where nothing can be touched.
     pub(crate) books: Vec<Book<P::Space>>,
-    /// Box crossings along each axis, by disk; empty unless asked for.
+    /// Box crossings along each axis, by disk; empty unless requested.
     pub(crate) windings: Vec<Winding>,
     pub(crate) calendar: Q,
     pub(crate) candidates: Candidates,
@@ -59,7 +59,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) epoch: f64,
     /// Own time.
     pub(crate) now: f64,
-    /// Absolute time; exactly the one asked for when it was reached.
+    /// Absolute time; exactly the requested one when it was reached.
     pub(crate) time: f64,
     pub(crate) tally: Tally,
     /// Number of collisions at which the engine starts afresh.
@@ -79,8 +79,7 @@ where
     /// Starts in a periodic box from a state, or goes on from a checkpoint.
     ///
     /// # Errors
-    /// [`EngineError`] if the state has numbers that no engine can work with. Overlaps are not looked
-    /// for here: see `stosszahl_model::initial::first_overlap`.
+    /// [`EngineError`] if the state has numbers that no engine can work with, or disks of a start overlap.
     pub fn new(
         scene: P,
         dissipation: Dissipation,
@@ -104,11 +103,45 @@ where
         check(&scene, &start, diameter)?;
         check_boundaries(&start.state.domain, boundaries, diameter, start.books.len())?;
         check_overlaps(&scene, &start.state, boundaries)?;
-        Self::from_checkpoint(scene, dissipation, start, boundaries.clone())
+        let fresh = start.tally == Tally::default();
+        let engine = Self::from_checkpoint(scene, dissipation, start, boundaries.clone())?;
+        // Contacts leave pairs apart by rounding, so only a start can have others.
+        if fresh {
+            engine.check_pairs(ROUNDING * diameter)?;
+        }
+        Ok(engine)
+    }
+
+    /// Refuses disks that overlap by more than a depth \[length\].
+    fn check_pairs(&self, most: f64) -> Result<(), EngineError> {
+        let disks = self.names.len() as u32;
+        let depth = |who: u32| {
+            let distance = |other| self.contact_distance(who, other);
+            let radius = self.scene.sizes().radius(self.tags[who as usize]);
+            self.disks.overlap(who, self.now, radius, distance)
+        };
+        // In the order of the state, whatever the order in memory.
+        let first = (0..disks)
+            .filter(|&who| depth(who) > most)
+            .min_by_key(|&who| self.names[who as usize]);
+        let Some(first) = first else { return Ok(()) };
+        let place = |who: u32| self.domain.wrap(self.disks.place(who, self.now));
+        let gap = |other: &u32| {
+            let apart = self.domain.displacement(place(first), place(*other));
+            apart.norm() - self.contact_distance(first, *other)
+        };
+        let second = (0..disks)
+            .filter(|&other| other != first)
+            .min_by(|a, b| gap(a).total_cmp(&gap(b)));
+        let name = |who: u32| self.names[who as usize] as usize;
+        Err(EngineError::OverlappingDisks {
+            pair: [name(first), second.map_or(name(first), name)],
+            depth: depth(first),
+        })
     }
 
     /// Starts from what is known to be sound.
-    fn from_checkpoint(
+    pub(crate) fn from_checkpoint(
         scene: P,
         dissipation: Dissipation,
         start: Checkpoint<P>,
@@ -211,7 +244,7 @@ where
             engine.look_around(disk);
         }
         engine.tally.pushes += count as u64;
-        // A single disk that flies straight meets nobody, however far it flies.
+        // A single disk that flies straight meets no other, however far it flies.
         if count > 1 || bounded || !P::Field::FREE {
             engine.calendar = Q::new(&engine.disks);
         }
@@ -228,18 +261,19 @@ where
         &mut self,
         until: f64,
         most_collisions: u64,
-        watch: &mut impl Observe<P>,
+        observer: &mut dyn Observer,
     ) -> Result<bool, EngineError> {
         if until.is_nan() {
             return Err(EngineError::BadTime { until });
         }
+        let mut recorder = Recorder::new(observer);
         self.progress.be_patient();
         let last = self.tally.collisions.saturating_add(most_collisions);
         while self.tally.collisions < last {
             if self.tally.collisions >= self.refresh || self.now >= self.horizon {
                 self.start_afresh(until)?;
             }
-            if self.advance_afresh(until, last.min(self.refresh), watch)? {
+            if self.advance_afresh(until, last.min(self.refresh), &mut recorder)? {
                 return Ok(true);
             }
         }
@@ -262,7 +296,7 @@ where
         Ok(())
     }
 
-    /// The absolute time; not beyond the one asked for by rounding.
+    /// The absolute time; not beyond the requested one by rounding.
     pub(crate) fn present(&self, until: f64) -> f64 {
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use stosszahl_model::Invalid;
 use stosszahl_model::walls::ObstacleError;
 
 use crate::surroundings::FACES;
@@ -98,6 +99,20 @@ pub enum EngineError {
         /// What is wrong with it.
         source: ObstacleError,
     },
+    /// A law, a size or a box that cannot be.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
+    /// Bytes that are no checkpoint of this engine.
+    #[error("the bytes are no checkpoint of these disks: {0}")]
+    Checkpoint(#[from] postcard::Error),
+    /// Two disks that overlap at the start.
+    #[error("disks {} and {} overlap by {depth:e}; allowed are rounding errors", pair[0], pair[1])]
+    OverlappingDisks {
+        /// Their indices.
+        pair: [usize; 2],
+        /// How far.
+        depth: f64,
+    },
     /// A disk that starts inside a wall or an obstacle.
     #[error("disk {disk} at ({:.6}, {:.6}) overlaps {what} by {depth:e}; allowed are rounding errors", place[0], place[1])]
     Overlap {
@@ -128,12 +143,12 @@ pub enum EngineError {
         /// What was found.
         time: f64,
     },
-    /// The time asked for is no number, or so far that flying disks lose their positions.
+    /// The requested time is no number, or so far that flying disks lose their positions.
     #[error(
         "asked to advance to time {until}; allowed are times that disks reach with a position that has digits left, or infinity"
     )]
     BadTime {
-        /// What was asked for.
+        /// What was requested.
         until: f64,
     },
     /// The disks move but do not meet.
@@ -201,7 +216,7 @@ pub enum Touchable {
 }
 
 impl Touchable {
-    /// What has a book of the given number: the faces come first.
+    /// What has the account of the given number: the faces come first.
     pub(crate) fn of_book(book: usize) -> Self {
         if book < FACES {
             Self::Wall {

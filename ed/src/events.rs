@@ -1,6 +1,6 @@
 //! The loop over events, compiled twice: for any processor and for those with vector instructions of three operands.
 
-use stosszahl_model::{Observe, Physics, Plane, Sizes};
+use stosszahl_model::{Physics, Plane, Recorder, Sizes};
 
 use crate::calendar::Calendar;
 use crate::engine::Engine;
@@ -18,15 +18,15 @@ where
         &mut self,
         until: f64,
         last: u64,
-        watch: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
             // SAFETY: the processor has these instructions.
-            return unsafe { self.events_with_avx2(until, last, watch) };
+            return unsafe { self.events_with_avx2(until, last, recorder) };
         }
-        self.events(until, last, watch)
+        self.events(until, last, recorder)
     }
 
     /// [`Self::events`], where everything that is inlined into it has fewer instructions to copy numbers. What it calls
@@ -37,9 +37,9 @@ where
         &mut self,
         until: f64,
         last: u64,
-        watch: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
-        self.events(until, last, watch)
+        self.events(until, last, recorder)
     }
 
     /// Event by event, to the horizon at most.
@@ -48,7 +48,7 @@ where
         &mut self,
         until: f64,
         last: u64,
-        watch: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
         let end = (until - self.epoch) * self.speed;
         let width = self.disks.cells.width();
@@ -77,7 +77,7 @@ where
             let partner = disk.partner;
             match self.disks.all.get(partner as usize) {
                 Some(other) if other.count == disk.partner_count => {
-                    self.collide(entry.disk, partner, watch)?;
+                    self.collide(entry.disk, partner, recorder)?;
                 }
                 Some(_) => {
                     self.tally.broken += 1;
@@ -112,6 +112,7 @@ where
 mod tests {
     use crate::Buckets;
     use crate::disk::tests::lattice;
+    use stosszahl_model::Recorder;
 
     /// Whatever the processor has.
     #[test]
@@ -119,9 +120,11 @@ mod tests {
         let (mut either, mut plain) = (lattice::<Buckets>(30), lattice::<Buckets>(30));
         let last = 50_000;
         either
-            .advance_afresh(f64::INFINITY, last, &mut ())
+            .advance_afresh(f64::INFINITY, last, &mut Recorder::new(&mut ()))
             .expect("time");
-        plain.events(f64::INFINITY, last, &mut ()).expect("time");
+        plain
+            .events(f64::INFINITY, last, &mut Recorder::new(&mut ()))
+            .expect("time");
         assert_eq!(either.tally(), plain.tally());
         assert_eq!(either.tally().collisions, last);
         assert_eq!(either.state().bodies, plain.state().bodies);

@@ -1,4 +1,4 @@
-//! What the next events will look at is called up from memory before their turn.
+//! Prefetch: what the next events will look at is loaded from memory before their turn.
 
 use std::hint::select_unpredictable;
 
@@ -7,14 +7,14 @@ use stosszahl_model::{Field, Plane, memory};
 use crate::cells::{Cell, line_of};
 use crate::disk::{Disk, Disks};
 
-/// Buckets ahead of their turn that disks are called up; what is done at each distance is told by
-/// [`Disks::foresee`].
+/// Buckets ahead of their turn that disks are prefetched; [`Disks::foresee`] says what is done at each
+/// distance.
 pub(crate) const AHEAD: usize = 4;
 
 /// Disks that a bucket names at most.
 pub(crate) const NAMES: usize = 16;
 
-/// What the disks that a bucket names are about to do, as far as it can be told before, and told but once.
+/// What the disks that a bucket names are about to do, as far as it is known before; each is listed once.
 ///
 /// Contacts and crossings are listed apart: which of them comes up cannot be foreseen by the processor, and a wrong
 /// guess of it costs more than the sorting.
@@ -29,7 +29,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Of a bucket that names nobody.
+    /// Of a bucket that names no disk.
     pub(crate) const NOTHING: Self = Self {
         contacts: [0; NAMES],
         touching: 0,
@@ -47,8 +47,8 @@ impl Plan {
 }
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Looks ahead to the events of disks that come up in so many buckets, the last of which ends at a time. First their
-    /// records are called up; then partners and the cells around, which the records name; then the first disks of these.
+    /// Looks ahead to the events of disks that come up in a number of buckets, the last of which ends at a time. First their
+    /// records are prefetched; then partners and the cells around, which the records name; then the first disks of these.
     #[inline(always)]
     pub(crate) fn foresee(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut Plan) {
         const { assert!(AHEAD == 4) };
@@ -140,7 +140,7 @@ impl<F: Field<Plane>> Disks<F> {
         (usize::from(second), forward)
     }
 
-    /// Calls up the lists of the cells around one.
+    /// Prefetches the lists of the cells around one.
     #[inline(always)]
     fn call_up_cells(&self, home: Cell) {
         let (x, y) = self.cells.around(home);
@@ -150,7 +150,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Calls up the first disks of the cells around one.
+    /// Prefetches the first disks of the cells around one.
     #[inline(always)]
     fn call_up_neighbours(&self, home: Cell) {
         let (x, y) = self.cells.around(home);
@@ -161,7 +161,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Calls up the first disk of the cell at a place in memory.
+    /// Prefetches the first disk of the cell at a place in memory.
     #[inline(always)]
     fn call_up_first(&self, place: u32) {
         memory::prefetch(&self.all, line_of(self.cells.first(place as usize)));

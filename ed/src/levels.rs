@@ -7,7 +7,7 @@
 //! within its own cell of the finest grid, which is far fewer than all that lie under the nine cells of its own size.
 //!
 //! No contact is missed. Two disks are known to each other when one of them looks while their cells of the finest
-//! grid are within reach. Reach begins only when one of them crosses, and whoever crosses looks: the
+//! grid are within reach. Reach begins only when one of them crosses, and the disk that crosses looks: the
 //! larger one into its ring, the smaller one into the nine coarse cells, which cover that ring.
 //!
 //! Hierarchical grids for unequal particles: Ogarko & Luding, Comput. Phys. Commun. 183, 931 (2012),
@@ -32,7 +32,7 @@ pub(crate) struct Levels {
     grids: Vec<Cells>,
     /// Level of each disk: 0 for the finest grid.
     of: Vec<u8>,
-    /// Least and largest radius at each level; `None` if nobody is there.
+    /// Least and largest radius at each level; `None` if no disk is there.
     radii: Vec<Option<(f64, f64)>>,
 }
 
@@ -207,8 +207,8 @@ impl Levels {
     }
 }
 
-/// Least and largest distance, along one axis, of a point of an interval within a cell from one of the cell so many
-/// steps further.
+/// Least and largest distance, along one axis, of a point of an interval within a cell from one of the cell a number
+/// of steps further.
 fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
     let begin = f64::from(steps) * width;
     let end = begin + width;
@@ -217,7 +217,7 @@ fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
     (near, far)
 }
 
-/// Vector from the corner of one cell of the finest grid to that of another, so many boxes away.
+/// Vector from the corner of one cell of the finest grid to that of another, a number of boxes away.
 pub(crate) fn shift(finest: &Cells, from: Cell, to: Cell, boxes: [i32; 2]) -> Vector2<f64> {
     let steps = [0, 1].map(|axis| {
         let across = boxes[axis] * i32::from(finest.counts()[axis]);

@@ -25,7 +25,7 @@
 //! (`stosszahl_model::walls`). What they give to the gas is in [`Engine::books`].
 //!
 //! The cost of one collision is about constant in the number of disks but for the memory hierarchy: what
-//! was measured, and what was tried and dropped, is in `docs/event-driven.md`.
+//! was measured, and what was tried and dropped, is in `docs/development/event-driven.md`.
 //!
 //! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
 
@@ -47,6 +47,7 @@ pub mod plain;
 mod predict;
 mod progress;
 mod rebound;
+mod simulate;
 mod start;
 mod surroundings;
 mod windings;
@@ -57,4 +58,5 @@ pub use contact::time_to_contact;
 pub use engine::Engine;
 pub use error::{EngineError, Touchable};
 pub use foresight::Plan;
+pub use simulate::{resume, simulate};
 pub use surroundings::Boundaries;

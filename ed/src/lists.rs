@@ -26,7 +26,7 @@ impl Lists {
     }
 
     /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its cell, below 16, is
-    /// told with its disks.
+    /// passed on with its disks.
     #[inline(always)]
     pub(crate) fn open(&mut self, first: u32, cell: usize, wanted: bool) {
         self.disks[self.end % RING] = first;

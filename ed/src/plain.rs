@@ -206,7 +206,8 @@ fn meet<P: Physics<Space = Plane>>(
     let velocities = [state.bodies[i].velocity, state.bodies[j].velocity];
     let masses = [sizes.mass(sizes.tag(i)), sizes.mass(sizes.tag(j))];
     let approach = -(velocities[0] - velocities[1]).dot(&line) / line.norm();
-    let restitution = scene.restitution().normal(approach.max(0.0));
+    let kinds = [i, j].map(|disk| sizes.kind(sizes.tag(disk)));
+    let restitution = scene.restitution().between(kinds, approach.max(0.0));
     let after = collide(
         scene,
         &Encounter {

@@ -28,7 +28,7 @@ const COARSE: f64 = 1e-12;
 /// Crossings without a collision, beyond those that many disks need, after which none is awaited.
 const PATIENCE: u64 = 10_000_000;
 
-/// Tells progress from its lack. Times are the engine's own.
+/// Distinguishes progress from its lack. Times are the engine's own.
 pub(crate) struct Progress {
     /// When time last advanced noticeably.
     time: f64,
@@ -84,20 +84,20 @@ impl Progress {
         self.idle = 0;
     }
 
-    /// Collisions of so many in all since time last advanced noticeably.
+    /// Collisions of this many in all since time last advanced noticeably.
     pub(crate) fn stalled(&self, collisions: u64) -> u64 {
         collisions - self.collisions
     }
 
-    /// One more crossing; how many since the last collision, if they are too many for so many disks.
+    /// One more crossing; how many since the last collision, if they are too many for this number of disks.
     #[inline(always)]
     pub(crate) fn crossing(&mut self, disks: usize) -> Option<u64> {
         self.idle += 1;
         (self.idle > PATIENCE + 100 * disks as u64).then_some(self.idle)
     }
 
-    /// One more contact with a wall; how many since the last collision, if time has no end and there are too many for so
-    /// many disks.
+    /// One more contact with a wall; how many since the last collision, if time has no end and there are too many for this
+    /// number of disks.
     #[inline]
     pub(crate) fn rebound(&mut self, ends: bool, disks: usize) -> Option<u64> {
         if ends {
@@ -106,7 +106,7 @@ impl Progress {
         self.crossing(disks)
     }
 
-    /// One more contact of so many; true if that is a collapse. With a wall, the partner is [`NONE`].
+    /// One more contact of this many; true if that is a collapse. With a wall, the partner is [`NONE`].
     #[inline(always)]
     pub(crate) fn collision(&mut self, number: u64, latest: &Latest) -> bool {
         if latest.pair[1] != NONE {

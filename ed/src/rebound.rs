@@ -22,7 +22,7 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// A disk touches something; `ends` tells whether there is a time to be reached.
+    /// A disk touches something; `ends` says whether there is a time to be reached.
     pub(crate) fn rebound(&mut self, who: u32, what: u32, ends: bool) -> Result<(), EngineError> {
         let (now, speed) = (self.now, self.speed);
         self.disks.meet(who, now);
@@ -110,7 +110,7 @@ where
 
     /// Sees to it that a disk leaves what it has touched: by rounding it may not, after a contact without rebound. In
     /// the TC model one that a field holds down leaves for at least a part of the contact time. What is added is the
-    /// wall's, and in its book.
+    /// wall's, and in its account.
     fn send_off(&self, touched: &Touched, velocity: &mut Vector2<f64>) {
         let normal = touched.normal;
         let away = |velocity: &Vector2<f64>| (*velocity - touched.velocity).dot(&normal);
@@ -132,7 +132,7 @@ where
         }
     }
 
-    /// Stands at the moment of a collapse against a wall, and tells of it.
+    /// Stands at the moment of a collapse against a wall, and reports it.
     #[cold]
     fn wall_collapse(&mut self, who: u32, touched: &Touched) -> EngineError {
         self.time = self.epoch + self.now / self.speed;
@@ -146,7 +146,7 @@ where
         }
     }
 
-    /// Tells of a disk that is beyond a wall.
+    /// Reports a disk that is beyond a wall.
     #[cold]
     pub(crate) fn escaped(&mut self, who: u32, axis: usize, forward: bool) -> EngineError {
         self.time = self.epoch + self.now / self.speed;

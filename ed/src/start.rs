@@ -7,8 +7,8 @@ use crate::checkpoint::Checkpoint;
 use crate::error::{EngineError, Touchable};
 use crate::surroundings::{Boundaries, FACES, above, images, overlap_of};
 
-/// Overlap with a wall or an obstacle, in diameters, that is called rounding.
-const ROUNDING: f64 = 1e-9;
+/// Overlap, in diameters, that is called rounding.
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// Whether the engine can work with what it is given.
 pub(crate) fn check<P: Physics<Space = Plane>>(

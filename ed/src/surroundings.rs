@@ -35,7 +35,7 @@ impl Boundaries {
         }
     }
 
-    /// How many books are kept: one for each face and each obstacle, or none where there is nothing to be touched.
+    /// How many accounts are kept: one for each face and each obstacle, or none where there is nothing to be touched.
     pub(crate) fn books(&self) -> usize {
         if self.is_empty() {
             0
@@ -78,7 +78,7 @@ pub(crate) struct Touched {
     pub(crate) normal: Vector2<f64>,
     /// Velocity of the wall, in absolute units.
     pub(crate) velocity: Vector2<f64>,
-    /// Number of its book: that of the face, or that of the obstacle after all faces.
+    /// Number of its account: that of the face, or that of the obstacle after all faces.
     pub(crate) book: usize,
 }
 

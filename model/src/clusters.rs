@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::invalid::Invalid;
 use crate::sizes::Sizes;
 
 /// Clusters of k compact monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The tag is k itself.
@@ -21,15 +22,24 @@ const TABLE: u32 = 4096;
 
 impl Clusters {
     /// Clusters of monomers with the given radius and mass in two or three dimensions. `start` lists how many monomers
-    /// each cluster has at first; clusters beyond its end are monomers. `None` if radius or mass is not positive and
-    /// finite, the dimension another, or a cluster empty.
-    pub fn new(radius: f64, mass: f64, dimension: usize, start: Vec<u32>) -> Option<Self> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        if !good(radius) || !good(mass) || !(2..=3).contains(&dimension) || start.contains(&0) {
-            return None;
-        }
+    /// each cluster has at first; clusters beyond its end are monomers.
+    ///
+    /// # Errors
+    /// [`Invalid`] if radius or mass is not positive and finite, the dimension another, or a cluster empty.
+    pub fn new(radius: f64, mass: f64, dimension: usize, start: Vec<u32>) -> Result<Self, Invalid> {
+        Invalid::unless_positive("radius of a monomer", radius)?;
+        Invalid::unless_positive("mass of a monomer", mass)?;
+        let dimensions = (2..=3).contains(&dimension);
+        Invalid::unless(dimensions, "dimension", dimension as f64, "2 or 3")?;
+        let occupied = !start.contains(&0);
+        Invalid::unless(
+            occupied,
+            "number of monomers of a cluster",
+            0.0,
+            "at least 1",
+        )?;
         let radii = (0..TABLE).map(|k| law(radius, dimension, k)).collect();
-        Some(Self {
+        Ok(Self {
             radius,
             mass,
             dimension,
@@ -98,7 +108,7 @@ mod tests {
             assert_eq!(clusters.mass(k), 2.0 * f64::from(k));
             assert_eq!((clusters.tag(0), clusters.tag(1)), (3, 1));
         }
-        assert!(Clusters::new(0.5, 1.0, 4, Vec::new()).is_none());
-        assert!(Clusters::new(0.5, 1.0, 3, vec![0]).is_none());
+        assert!(Clusters::new(0.5, 1.0, 4, Vec::new()).is_err());
+        assert!(Clusters::new(0.5, 1.0, 3, vec![0]).is_err());
     }
 }

@@ -1,5 +1,7 @@
 //! The one collision law, used by every engine.
 
+use nalgebra::Vector3;
+
 use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::space::Vector;
 use crate::surface::Surface;
@@ -28,34 +30,42 @@ pub struct After<V, W = ()> {
     pub spins: [W; 2],
 }
 
-/// What a measurement may know of one collision. All but the fields is computed on demand, so an
-/// observer that ignores a quantity pays nothing for it.
+/// What a measurement may know of one collision, in the plane and in space alike: in the plane the third component of
+/// vectors is zero. What follows from the fields is computed on demand.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Collision<V> {
+pub struct Collision {
     /// When it happened \[time\].
     pub time: f64,
     /// Where the first partner was \[length\], perhaps in another image of a periodic box; the origin in gases without
     /// positions.
-    pub position: V,
+    pub position: Vector3<f64>,
     /// Relative velocity before, first minus second \[length/time\].
-    pub relative: V,
+    pub relative: Vector3<f64>,
     /// The line of centres, from the second to the first partner, with the length of their distance
     /// at contact.
-    pub line: V,
+    pub line: Vector3<f64>,
     /// Reduced mass m1 m2/(m1 + m2).
     pub reduced_mass: f64,
     /// The coefficient of restitution that acted.
     pub restitution: f64,
-    /// How many physical collisions this one stands for: 1 in event-driven dynamics, the weight of a
+    /// Number of physical collisions that this one stands for: 1 in event-driven dynamics, the weight of a
     /// simulator in Monte Carlo.
     pub weight: f64,
+    /// Indices of the partners in the state; [`Collision::ANONYMOUS`] where an engine does not distinguish equal particles.
+    pub pair: [u32; 2],
+    /// Their species; 0 in a gas of one.
+    pub species: [u32; 2],
 }
 
-impl<V: Vector> Collision<V> {
+impl Collision {
+    /// The index of a particle that has none.
+    pub const ANONYMOUS: u32 = u32::MAX;
+
     /// Square of the normal approach speed, (g . k)^2.
     #[inline]
     pub fn normal_square(&self) -> f64 {
-        let along = self.relative.inner(&self.line);
+        let along = self.relative.dot(&self.line);
         along * along / self.line.square()
     }
 
@@ -65,7 +75,7 @@ impl<V: Vector> Collision<V> {
     /// Taken from the tangential part of g, which keeps its digits for central collisions.
     #[inline]
     pub fn impact_square(&self) -> f64 {
-        let along = self.relative.inner(&self.line) / self.line.square();
+        let along = self.relative.dot(&self.line) / self.line.square();
         let tangential = self.relative - self.line * along;
         (tangential.square() / self.relative.square()).min(1.0)
     }
@@ -80,7 +90,7 @@ impl<V: Vector> Collision<V> {
     /// share of the virial.
     #[inline]
     pub fn virial(&self) -> f64 {
-        -self.reduced_mass * (1.0 + self.restitution) * self.relative.inner(&self.line)
+        -self.reduced_mass * (1.0 + self.restitution) * self.relative.dot(&self.line)
     }
 }
 
@@ -178,6 +188,8 @@ mod tests {
                 reduced_mass: pair.masses[0] * pair.masses[1] / (pair.masses[0] + pair.masses[1]),
                 restitution,
                 weight: 1.0,
+                pair: [0, 1],
+                species: [0; 2],
             };
             assert!(
                 (energy(pair.velocities) - energy(after) - collision.energy_lost()).abs() < 3e-14
@@ -189,12 +201,14 @@ mod tests {
     fn impact_parameter_of_central_and_grazing_pairs() {
         let collision = |relative: Vector2<f64>| Collision {
             time: 0.0,
-            position: Vector2::zeros(),
-            relative,
-            line: vector![0.0, 1.0],
+            position: Vector3::zeros(),
+            relative: relative.spatial(),
+            line: vector![0.0, 1.0, 0.0],
             reduced_mass: 0.5,
             restitution: 1.0,
             weight: 1.0,
+            pair: [0, 1],
+            species: [0; 2],
         };
         assert_eq!(collision(vector![0.0, -2.0]).impact_square(), 0.0);
         assert_eq!(collision(vector![3.0, 0.0]).impact_square(), 1.0);

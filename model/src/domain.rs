@@ -2,12 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::invalid::Invalid;
 use crate::space::{Space, Vector};
 
 /// A rectangular box from the origin to `lengths`, periodic along some of its axes, or all.
 ///
 /// All wrapping and all minimum images of the project go through this type. What stands at the faces of the
-/// other axes is told by [`crate::walls::Walls`].
+/// other axes is described by [`crate::walls::Walls`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Domain<S: Space> {
@@ -17,17 +18,20 @@ pub struct Domain<S: Space> {
 }
 
 impl<S: Space> Domain<S> {
-    /// A box with the given side lengths that is periodic in every direction, or `None` unless all are positive and
-    /// finite.
-    pub fn periodic(lengths: S::Vector) -> Option<Self> {
+    /// A box with the given side lengths that is periodic in every direction.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless all are positive and finite.
+    pub fn periodic(lengths: S::Vector) -> Result<Self, Invalid> {
         Self::new(lengths, [true; 3])
     }
 
     /// A box that is periodic along some of its axes.
-    pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Option<Self> {
-        (0..S::DIMENSION)
-            .all(|axis| lengths[axis] > 0.0 && lengths[axis].is_finite())
-            .then_some(Self { lengths, periodic })
+    pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Result<Self, Invalid> {
+        for axis in 0..S::DIMENSION {
+            Invalid::unless_positive("side of the box", lengths[axis])?;
+        }
+        Ok(Self { lengths, periodic })
     }
 
     /// Whether the box is periodic along an axis.
@@ -94,6 +98,6 @@ mod tests {
         assert!(
             (domain.distance(vector![0.1, 0.1], vector![1.9, 2.9]) - 0.08_f64.sqrt()).abs() < 1e-15
         );
-        assert!(Domain::<Plane>::periodic(vector![1.0, 0.0]).is_none());
+        assert!(Domain::<Plane>::periodic(vector![1.0, 0.0]).is_err());
     }
 }

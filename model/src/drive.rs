@@ -16,6 +16,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::invalid::Invalid;
 use crate::physics::{Physics, VectorOf};
 use crate::random::{Purpose, Streams};
 use crate::sizes::Sizes;
@@ -30,12 +31,16 @@ pub struct Drive {
 
 impl Drive {
     /// A drive that adds, on average, the energy `heating` to each particle and unit of time
-    /// \[energy/time\], by one kick after each `interval` \[time\]. `None` unless both are positive and
-    /// finite, and the energy of one kick too.
-    pub fn new(heating: f64, interval: f64) -> Option<Self> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        (good(heating) && good(interval) && good(heating * interval))
-            .then_some(Self { heating, interval })
+    /// \[energy/time\], by one kick after each `interval` \[time\].
+    ///
+    /// # Errors
+    /// [`Invalid`] unless both are positive and finite, and the energy of one kick too.
+    pub fn new(heating: f64, interval: f64) -> Result<Self, Invalid> {
+        Invalid::unless_positive("energy of a kick", heating * interval)?;
+        Ok(Self {
+            heating: Invalid::unless_positive("heating", heating)?,
+            interval: Invalid::unless_positive("interval between kicks", interval)?,
+        })
     }
 
     /// Energy per particle and time \[energy/time\].
@@ -159,7 +164,7 @@ mod tests {
     #[test]
     fn drives_without_meaning_are_refused() {
         for (heating, interval) in [(0.0, 1.0), (1.0, -1.0), (f64::NAN, 1.0), (1e200, 1e200)] {
-            assert!(Drive::new(heating, interval).is_none());
+            assert!(Drive::new(heating, interval).is_err());
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use crate::invalid::Invalid;
 use crate::space::Space;
 
 /// How a particle moves while it touches nothing.
@@ -44,11 +45,16 @@ pub struct Gravity<S: Space> {
 }
 
 impl<S: Space> Gravity<S> {
-    /// An acceleration \[length/time^2\], or `None` unless its components are finite.
-    pub fn new(acceleration: S::Vector) -> Option<Self> {
-        (0..S::DIMENSION)
-            .all(|axis| acceleration[axis].is_finite())
-            .then_some(Self { acceleration })
+    /// An acceleration \[length/time^2\].
+    ///
+    /// # Errors
+    /// [`Invalid`] unless its components are finite.
+    pub fn new(acceleration: S::Vector) -> Result<Self, Invalid> {
+        for axis in 0..S::DIMENSION {
+            let found = acceleration[axis];
+            Invalid::unless(found.is_finite(), "acceleration", found, "finite numbers")?;
+        }
+        Ok(Self { acceleration })
     }
 }
 
@@ -89,6 +95,6 @@ mod tests {
         }
         let scale = position.norm() * 2.0 + velocity.norm_squared();
         assert!((energy(position, velocity) - start).abs() < 1e-14 * scale);
-        assert!(Gravity::<Plane>::new(vector![f64::NAN, 0.0]).is_none());
+        assert!(Gravity::<Plane>::new(vector![f64::NAN, 0.0]).is_err());
     }
 }

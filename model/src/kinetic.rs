@@ -63,7 +63,7 @@ pub fn free_volume_factor(packing_fraction: f64) -> f64 {
     }
 }
 
-/// Contact value of a pair of unlike disks in a mixture, from that of equal disks at the same packing:
+/// Contact value of a pair of species in a mixture, from that of equal disks at the same packing:
 /// `1/(1 - phi) + (chi - 1/(1 - phi)) 2 d_i d_j M_1/((d_i + d_j) M_2)` with the moments M of the diameter
 /// (Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999); with Henderson's chi this is Jenkins &
 /// Mancini 1987).

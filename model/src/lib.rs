@@ -12,7 +12,7 @@
 //! one small trait ([`Space`], [`Surface`], [`Restitution`], [`Sizes`], [`Field`]); one struct,
 //! [`Scene`], bundles them, and engines name the single bound [`Physics`]. Code therefore grows with
 //! the sum of the options. Two alternatives lost: a feature flag for the dimension marks every line
-//! that touches a vector, and an enum around generic parts is asked again at every collision.
+//! that touches a vector, and an enum around generic parts is decided again at every collision.
 //!
 //! # Units
 //!
@@ -24,14 +24,16 @@ pub mod collision;
 pub mod domain;
 pub mod drive;
 pub mod field;
+pub mod grains;
 pub mod initial;
+pub mod invalid;
 pub mod kinetic;
 pub mod memory;
-pub mod observe;
-pub mod pairwise;
+pub mod observer;
 pub mod physics;
 pub mod random;
 pub mod restitution;
+pub mod simulation;
 pub mod sizes;
 pub mod snapshot;
 pub mod space;
@@ -46,10 +48,14 @@ pub use collision::{After, Collision, Encounter, bounce, collide};
 pub use domain::Domain;
 pub use drive::Drive;
 pub use field::{Field, Free, Gravity};
-pub use observe::Observe;
-pub use pairwise::PerPair;
+pub use grains::{GrainSizes, Grains};
+pub use invalid::Invalid;
+pub use observer::{EachCollision, Observer, Recorder};
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
-pub use restitution::{Constant, Restitution, Viscoelastic};
+pub use restitution::{Constant, Law, PerPair, Restitution, Viscoelastic};
+pub use simulation::{
+    BoundaryFlux, Budget, Census, Failure, Particle, Particles, Simulation, Work,
+};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
 pub use species::{Kind, Species};

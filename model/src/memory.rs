@@ -1,4 +1,4 @@
-//! What the language does not say about memory: large pages, and calling up lines ahead of their use.
+//! What the language does not say about memory: large pages, and prefetch of lines before their use.
 //!
 //! All of it is hints that change no value, and the only unsafe code of the engines but for the choice of instructions in
 //! the event-driven one.
@@ -7,7 +7,7 @@
     reason = "hints to the hardware and the kernel have no safe interface"
 )]
 
-/// Calls up an element that will be needed soon; harmless where there is none, so that nobody has to ask.
+/// Prefetches an element that will be needed soon; harmless where there is none, so that no caller has to check.
 ///
 /// Into the second cache: the first one of some processors forgets requests when it has twenty under way.
 #[inline(always)]
@@ -15,13 +15,13 @@ pub fn prefetch<T>(slice: &[T], index: usize) {
     request::<T, 2>(slice, index);
 }
 
-/// Calls up an element that is needed next, into the first cache, as [`prefetch`] into the second.
+/// Prefetches an element that is needed next into the first cache, as [`prefetch`] into the second.
 #[inline(always)]
 pub fn prefetch_next<T>(slice: &[T], index: usize) {
     request::<T, 3>(slice, index);
 }
 
-/// Calls up an element into the first (3) or the second (2) cache, as processors number them.
+/// Prefetches an element into the first (3) or the second (2) cache, as processors number them.
 #[inline(always)]
 fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::invalid::Invalid;
+
 /// Radius \[length\] and mass of the particles.
 ///
 /// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
@@ -36,6 +38,12 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     #[inline]
     fn kind(&self, _tag: Self::Tag) -> u32 {
         0
+    }
+    /// Number of the block of like particles in the state that a particle belongs to, where they follow each other in
+    /// blocks: of a repeated mixture, each copy of a species is one.
+    #[inline]
+    fn block(&self, tag: Self::Tag) -> u32 {
+        self.kind(tag)
     }
 }
 
@@ -79,26 +87,49 @@ impl Sizes for Monodisperse {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polydisperse {
     sizes: Arc<[(f64, f64)]>,
+    /// Number of the species of each; none where all are of one.
+    kinds: Option<Arc<[u32]>>,
     largest: f64,
 }
 
 impl Polydisperse {
-    /// Sizes from (radius, mass) of each particle, in the order of the state. `None` if a value is not
-    /// positive and finite, or there is none.
-    pub fn new(sizes: Vec<(f64, f64)>) -> Option<Self> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        if sizes.is_empty()
-            || !sizes
-                .iter()
-                .all(|&(radius, mass)| good(radius) && good(mass))
-        {
-            return None;
+    /// Sizes from (radius, mass) of each particle, in the order of the state.
+    ///
+    /// # Errors
+    /// [`Invalid`] if a value is not positive and finite, or there is none.
+    pub fn new(sizes: Vec<(f64, f64)>) -> Result<Self, Invalid> {
+        Invalid::unless(!sizes.is_empty(), "number of sizes", 0.0, "at least 1")?;
+        for &(radius, mass) in &sizes {
+            Invalid::unless_positive("radius", radius)?;
+            Invalid::unless_positive("mass", mass)?;
         }
         let largest = sizes.iter().map(|size| size.0).fold(0.0, f64::max);
-        Some(Self {
+        Ok(Self {
             sizes: sizes.into(),
+            kinds: None,
             largest,
         })
+    }
+
+    /// The same with the number of the species of each particle.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless there is one for each particle.
+    pub fn of_kinds(self, kinds: Vec<u32>) -> Result<Self, Invalid> {
+        let (found, complete) = (kinds.len() as f64, kinds.len() == self.sizes.len());
+        let allowed = "one for each particle";
+        Invalid::unless(complete, "number of species of particles", found, allowed)?;
+        Ok(Self {
+            kinds: Some(kinds.into()),
+            ..self
+        })
+    }
+}
+
+impl Polydisperse {
+    /// (radius, mass) of each particle, in the order of the state.
+    pub fn pairs(&self) -> &[(f64, f64)] {
+        &self.sizes
     }
 }
 
@@ -118,6 +149,7 @@ impl Sizes for Polydisperse {
     fn repeated(&self, times: usize) -> Self {
         Self {
             sizes: self.sizes.repeat(times).into(),
+            kinds: (self.kinds.as_ref()).map(|kinds| kinds.repeat(times).into()),
             largest: self.largest,
         }
     }
@@ -131,5 +163,12 @@ impl Sizes for Polydisperse {
     }
     fn largest_radius(&self) -> f64 {
         self.largest
+    }
+    #[inline]
+    fn kind(&self, tag: u32) -> u32 {
+        match &self.kinds {
+            Some(kinds) => kinds[tag as usize],
+            None => 0,
+        }
     }
 }

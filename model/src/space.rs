@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 
-use nalgebra::{Quaternion, SVector, UnitQuaternion, vector};
+use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, vector};
 use rand::{Rng, RngExt};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -38,6 +38,9 @@ pub trait Vector:
     fn square(&self) -> f64 {
         self.inner(self)
     }
+
+    /// The same vector in space; components beyond the dimension are zero.
+    fn spatial(&self) -> Vector3<f64>;
 }
 
 impl<const D: usize> Vector for SVector<f64, D>
@@ -47,6 +50,11 @@ where
     #[inline]
     fn inner(&self, other: &Self) -> f64 {
         self.dot(other)
+    }
+
+    #[inline]
+    fn spatial(&self) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| if axis < D { self[axis] } else { 0.0 })
     }
 }
 
@@ -91,6 +99,10 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
     /// An angular velocity, rotated.
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin;
+    /// An angular velocity as a vector in space; that of a disk is along the third axis.
+    fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
+    /// The angular velocity that a vector in space stands for.
+    fn spin_of(vector: Vector3<f64>) -> Self::Spin;
     /// Pair correlation of equal particles at contact.
     fn contact_value(packing_fraction: f64) -> f64;
     /// Structure factor at long waves of an elastic gas of equal particles.
@@ -170,6 +182,12 @@ impl Space for Plane {
     }
     fn turned_spin(_turn: Self::Turn, spin: Self::Spin) -> Self::Spin {
         spin
+    }
+    fn spin_in_space(spin: Self::Spin) -> Vector3<f64> {
+        vector![0.0, 0.0, spin[0]]
+    }
+    fn spin_of(vector: Vector3<f64>) -> Self::Spin {
+        vector![vector[2]]
     }
     fn contact_value(packing_fraction: f64) -> f64 {
         kinetic::contact_value(packing_fraction)
@@ -272,6 +290,12 @@ impl Space for Volume {
     }
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin {
         turn * spin
+    }
+    fn spin_in_space(spin: Self::Spin) -> Vector3<f64> {
+        spin
+    }
+    fn spin_of(vector: Vector3<f64>) -> Self::Spin {
+        vector
     }
     fn contact_value(packing_fraction: f64) -> f64 {
         spheres::contact_value(packing_fraction)

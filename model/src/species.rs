@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::invalid::Invalid;
 use crate::sizes::Sizes;
 
 /// One species of a mixture.
@@ -25,39 +26,59 @@ pub struct Species {
     /// First index of each species in the state, and the number of all particles.
     first: Arc<[usize]>,
     largest: f64,
+    /// What [`Sizes::kind`] says of each entry: its number, unless several entries are of one species.
+    numbers: Arc<[u32]>,
 }
 
 impl Species {
-    /// The mixture of the given species. `None` if there is none, or more than 2^32, if a radius or mass is not positive
-    /// and finite, or if there are 2^32 particles or more.
-    pub fn new(kinds: Vec<Kind>) -> Option<Self> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        if kinds.is_empty()
-            || u32::try_from(kinds.len()).is_err()
-            || !kinds
-                .iter()
-                .all(|kind| good(kind.radius) && good(kind.mass))
-        {
-            return None;
-        }
+    /// The mixture of the given species.
+    ///
+    /// # Errors
+    /// [`Invalid`] if there is none, or 2^32 or more, if a radius or mass is not positive and finite, or if there are 2^32
+    /// particles or more.
+    pub fn new(kinds: Vec<Kind>) -> Result<Self, Invalid> {
+        let some = !kinds.is_empty() && u32::try_from(kinds.len()).is_ok();
+        let found = kinds.len() as f64;
+        Invalid::unless(some, "number of species", found, "1 to 4294967295")?;
         let mut first = vec![0_usize];
         let mut total = 0_usize;
         for kind in &kinds {
-            total = total.checked_add(kind.count)?;
+            Invalid::unless_positive("radius", kind.radius)?;
+            Invalid::unless_positive("mass", kind.mass)?;
+            total = total.saturating_add(kind.count);
             first.push(total);
         }
-        if u32::try_from(total).is_err() {
-            return None;
-        }
+        let few = u32::try_from(total).is_ok();
+        Invalid::unless(
+            few,
+            "number of particles",
+            total as f64,
+            "at most 4294967295",
+        )?;
         let largest = kinds.iter().map(|kind| kind.radius).fold(0.0, f64::max);
-        Some(Self {
+        Ok(Self {
+            numbers: (0..kinds.len() as u32).collect(),
             kinds: kinds.into(),
             first: first.into(),
             largest,
         })
     }
 
-    /// The species in their order.
+    /// The same with the number of the species that each entry of the list is of.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless there is one for each entry.
+    pub(crate) fn of_kinds(self, numbers: Vec<u32>) -> Result<Self, Invalid> {
+        let (found, complete) = (numbers.len() as f64, numbers.len() == self.kinds.len());
+        let allowed = "one for each entry";
+        Invalid::unless(complete, "number of species of entries", found, allowed)?;
+        Ok(Self {
+            numbers: numbers.into(),
+            ..self
+        })
+    }
+
+    /// The entries in their order; those of a repeated gas copy after copy.
     pub fn kinds(&self) -> &[Kind] {
         &self.kinds
     }
@@ -82,8 +103,19 @@ impl Sizes for Species {
         order
     }
     fn repeated(&self, times: usize) -> Self {
-        let repeated = (0..times).flat_map(|_| self.kinds.iter().copied());
-        Self::new(repeated.collect()).unwrap_or_else(|| self.clone())
+        let kinds: Vec<Kind> = (0..times)
+            .flat_map(|_| self.kinds.iter().copied())
+            .collect();
+        let mut first = vec![0];
+        for kind in &kinds {
+            first.push(first[first.len() - 1] + kind.count);
+        }
+        Self {
+            kinds: kinds.into(),
+            first: first.into(),
+            largest: self.largest,
+            numbers: self.numbers.repeat(times).into(),
+        }
     }
     #[inline]
     fn radius(&self, tag: u32) -> f64 {
@@ -98,6 +130,10 @@ impl Sizes for Species {
     }
     #[inline]
     fn kind(&self, tag: u32) -> u32 {
+        self.numbers[tag as usize]
+    }
+    #[inline]
+    fn block(&self, tag: u32) -> u32 {
         tag
     }
 }
@@ -120,7 +156,13 @@ mod tests {
         assert_eq!(tags, [1, 1, 3]);
         assert_eq!(species.radius(3), 4.0);
         assert_eq!(species.largest_radius(), 4.0);
-        assert!(Species::new(vec![kind(-1.0, 1)]).is_none());
-        assert!(Species::new(Vec::new()).is_none());
+        let twice = species.repeated(2);
+        let tags: Vec<u32> = (0..6).map(|index| twice.tag(index)).collect();
+        assert_eq!(tags, [1, 1, 3, 5, 5, 7]);
+        let kinds = tags.iter().map(|&tag| twice.kind(tag));
+        assert!(kinds.eq([1, 1, 3, 1, 1, 3]));
+        assert_eq!((twice.radius(7), twice.block(7)), (4.0, 7));
+        assert!(Species::new(vec![kind(-1.0, 1)]).is_err());
+        assert!(Species::new(Vec::new()).is_err());
     }
 }

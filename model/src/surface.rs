@@ -2,12 +2,14 @@
 
 use std::fmt::Debug;
 
+use nalgebra::Vector3;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::collision::{After, Encounter};
+use crate::invalid::Invalid;
 use crate::space::{Space, Vector};
 
 /// The tangential half of the contact law, between two particles and between a particle and a wall.
@@ -57,6 +59,12 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
 
     /// A spin, rotated.
     fn turned(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
+
+    /// A spin as a vector in space; that of a disk is along the third axis.
+    fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
+
+    /// The spin that a vector in space stands for.
+    fn spin_of(vector: Vector3<f64>) -> Self::Spin;
 }
 
 /// No tangential impulse: spins never change, so none is stored.
@@ -100,6 +108,12 @@ impl<S: Space> Surface<S> for Smooth {
 
     #[inline]
     fn turned(&self, _turn: S::Turn, (): ()) {}
+
+    fn spin_in_space((): ()) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    fn spin_of(_vector: Vector3<f64>) {}
 }
 
 /// Grains that turn each other: a contact multiplies the tangential velocity of the two surfaces with minus the
@@ -121,11 +135,24 @@ pub struct Rough {
 impl Rough {
     /// A surface with the coefficient of tangential restitution beta, from -1 (perfectly smooth) to 1 (perfectly rough),
     /// and the moment of inertia in units of m R^2, above 0 and at most 1: 1/2 for a disk, 2/5 for a sphere
-    /// ([`Space::INERTIA`]). `None` otherwise.
-    pub fn new(tangential_restitution: f64, inertia: f64) -> Option<Self> {
-        let allowed =
-            (-1.0..=1.0).contains(&tangential_restitution) && inertia > 0.0 && inertia <= 1.0;
-        allowed.then_some(Self {
+    /// ([`Space::INERTIA`]).
+    ///
+    /// # Errors
+    /// [`Invalid`] outside these ranges.
+    pub fn new(tangential_restitution: f64, inertia: f64) -> Result<Self, Invalid> {
+        Invalid::unless(
+            (-1.0..=1.0).contains(&tangential_restitution),
+            "coefficient of tangential restitution",
+            tangential_restitution,
+            "-1 to 1",
+        )?;
+        Invalid::unless(
+            inertia > 0.0 && inertia <= 1.0,
+            "moment of inertia over m R^2",
+            inertia,
+            "above 0 and at most 1",
+        )?;
+        Ok(Self {
             tangential_restitution,
             inertia,
         })
@@ -217,6 +244,14 @@ impl<S: Space> Surface<S> for Rough {
     #[inline]
     fn turned(&self, turn: S::Turn, spin: S::Spin) -> S::Spin {
         S::turned_spin(turn, spin)
+    }
+
+    fn spin_in_space(spin: S::Spin) -> Vector3<f64> {
+        S::spin_in_space(spin)
+    }
+
+    fn spin_of(vector: Vector3<f64>) -> S::Spin {
+        S::spin_of(vector)
     }
 }
 
@@ -396,9 +431,9 @@ mod tests {
 
     #[test]
     fn refuses_what_is_no_surface() {
-        assert!(Rough::new(-1.1, 0.4).is_none());
-        assert!(Rough::new(0.0, 0.0).is_none());
-        assert!(Rough::new(f64::NAN, 0.4).is_none());
-        assert!(Rough::new(1.0, 1.0).is_some());
+        assert!(Rough::new(-1.1, 0.4).is_err());
+        assert!(Rough::new(0.0, 0.0).is_err());
+        assert!(Rough::new(f64::NAN, 0.4).is_err());
+        assert!(Rough::new(1.0, 1.0).is_ok());
     }
 }

@@ -2,7 +2,7 @@
 //! self-diffusion, the shear instability, and how the velocity distribution relaxes from a Maxwellian.
 //!
 //! Units: diameter d, mass m and granular temperature T are one, so viscosities come in sqrt(m T)/d (in the plane), and
-//! diffusion in d sqrt(T/m). The contact value chi is an argument, so that each equation of state can be asked.
+//! diffusion in d sqrt(T/m). The contact value chi is an argument, so that each equation of state can be used.
 //!
 //! Source of the inelastic coefficients: Garzó & Dufty, Phys. Rev. E 59, 5895 (1999), doi:10.1103/PhysRevE.59.5895,
 //! for any dimension by Lutsko, Phys. Rev. E 72, 021306 (2005), doi:10.1103/PhysRevE.72.021306, here for D = 2, first

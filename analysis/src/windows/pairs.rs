@@ -1,6 +1,5 @@
 //! Impact parameters by the kind of pair, in a gas of unlike disks.
 
-use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
 
@@ -55,25 +54,28 @@ impl PairBins {
         &self.counts[start..start + self.bins]
     }
 
-    /// Counts a collision in a window. A collision does not say who met; distance and reduced mass do, and the kind that
-    /// is nearest in both is theirs.
-    pub(super) fn count(
-        &mut self,
-        window: usize,
-        collision: &Collision<Vector2<f64>>,
-        impact: f64,
-    ) {
+    /// Counts a collision in a window: of the kind that its species say, or, where an engine knows no species, of the one
+    /// that is nearest in distance and reduced mass.
+    pub(super) fn count(&mut self, window: usize, collision: &Collision, impact: f64) {
+        /// Rounding of a contact distance.
+        const ALIKE: f64 = 1e-6;
         let distance = collision.line.norm();
         let away = |kind: &PairKind| {
             (distance / kind.distance).ln().abs()
                 + (collision.reduced_mass / kind.reduced_mass).ln().abs()
         };
-        let nearest = self
-            .kinds
-            .iter()
-            .enumerate()
-            .min_by(|a, b| away(a.1).total_cmp(&away(b.1)));
-        let Some((kind, _)) = nearest else { return };
+        let [a, b] = collision.species.map(|species| species as usize);
+        let known = [a.min(b), a.max(b)];
+        let mut kinds = self.kinds.iter();
+        let named = kinds.position(|kind| kind.species == known && away(kind) < ALIKE);
+        let nearest = || {
+            let all = self.kinds.iter().enumerate();
+            let (kind, _) = all.min_by(|a, b| away(a.1).total_cmp(&away(b.1)))?;
+            Some(kind)
+        };
+        let Some(kind) = named.or_else(nearest) else {
+            return;
+        };
         let bin = ((impact * self.bins as f64) as usize).min(self.bins - 1);
         self.counts[(window * self.kinds.len() + kind) * self.bins + bin] += 1;
     }
@@ -82,7 +84,27 @@ impl PairBins {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::vector;
+    use nalgebra::{Vector3, vector};
+
+    /// Species that differ in nothing but their restitution are told apart by their names.
+    #[test]
+    fn species_tell_alike_pairs_apart() {
+        let mut bins = PairBins::new(&[(0.5, 1.0), (0.5, 1.0)], 1, 2);
+        let collision = Collision {
+            time: 0.0,
+            position: Vector3::zeros(),
+            relative: -Vector3::x(),
+            line: vector![1.0, 0.0, 0.0],
+            reduced_mass: 0.5,
+            restitution: 1.0,
+            weight: 1.0,
+            pair: [0, 1],
+            species: [1, 0],
+        };
+        bins.count(0, &collision, 0.9);
+        let kind = bins.kinds().iter().position(|kind| kind.species == [0, 1]);
+        assert_eq!(bins.counts(0, kind.expect("a kind")), [0, 1]);
+    }
 
     #[test]
     fn pairs_are_known_by_distance_and_mass() {
@@ -90,12 +112,14 @@ mod tests {
         assert_eq!(bins.kinds().len(), 6);
         let collision = |distance: f64, reduced_mass: f64| Collision {
             time: 0.0,
-            position: vector![0.0, 0.0],
-            relative: vector![-1.0, 0.0],
-            line: vector![distance, 0.0],
+            position: Vector3::zeros(),
+            relative: -Vector3::x(),
+            line: vector![distance, 0.0, 0.0],
             reduced_mass,
             restitution: 1.0,
             weight: 1.0,
+            pair: [0, 1],
+            species: [0; 2],
         };
         // Species 0 and 1 differ by mass only, 1 and 2 by size only; a rounding of the distance changes nothing.
         for (distance, mass, species) in [

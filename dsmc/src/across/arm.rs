@@ -4,12 +4,15 @@
 //! partners drawn around the point of contact lie a little beyond it on average, since the neighbourhood of every simulator
 //! is thinned by its own collisions: by 2 % of the distance at packing 0.05 and 9 % at 0.5, for one simulator per disk. So
 //! the point is drawn in until the mean distance along the line of centres is right. By how much is learnt from the collisions
-//! themselves, apart for each packing fraction.
+//! themselves, apart for each packing fraction, and for cells beside walls.
 
 use serde::{Deserialize, Serialize};
 
 /// Classes of packing fractions, each a 32nd wide.
-const CLASSES: usize = 32;
+const PACKINGS: usize = 32;
+
+/// The same again for neighbourhoods that walls cut, where partners are all on one side.
+const CLASSES: usize = 2 * PACKINGS;
 
 /// Collisions over which the excess is averaged.
 const MEMORY: f64 = 5e4;
@@ -28,10 +31,11 @@ pub(crate) struct Arm {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Distances(Vec<(u8, f64, f64)>);
 
-/// The class of a packing fraction.
+/// The class of a packing fraction in a neighbourhood that is whole, or cut by walls.
 #[inline]
-pub(crate) fn class(packing: f64) -> u8 {
-    ((packing * CLASSES as f64) as usize).min(CLASSES - 1) as u8
+pub(crate) fn class(packing: f64, whole: bool) -> u8 {
+    let class = ((packing * PACKINGS as f64) as usize).min(PACKINGS - 1);
+    (class + if whole { 0 } else { PACKINGS }) as u8
 }
 
 impl Default for Arm {
@@ -92,7 +96,7 @@ mod tests {
     #[test]
     fn the_mean_distance_becomes_the_contact_distance() {
         let mut arm = Arm::default();
-        let there = class(0.25);
+        let there = class(0.25, true);
         for _ in 0..100 {
             let mut distances = Distances::default();
             for _ in 0..1000 {
@@ -102,6 +106,7 @@ mod tests {
         }
         // What is left of the prior: 300 of 100 300 collisions.
         assert!((arm.reach(there) - 0.92).abs() < 0.08 * 300.0 / 1e5);
-        assert_eq!(arm.reach(class(0.5)), 1.0);
+        assert_eq!(arm.reach(class(0.5, true)), 1.0);
+        assert_eq!(arm.reach(class(0.25, false)), 1.0);
     }
 }

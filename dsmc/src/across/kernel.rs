@@ -8,11 +8,11 @@ use stosszahl_model::{
 use super::arm::{self, Arm};
 use super::partners::{Aim, Search};
 use super::shared::{Around, At};
-use super::speeds::{Speeds, patches};
+use super::speeds::{Near, note};
 use super::{Bounds, Rates, Report};
 use crate::boundary::Surroundings;
-use crate::collide::{Kernel, covered, draw_whole, nearest_image};
-use crate::density::Scheme;
+use crate::collide::{Kernel, covered, draw_whole, index, nearest_image};
+use crate::density::{Crowding, Scheme};
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::{Follow, SimulatorOf};
 
@@ -23,9 +23,9 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) arm: &'a Arm,
     /// Of the tile and all next to it together.
     pub(super) bounds: Bounds,
-    pub(super) speeds: Speeds<P::Space>,
+    pub(super) near: Near<VectorOf<P>>,
     pub(super) around: Around<'b, 'c, P, F>,
-    pub(super) report: Report<P>,
+    pub(super) report: Report,
 }
 
 /// A cell whose simulators look for partners.
@@ -35,8 +35,9 @@ pub(super) struct Cell {
     pub(super) tile: u32,
     begin: u32,
     end: u32,
-    /// Units around, itself included, and their packing fraction.
+    /// Units around, itself included, what boundaries leave of the room for them, and their packing fraction.
     units: f64,
+    crowding: Crowding,
     packing: f64,
     limited: bool,
 }
@@ -52,8 +53,6 @@ struct Trial<V> {
     /// How fast they must approach, of how fast they can.
     threshold: f64,
     majorant: f64,
-    /// Whether no partner around approaches fast enough.
-    is_hopeless: bool,
 }
 
 /// The bounds of a tile and all next to it.
@@ -74,7 +73,7 @@ where
     F: Follow<P::Space>,
 {
     /// Collides the simulators of the tile with each other and with those around it.
-    pub(super) fn collide(mut self) -> Report<P> {
+    pub(super) fn collide(mut self) -> Report {
         let number = self.around.middle();
         let kernel = self.kernel;
         let mut search = Search::new(
@@ -83,21 +82,36 @@ where
             kernel.scene.sizes(),
             kernel.mean_radius,
         );
-        for patch in patches(&self.around.tile(number).place) {
-            if kernel.density.scheme().bounds_trials() {
-                self.speeds = Speeds::new(kernel.grid, &self.around, patch);
+        let home = self.around.tile(number);
+        let place = home.place;
+        if !kernel.density.scheme().bounds_trials() {
+            for local in 0..home.cells() {
+                if kernel.stop.is_set() {
+                    break;
+                }
+                self.collide_in(number, local, &mut search);
             }
-            for at in patch.cells() {
-                if let Some(cell) = self.cell(number, at) {
-                    self.collide_in(cell, &mut search);
+            return self.report;
+        }
+        for block in home.speeds.blocks(&place) {
+            self.near = Near::new(&self.around, block);
+            for [begin, end] in block.lines(&place) {
+                if kernel.stop.is_set() {
+                    return self.report;
+                }
+                for local in begin..end {
+                    self.collide_in(number, local, &mut search);
                 }
             }
         }
         self.report
     }
 
-    /// Collides the simulators of a cell.
-    fn collide_in(&mut self, cell: Cell, search: &mut Search<'_, P>) {
+    /// Collides the simulators of a cell of a tile, by its number there.
+    fn collide_in(&mut self, tile: u32, local: usize, search: &mut Search<'_, P>) {
+        let Some(cell) = self.cell(tile, local) else {
+            return;
+        };
         let kernel = self.kernel;
         let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
         let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
@@ -111,29 +125,34 @@ where
         }
         let tally = &mut self.report.tally;
         let collisions = tally.collisions - before;
+        if collisions == 0 {
+            return;
+        }
         if cell.limited {
             tally.limited_collisions += collisions;
         }
-        let each = 2.0 * collisions as f64 / f64::from(cell.end - cell.begin);
-        tally.busiest_cell = tally.busiest_cell.max(each);
+        let each = 2.0 * collisions as f64;
+        let count = f64::from(cell.end - cell.begin);
+        if each > tally.busiest_cell * count {
+            tally.busiest_cell = each / count;
+        }
         let virial = tally.virial - virial;
-        let local = self.around.tile(cell.tile).number(cell.at);
-        (self.around).count(cell.tile, local, kernel.weight * collisions as f64, virial);
+        (self.around).count(tile, local, kernel.weight * collisions as f64, virial);
     }
 
     /// A cell of a tile, if it is not empty.
-    fn cell(&mut self, tile: u32, at: [u32; 3]) -> Option<Cell> {
+    fn cell(&mut self, tile: u32, local: usize) -> Option<Cell> {
         let kernel = self.kernel;
         let home = self.around.tile(tile);
-        let local = home.number(at);
-        let members = home.members(local);
-        if members.is_empty() {
+        let (begin, end) = (home.starts[local], home.starts[local + 1]);
+        if begin == end {
             return None;
         }
-        let (begin, end) = (home.starts[local], home.starts[local + 1]);
-        let own = covered::<P, F>(kernel.scene.sizes(), members);
-        let (_, limited, packing) = kernel.density.contact_value(at, own);
-        let units = kernel.density.units(at, own);
+        let at = home.cell_at(local);
+        let own = covered::<P, F>(kernel.scene.sizes(), home.members(local));
+        let units = kernel.density.around(at, own);
+        let crowding = kernel.density.crowding(at);
+        let (_, limited, packing) = kernel.density.value_of(units * crowding.bodies);
         self.report.tally.active_cells += 1;
         self.report.tally.limited_cells += u64::from(limited);
         Some(Cell {
@@ -142,22 +161,33 @@ where
             begin,
             end,
             units,
+            crowding,
             packing,
             limited,
         })
     }
 
     /// Draws one of the simulators of a cell, a line of centres, and the speed along it that a partner must exceed.
-    fn propose(&self, cell: Cell, majorant: f64, stream: &mut impl Rng) -> Trial<VectorOf<P>> {
+    ///
+    /// A partner of velocity v' is met at the rate ((v - v') . k)+. With speeds against the middle, none beyond `fastest` R, that
+    /// is at most R + v . k: so the line has the density R + v . k, and a partner is accepted with ((v - v') . k)+/(R + v . k).
+    /// A line k that is uniform, turned into -k with the probability (R - v . k)/(2 R), has that density, and its mean rate is R
+    /// whatever v. What is left of the number that turns it is uniform too: the threshold.
+    fn propose(&self, cell: Cell, fastest: f64, stream: &mut impl Rng) -> Trial<VectorOf<P>> {
         let first = At {
             tile: cell.tile,
             index: stream.random_range(cell.begin..cell.end),
         };
         let simulator = self.around.read(first);
-        let normal = P::Space::random_direction(stream);
-        let threshold = majorant * stream.random::<f64>();
-        let velocity = simulator.velocity - self.speeds.middle();
-        let fastest = velocity.inner(&normal) + self.speeds.spread(cell.at);
+        let normal = line::<P::Space>(stream);
+        let along = (simulator.velocity - self.near.middle).inner(&normal);
+        let number = 2.0 * fastest * stream.random::<f64>();
+        // Without a branch, which nobody could foresee.
+        let turns = number >= fastest + along;
+        let sign = 1.0 - 2.0 * f64::from(u8::from(turns));
+        let normal = normal * sign;
+        let majorant = fastest + sign * along;
+        let threshold = number - f64::from(u8::from(turns)) * (fastest + along);
         Trial {
             first,
             position: simulator.position,
@@ -165,7 +195,6 @@ where
             distance: self.kernel.scene.sizes().radius(simulator.tag) + self.kernel.mean_radius,
             threshold,
             majorant,
-            is_hopeless: fastest <= threshold,
         }
     }
 
@@ -199,37 +228,28 @@ where
         Some(-apart.inner(&trial.normal) / contact)
     }
 
-    /// No simulator of a cell approaches any partner faster.
-    fn majorant(&self, cell: Cell) -> f64 {
-        let members = &self.around.tile(cell.tile).simulators;
-        let squares = members[cell.begin as usize..cell.end as usize]
-            .iter()
-            .map(|member| self.speeds.square(member.velocity));
-        // Room for the rounding of the middle.
-        (squares.fold(0.0, f64::max).sqrt() + self.speeds.spread(cell.at)) * (1.0 + 1e-12)
-    }
-
     /// Partners around the point of contact, at the rate of Enskog's theory.
     fn around_points(&mut self, cell: Cell, search: &mut Search<'_, P>, stream: &mut impl Rng) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
-        let majorant = self.majorant(cell);
+        // Room for rounding.
+        let fastest = self.near.spread * (1.0 + 1e-12);
         let largest = 2.0 * sizes.largest_radius();
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         // Of pairs over pairs of the largest with the chi of equal ones.
         let ceiling = self.pair_ceiling(cell, largest);
-        let most = self.rates.most(cell.units);
+        let most = self.rates.most(cell.units, cell.crowding);
         let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * most;
         let count = f64::from(cell.end - cell.begin);
-        let trials = draw_whole(count * rate * majorant * kernel.step, stream);
+        let trials = draw_whole(count * rate * fastest * kernel.step, stream);
         self.report.tally.trials += trials;
-        let class = arm::class(cell.packing);
+        let class = arm::class(cell.packing, cell.crowding == Crowding::NONE);
         let reach = self.arm.reach(class);
-        for _ in 0..trials {
-            let trial = self.propose(cell, majorant, stream);
-            if trial.is_hopeless {
-                continue;
+        for number in 0..trials {
+            if kernel.stop.is_set_at(number) {
+                break;
             }
+            let trial = self.propose(cell, fastest, stream);
             let Trial {
                 first,
                 position,
@@ -239,7 +259,8 @@ where
             } = trial;
             if !P::Sizes::UNIFORM {
                 let share = sizes.radius(self.around.read(first).tag) / sizes.largest_radius();
-                if stream.random::<f64>() * most >= self.rates.at(cell.units, share) {
+                if stream.random::<f64>() * most >= self.rates.at(cell.units, cell.crowding, share)
+                {
                     continue;
                 }
             }
@@ -265,7 +286,8 @@ where
     fn in_cells(&mut self, cell: Cell, stream: &mut impl Rng) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
-        let majorant = self.majorant(cell);
+        // Room for rounding.
+        let fastest = self.near.spread * (1.0 + 1e-12);
         let largest = 2.0 * sizes.largest_radius();
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         let ceiling = self.pair_ceiling(cell, largest);
@@ -275,14 +297,14 @@ where
         let density = f64::from(crowd) * kernel.weight / (least * kernel.grid.cell_volume());
         let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * chi * density;
         let count = f64::from(cell.end - cell.begin);
-        let trials = draw_whole(count * rate * majorant * kernel.step, stream);
+        let trials = draw_whole(count * rate * fastest * kernel.step, stream);
         self.report.tally.trials += trials;
-        for _ in 0..trials {
-            let trial = self.propose(cell, majorant, stream);
-            let slot = stream.random_range(0..crowd);
-            if trial.is_hopeless {
-                continue;
+        for number in 0..trials {
+            if kernel.stop.is_set_at(number) {
+                break;
             }
+            let trial = self.propose(cell, fastest, stream);
+            let slot = stream.random_range(0..crowd);
             let Trial {
                 first,
                 position,
@@ -360,7 +382,8 @@ where
         let masses = pair.map(|simulator| sizes.mass(simulator.tag));
         let relative = velocities[0] - velocities[1];
         let line = -normal * contact;
-        let restitution = kernel.scene.restitution().normal(relative.inner(&normal));
+        let kinds = [0, 1].map(|who| sizes.kind(pair[who].tag));
+        let restitution = (kernel.scene.restitution()).between(kinds, relative.inner(&normal));
         let encounter = Encounter {
             velocities,
             spins: pair.map(|simulator| simulator.spin),
@@ -374,7 +397,10 @@ where
         for (number, (place, velocity)) in places.into_iter().zip(after).enumerate() {
             self.around.set(place, velocity, outcome.spins[number]);
             let cell = kernel.grid.cell_at(pair[number].position);
-            self.speeds.note(cell, velocity);
+            if kernel.density.scheme().bounds_trials() {
+                note(&mut self.around, place, cell, velocity);
+                self.near.note(velocity);
+            }
         }
         let tally = &mut self.report.tally;
         tally.collisions += 1;
@@ -383,16 +409,38 @@ where
         if kernel.looks {
             self.report.log.push(Collision {
                 time: kernel.time,
-                position: pair[0].position,
-                relative,
-                line,
+                position: pair[0].position.spatial(),
+                relative: relative.spatial(),
+                line: line.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution,
                 weight: kernel.weight,
+                pair: [0, 1].map(|who| index::<P>(pair[who].tag)),
+                species: kinds,
             });
         }
         apart
     }
+}
+
+/// A random unit vector along a line of any direction, all equally likely; which of its two ends it points to does not matter.
+///
+/// In the plane without a branch or a call: sine and cosine of half the angle by their series to 1e-9, and a step of Newton's
+/// to length one, which leaves the square of that.
+#[inline]
+fn line<S: Space>(stream: &mut impl Rng) -> S::Vector {
+    if S::DIMENSION != 2 {
+        return S::random_direction(stream);
+    }
+    // Half of an angle up to a right one.
+    let x = std::f64::consts::FRAC_PI_4 * (2.0 * stream.random::<f64>() - 1.0);
+    let s = x * x;
+    let sine = x * (1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0))));
+    let cosine =
+        1.0 - s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0))));
+    let (a, b) = (cosine * cosine - sine * sine, 2.0 * sine * cosine);
+    let scale = 1.5 - 0.5 * (a * a + b * b);
+    S::vector(|axis| scale * if axis == 0 { a } else { b })
 }
 
 impl Cell {

@@ -15,10 +15,11 @@ mod speeds;
 mod tests;
 
 use rayon::prelude::*;
-use stosszahl_model::{Collision, Physics, Sizes, Vector, VectorOf};
+use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
 pub(crate) use arm::Arm;
 pub(crate) use rate::{Rates, Spread};
+pub(crate) use speeds::Speeds;
 
 use crate::collide::Kernel;
 use crate::density::Scheme;
@@ -26,7 +27,7 @@ use crate::simulator::Follow;
 use crate::tally::Tally;
 use crate::tile::Tile;
 use arm::Distances;
-use speeds::Speeds;
+use speeds::Near;
 
 /// What the cells of a tile have in common, before the collisions of a step.
 #[derive(Clone, Copy)]
@@ -38,20 +39,11 @@ struct Bounds {
 }
 
 /// What the collisions around a tile leave.
-struct Report<P: Physics> {
+#[derive(Default)]
+struct Report {
     tally: Tally,
     distances: Distances,
-    log: Vec<Collision<VectorOf<P>>>,
-}
-
-impl<P: Physics> Default for Report<P> {
-    fn default() -> Self {
-        Self {
-            tally: Tally::default(),
-            distances: Distances::default(),
-            log: Vec::new(),
-        }
-    }
+    log: Vec<Collision>,
 }
 
 /// How far beyond its own cells work on a tile reaches, at most \[length\]; zero for pairs within cells. `cell`: widest side
@@ -78,7 +70,7 @@ where
         rates: &Rates<P::Space>,
         arm: &mut Arm,
         total: &mut Tally,
-    ) -> Vec<Collision<VectorOf<P>>> {
+    ) -> Vec<Collision> {
         let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
         let bounds: Vec<_> = if parallel {
             tiles.par_iter_mut().map(bounds).collect()
@@ -93,9 +85,9 @@ where
                 rates,
                 arm: learnt,
                 bounds: kernel::around(grid, &bounds, number),
-                speeds: Speeds::unknown(),
+                near: Near::nobody(),
                 around,
-                report: Report::<P>::default(),
+                report: Report::default(),
             };
             worker.collide()
         });
@@ -129,6 +121,11 @@ where
             }
         }
         tile.stock = stock;
+        if self.density.scheme().bounds_trials() {
+            let (place, starts, simulators) = (&tile.place, &tile.starts, &tile.simulators);
+            tile.speeds
+                .look::<P, F>(self.grid, place, starts, simulators);
+        }
         bounds
     }
 }

@@ -26,6 +26,9 @@ where
             let starts = &self.around.tile(tile).starts;
             let range = starts[local]..starts[local + 1];
             for (done, first) in cell.places().enumerate() {
+                if self.kernel.stop.is_set() {
+                    return;
+                }
                 // Each pair of the cell itself once.
                 let begin = if step == 0 {
                     range.start + done as u32 + 1

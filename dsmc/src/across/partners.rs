@@ -5,7 +5,8 @@ use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
 use super::shared::{Around, At};
 use crate::grid::Grid;
-use crate::simulator::Follow;
+use crate::simulator::{Follow, SimulatorOf};
+use crate::tally::smaller;
 
 /// Simulators that lie next to each other in one tile.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,9 @@ struct Run {
 
 /// Draws before all simulators around are looked at one by one, and the number of them up to which none is drawn.
 const DRAWS: u32 = 12;
+
+/// Simulators around that are looked at once, for one within the radius and for the nearest: their numbers have six bits.
+const FEW: u32 = 64;
 
 /// Widest search for the nearest, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
@@ -38,6 +42,9 @@ pub(super) struct Search<'a, P: Physics> {
     mean_radius: f64,
     /// How far the radius of a particle is from the mean, at most.
     spread: f64,
+    /// Narrowest side of a cell, and cells for each unit of length along each axis.
+    narrowest: f64,
+    scale: VectorOf<P>,
     runs: Vec<Run>,
 }
 
@@ -60,6 +67,8 @@ impl<'a, P: Physics> Search<'a, P> {
             sizes,
             mean_radius,
             spread,
+            narrowest: grid.narrowest(),
+            scale: P::Space::vector(|axis| 1.0 / grid.width()[axis]),
             runs: Vec::new(),
         }
     }
@@ -74,9 +83,28 @@ impl<'a, P: Physics> Search<'a, P> {
         stream: &mut impl Rng,
     ) -> Option<At> {
         let aim = Aim {
-            point: self.grid.domain().wrap(aim.point),
+            point: self.wrap(aim.point),
             ..aim
         };
+        // Few: all of the next two cells along each axis are looked at once, and where nobody is near, of the next three.
+        let (first, reach) = self.corner(aim);
+        if self.radius <= reach {
+            let total = self.collect(around, first, [2; 3]);
+            if total <= FEW
+                && let Some(found) = self.look(around, aim, who, reach, stream)
+            {
+                return Some(found);
+            }
+        }
+        if self.radius <= self.narrowest {
+            let total = self.gather(around, aim, self.narrowest);
+            if total <= FEW {
+                return match self.look(around, aim, who, self.narrowest, stream) {
+                    None => self.nearest(around, aim, who, 2),
+                    found => found,
+                };
+            }
+        }
         if self.radius > 0.0 {
             let total = self.gather(around, aim, self.radius);
             if total > 0
@@ -85,7 +113,98 @@ impl<'a, P: Physics> Search<'a, P> {
                 return Some(found);
             }
         }
-        self.nearest(around, aim, who)
+        self.nearest(around, aim, who, 1)
+    }
+
+    /// The first of the two cells along each axis that are nearest to a point, and the distance within which they hold all
+    /// that is there.
+    #[inline]
+    fn corner(&self, aim: Aim<VectorOf<P>>) -> ([i64; 3], f64) {
+        let (mut first, mut reach) = ([0; 3], f64::MAX);
+        for (axis, first) in first.iter_mut().enumerate().take(P::Space::DIMENSION) {
+            let at = aim.point[axis] * self.scale[axis];
+            let low = floor(at - 0.5);
+            *first = low;
+            let below = at - low as f64;
+            reach = smaller(reach, smaller(below, 2.0 - below) / self.scale[axis]);
+        }
+        if !P::Sizes::UNIFORM {
+            reach -= self.spread * aim.along.square().sqrt();
+        }
+        (first, reach)
+    }
+
+    /// A point in the box, or the same in it.
+    #[inline]
+    fn wrap(&self, point: VectorOf<P>) -> VectorOf<P> {
+        let lengths = self.grid.domain().lengths();
+        let inside = |axis: usize| point[axis] >= 0.0 && point[axis] < lengths[axis];
+        if (0..P::Space::DIMENSION).all(inside) {
+            point
+        } else {
+            self.grid.domain().wrap(point)
+        }
+    }
+
+    /// Of what was gathered, any simulator within the radius, all equally likely; or else the nearest, if it is within reach.
+    fn look<F: Follow<P::Space>>(
+        &self,
+        around: &Around<'_, '_, P, F>,
+        aim: Aim<VectorOf<P>>,
+        who: At,
+        reach: f64,
+        stream: &mut impl Rng,
+    ) -> Option<At> {
+        let limit = self.radius * self.radius;
+        // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
+        // squares are not negative, so that their bits have their order, and the last six are none that matter.
+        let (mut best, mut near, mut number) = (u64::MAX, 0, 0);
+        for &Run { tile, begin, end } in &self.runs {
+            let run = &around.tile(tile).simulators[begin as usize..end as usize];
+            let own = if tile == who.tile {
+                who.index
+            } else {
+                u32::MAX
+            };
+            for (index, simulator) in (begin..).zip(run) {
+                let square = self.distance_square::<F>(aim, simulator);
+                let square = if index == own { f64::MAX } else { square };
+                near += u32::from(square < limit);
+                best = best.min((square.to_bits() & !63) | number);
+                number += 1;
+            }
+        }
+        if near > 1 {
+            return self.choose(around, aim, who, stream.random_range(0..near));
+        }
+        if best > (reach * reach).to_bits() {
+            return None;
+        }
+        Some(self.nth((best & 63) as u32))
+    }
+
+    /// Of what was gathered, the simulator within the radius that comes after so many others.
+    fn choose<F: Follow<P::Space>>(
+        &self,
+        around: &Around<'_, '_, P, F>,
+        aim: Aim<VectorOf<P>>,
+        who: At,
+        mut skip: u32,
+    ) -> Option<At> {
+        let limit = self.radius * self.radius;
+        for &Run { tile, begin, end } in &self.runs {
+            let run = &around.tile(tile).simulators[begin as usize..end as usize];
+            for (index, simulator) in (begin..).zip(run) {
+                let at = At { tile, index };
+                if at != who && self.distance_square::<F>(aim, simulator) < limit {
+                    if skip == 0 {
+                        return Some(at);
+                    }
+                    skip -= 1;
+                }
+            }
+        }
+        None
     }
 
     /// Any simulator within the radius, all equally likely.
@@ -98,7 +217,10 @@ impl<'a, P: Physics> Search<'a, P> {
         stream: &mut impl Rng,
     ) -> Option<At> {
         let square = self.radius * self.radius;
-        let is_near = |at: At| at != who && self.distance_square(around, aim, at) < square;
+        let is_near = |at: At| {
+            let simulator = &around.tile(at.tile).simulators[at.index as usize];
+            at != who && self.distance_square::<F>(aim, simulator) < square
+        };
         let draws = if total > DRAWS { DRAWS } else { 0 };
         for _ in 0..draws {
             let at = self.nth(stream.random_range(0..total));
@@ -120,24 +242,22 @@ impl<'a, P: Physics> Search<'a, P> {
         found
     }
 
-    /// The nearest simulator to its point of the aim.
+    /// The nearest simulator to its point of the aim, sought in `first` cells on each side, and then in more.
     fn nearest<F: Follow<P::Space>>(
         &mut self,
         around: &Around<'_, '_, P, F>,
         aim: Aim<VectorOf<P>>,
         who: At,
+        first: i64,
     ) -> Option<At> {
-        let width = self.grid.width();
-        let narrowest = (0..P::Space::DIMENSION)
-            .map(|axis| width[axis])
-            .fold(f64::MAX, f64::min);
-        for cells in 1..=WIDEST {
-            let reach = cells as f64 * narrowest;
+        for cells in first..=WIDEST {
+            let reach = cells as f64 * self.narrowest;
             let total = self.gather(around, aim, reach);
             let mut best = (f64::MAX, None);
             for number in 0..total {
                 let at = self.nth(number);
-                let square = self.distance_square(around, aim, at);
+                let simulator = &around.tile(at.tile).simulators[at.index as usize];
+                let square = self.distance_square::<F>(aim, simulator);
                 if square < best.0 && at != who {
                     best = (square, Some(at));
                 }
@@ -149,13 +269,12 @@ impl<'a, P: Physics> Search<'a, P> {
         None
     }
 
+    #[inline(always)]
     fn distance_square<F: Follow<P::Space>>(
         &self,
-        around: &Around<'_, '_, P, F>,
         aim: Aim<VectorOf<P>>,
-        at: At,
+        simulator: &SimulatorOf<P, F>,
     ) -> f64 {
-        let simulator = &around.tile(at.tile).simulators[at.index as usize];
         let position = simulator.position;
         let mut point = aim.point;
         if !P::Sizes::UNIFORM {
@@ -164,13 +283,9 @@ impl<'a, P: Physics> Search<'a, P> {
         let lengths = self.grid.images();
         let mut square = 0.0;
         for axis in 0..P::Space::DIMENSION {
-            // Both are in the box, or the point a little outside.
+            // Both are in the box, or the point a little outside: the nearer way around it.
             let apart = (position[axis] - point[axis]).abs();
-            let apart = if apart > 0.5 * lengths[axis] {
-                lengths[axis] - apart
-            } else {
-                apart
-            };
+            let apart = smaller(apart, (lengths[axis] - apart).abs());
             square += apart * apart;
         }
         square
@@ -200,28 +315,68 @@ impl<'a, P: Physics> Search<'a, P> {
         aim: Aim<VectorOf<P>>,
         radius: f64,
     ) -> u32 {
-        self.runs.clear();
         let point = aim.point;
         let radius = if P::Sizes::UNIFORM {
             radius
         } else {
             radius + self.spread * aim.along.square().sqrt()
         };
-        let counts = self.grid.counts();
-        let width = self.grid.width();
-        let (mut low, mut span) = ([0_u32; 3], [1_u32; 3]);
+        let (mut first, mut span) = ([0; 3], [1; 3]);
         for axis in 0..P::Space::DIMENSION {
-            let scale = 1.0 / width[axis];
-            let first = floor((point[axis] - radius) * scale);
+            let scale = self.scale[axis];
+            first[axis] = floor((point[axis] - radius) * scale);
             let last = floor((point[axis] + radius) * scale);
-            let count = i64::from(counts[axis]);
+            span[axis] = (last - first[axis] + 1) as u32;
+        }
+        self.collect(around, first, span)
+    }
+
+    /// Gathers the runs of a block of cells, from a first one on, around the box.
+    #[inline]
+    fn collect<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, '_, P, F>,
+        first: [i64; 3],
+        mut span: [u32; 3],
+    ) -> u32 {
+        self.runs.clear();
+        let counts = self.grid.counts();
+        let mut low = [0_u32; 3];
+        for axis in 0..3 {
+            let (first, count) = (first[axis], i64::from(counts[axis]));
             // Around a narrow box no cell is counted twice.
-            span[axis] = (last - first + 1).min(count) as u32;
+            span[axis] = span[axis].min(counts[axis]);
             low[axis] = if (0..count).contains(&first) {
                 first
             } else {
                 first.rem_euclid(count)
             } as u32;
+        }
+        let home = around.tile(around.middle());
+        let place = &home.place;
+        let is_home = (0..3).all(|axis| {
+            low[axis] >= place.first[axis]
+                && low[axis] + span[axis] <= place.first[axis] + place.sides[axis]
+        });
+        let mut total = 0;
+        if is_home {
+            // Nearly always: lines of cells of one tile.
+            let [columns, rows, _] = place.sides;
+            let first = home.number(low) as u32;
+            for layer in 0..span[2] {
+                for row in 0..span[1] {
+                    let local = (first + columns * (row + rows * layer)) as usize;
+                    let begin = home.starts[local];
+                    let end = home.starts[local + span[0] as usize];
+                    self.runs.push(Run {
+                        tile: around.middle(),
+                        begin,
+                        end,
+                    });
+                    total += end - begin;
+                }
+            }
+            return total;
         }
         let around_ring = |axis: usize, step: u32| {
             let at = low[axis] + step;
@@ -231,7 +386,6 @@ impl<'a, P: Physics> Search<'a, P> {
                 at
             }
         };
-        let mut total = 0;
         for layer in 0..span[2] {
             let z = around_ring(2, layer);
             for row in 0..span[1] {

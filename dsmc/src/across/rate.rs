@@ -7,12 +7,18 @@
 //! exceeds that of the mean density by (n chi)''/2 times the variance n S(0)/V, which is taken off too. Both corrections
 //! vanish with many simulators in the neighbourhood.
 //!
+//! Beside walls a neighbourhood holds fewer simulators for the same density, so each counts for more of it. chi there is that
+//! of the packing fraction, of bodies in the room for bodies; and n the density of centres in the room for centres, which is
+//! narrower by a radius at each wall. Both rooms matter: in a channel two diameters wide, centres have half of it.
+//!
 //! Where sizes differ, what is counted is the area or volume a. A simulator i thins what is around it by as much as
 //! it collides, `c w_i` with `w_i = <a_j (r_i + r_j)^D>_j`, small ones by more than their own a. The variance of a in a
 //! neighbourhood being S(0) of that of independent ones, `<a_i (a_i - c w_i)> = S(0) <a^2>`: so `a_i - c w_i` is taken off
 //! with `c = (1 - S(0)) <a^2>/<a w>`, and `<a^2>/<a>` is the unit of the variance.
 
 use stosszahl_model::Space;
+
+use crate::density::Crowding;
 
 /// Most entries of the table.
 const LARGEST_TABLE: u32 = 1 << 14;
@@ -84,7 +90,7 @@ impl<S: Space> Rates<S> {
         if spread.is_none() {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
-                .map(|units| rates.compute(f64::from(units), [1.0; 2]))
+                .map(|units| rates.compute(f64::from(units), Crowding::NONE, [1.0; 2]))
                 .collect();
         }
         rates
@@ -96,11 +102,12 @@ impl<S: Space> Rates<S> {
     }
 
     /// Of a simulator of `own` units that thins what is around it by `thinned` units times 1 - S(0).
-    fn compute(&self, units: f64, [own, thinned]: [f64; 2]) -> f64 {
-        let raw = units * self.unit;
+    fn compute(&self, units: f64, crowding: Crowding, [own, thinned]: [f64; 2]) -> f64 {
+        let unit = self.unit * crowding.bodies;
+        let raw = units * unit;
         let structure = S::structure_factor_at_zero(raw.clamp(1e-6, 0.7));
         let off = structure * own + (1.0 - structure) * (own - thinned);
-        let packing = (raw - off * self.unit).max(0.0);
+        let packing = (raw - off * unit).max(0.0);
         let near = 0.02_f64.min(0.5 * packing);
         let curvature = if near > 0.0 {
             let around = self.covered_chi(packing + near) + self.covered_chi(packing - near);
@@ -109,31 +116,32 @@ impl<S: Space> Rates<S> {
             0.0
         };
         let each = self.spread.map_or(1.0, |spread| spread.variance);
-        let variance = each * self.unit * packing * structure;
-        (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0) / self.ball
+        let variance = each * unit * packing * structure;
+        let covered_chi = (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0);
+        crowding.centres * covered_chi / self.ball
     }
 
     /// n chi where the neighbourhood of a simulator holds so many units, itself included \[1/length^D\]; `share`: its
     /// radius over the largest.
     #[inline]
-    pub(crate) fn at(&self, units: f64, share: f64) -> f64 {
+    pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {
         match self.spread {
             None => match self.table.get(units as usize) {
-                Some(known) if units.fract() == 0.0 => *known,
-                _ => self.compute(units, [1.0; 2]),
+                Some(known) if crowding == Crowding::NONE && units.fract() == 0.0 => *known,
+                _ => self.compute(units, crowding, [1.0; 2]),
             },
             Some(spread) => {
                 let own = share.powi(S::DIMENSION as i32);
-                self.compute(units, [own, spread.thinned(share)])
+                self.compute(units, crowding, [own, spread.thinned(share)])
             }
         }
     }
 
     /// No simulator has more than this.
-    pub(crate) fn most(&self, units: f64) -> f64 {
+    pub(crate) fn most(&self, units: f64, crowding: Crowding) -> f64 {
         match self.spread {
-            None => self.at(units, 1.0),
-            Some(spread) => self.compute(units, [0.0, spread.thinned(1.0)]),
+            None => self.at(units, crowding, 1.0),
+            Some(spread) => self.compute(units, crowding, [0.0, spread.thinned(1.0)]),
         }
     }
 

@@ -77,6 +77,18 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         &self.tiles[slot as usize]
     }
 
+    /// The same, to be changed.
+    #[inline]
+    pub(super) fn tile_mut(&mut self, slot: u32) -> &mut Tile<P, F> {
+        &mut self.tiles[slot as usize]
+    }
+
+    /// The tile at a step of -1, 0 or 1 along each axis from the one in the middle.
+    pub(super) fn next(&self, step: [i32; 3]) -> &Tile<P, F> {
+        let number = step.iter().rev().fold(0, |sum, &one| 3 * sum + one + 1);
+        self.tile(u32::from(self.slots[number as usize]))
+    }
+
     /// A copy of a simulator.
     #[inline]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {

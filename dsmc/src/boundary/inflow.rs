@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
-use stosszahl_model::{Face, Physics, Sizes, Space, Surface, VectorOf, Walls};
+use stosszahl_model::{Face, Physics, Plane, Sizes, Space, Surface, VectorOf, Volume, Walls};
 
 use crate::parameters::EngineError;
 use crate::simulator::{Follow, Simulator, SimulatorOf};
@@ -26,6 +26,21 @@ pub struct Inflow<S: Space> {
     pub spin_temperature: f64,
     /// The particle of the scene's sizes that they are like; 0 where all are alike.
     pub like: usize,
+}
+
+impl Inflow<Volume> {
+    /// The same in the plane.
+    pub(crate) fn in_plane(&self) -> Inflow<Plane> {
+        Inflow {
+            axis: self.axis,
+            side: self.side,
+            density: self.density,
+            velocity: self.velocity.xy(),
+            temperature: self.temperature,
+            spin_temperature: self.spin_temperature,
+            like: self.like,
+        }
+    }
 }
 
 /// Most simulators that a start or a stream may bring into the box.

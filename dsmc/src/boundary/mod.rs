@@ -13,7 +13,7 @@ mod travel;
 mod weights;
 
 use stosszahl_model::walls::Obstacle;
-use stosszahl_model::{Domain, Face, Sizes, Space, Walls};
+use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
 use crate::parameters::{Displacement, EngineError, Parameters};
 
@@ -48,6 +48,19 @@ pub struct Boundaries<S: Space> {
     pub weights: Weights,
     /// What stands in the box: in three dimensions, prisms along the third axis.
     pub obstacles: Vec<Obstacle>,
+}
+
+impl Boundaries<Volume> {
+    /// The same in the plane: what lies along the third axis is left out.
+    pub fn in_plane(&self) -> Boundaries<Plane> {
+        Boundaries {
+            walls: self.walls.in_plane(),
+            clearance: self.clearance,
+            inflows: self.inflows.iter().map(Inflow::in_plane).collect(),
+            weights: self.weights.clone(),
+            obstacles: self.obstacles.clone(),
+        }
+    }
 }
 
 impl<S: Space> Boundaries<S> {

@@ -6,6 +6,7 @@ use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
 use super::inflow::{Inflow, Source};
 use super::obstacles::Standing;
 use super::{Boundaries, Clearance};
+use crate::density::Density;
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
 use crate::simulator::{Follow, SimulatorOf};
@@ -28,6 +29,8 @@ pub(crate) struct Surroundings<P: Physics> {
     factors: Vec<f64>,
     /// The share of each column of cells, along each axis, in which centres can now be; empty where walls cut none.
     columns: [Vec<f64>; 3],
+    /// The same of bodies: a radius more at each wall.
+    bodies: [Vec<f64>; 3],
     mean_radius: f64,
     /// The share of each cell that obstacles leave to centres, by the number of the cell; empty where there are none.
     left: Vec<f64>,
@@ -102,6 +105,7 @@ impl<P: Physics> Surroundings<P> {
             counts: grid.counts(),
             factors: factors(grid, boundaries),
             columns: [const { Vec::new() }; 3],
+            bodies: [const { Vec::new() }; 3],
             mean_radius,
             speeds: VectorOf::<P>::default(),
             walls,
@@ -129,12 +133,41 @@ impl<P: Physics> Surroundings<P> {
                 wall.map_or(0.0, |wall| clearance + wall.displacement(time))
             });
             self.columns[axis] = columns(grid, axis, insets);
+            let reach = [0, 1].map(|side| {
+                let wall = self.walls.wall(axis, side);
+                wall.map_or(0.0, |_| insets[side] - self.mean_radius)
+            });
+            self.bodies[axis] = columns(grid, axis, reach);
         }
+    }
+
+    /// Notes in the densities of cells how much room there is: pairs within a cell have packing fractions of the room for
+    /// centres.
+    pub(crate) fn leave_room(&self, density: &mut Density<P::Space>) {
+        let across = density.scheme().is_across();
+        let bodies = |cell| {
+            if across {
+                self.body_room(cell)
+            } else {
+                self.room(cell)
+            }
+        };
+        density.set_room(|cell| self.room(cell), bodies);
+    }
+
+    /// From wall to wall along an axis, as surfaces of particles meet them \[mean diameters\]; infinite unless there are two.
+    pub(crate) fn width(&self, axis: usize) -> f64 {
+        if (0..2).any(|side| self.walls.wall(axis, side).is_none()) {
+            return f64::INFINITY;
+        }
+        let beyond = self.mean_radius - self.clearance(self.mean_radius);
+        0.5 * (self.lengths[axis] + 2.0 * beyond) / self.mean_radius
     }
 
     /// Memory \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        let numbers = self.columns.iter().map(Vec::capacity).sum::<usize>()
+        let columns = self.columns.iter().chain(&self.bodies);
+        let numbers = columns.map(Vec::capacity).sum::<usize>()
             + self.factors.capacity()
             + self.left.capacity();
         size_of::<Self>() + 8 * numbers
@@ -200,16 +233,19 @@ impl<P: Physics> Surroundings<P> {
     /// The share of a cell in which centres can be.
     #[inline]
     pub(crate) fn room(&self, cell: [u32; 3]) -> f64 {
-        let mut room = 1.0;
-        for (shares, at) in self.columns.iter().zip(cell) {
-            room *= shares.get(at as usize).copied().unwrap_or(1.0);
-        }
+        let mut room = product(&self.columns, cell);
         if !self.left.is_empty() {
             let [x, y, z] = cell;
             let number = x + self.counts[0] * (y + self.counts[1] * z);
             room *= self.left[number as usize];
         }
         room.max(LEAST_ROOM)
+    }
+
+    /// The share of a cell in which bodies can be, of particles whose centres are where [`Self::room`] says; more than one
+    /// where they stick out of the box.
+    pub(crate) fn body_room(&self, cell: [u32; 3]) -> f64 {
+        product(&self.bodies, cell).max(LEAST_ROOM)
     }
 
     /// Whether walls and open faces let the centre of a particle be at a position.
@@ -439,7 +475,16 @@ impl<P: Physics> Surroundings<P> {
     }
 }
 
-/// The share of each column of cells along an axis that lies at least so far from its two faces; empty if all do.
+/// The product of the shares of the columns that a cell is in; empty ones are whole.
+fn product(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
+    let shares = columns.iter().zip(cell);
+    shares
+        .map(|(shares, at)| shares.get(at as usize).copied().unwrap_or(1.0))
+        .product()
+}
+
+/// The share of each column of cells along an axis that lies at least so far from its two faces, where that is less than
+/// nothing with what lies beyond them; empty if all do.
 fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
     if insets == [0.0; 2] {
         return Vec::new();
@@ -448,8 +493,11 @@ fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> 
     let (length, width) = (grid.domain().lengths()[axis], grid.width()[axis]);
     (0..count)
         .map(|column| {
-            let low = (f64::from(column) * width).max(insets[0]);
-            let high = (f64::from(column + 1) * width).min(length - insets[1]);
+            let [first, last] = [column == 0, column + 1 == count];
+            let [below, above] = [0, 1].map(|side: usize| insets[side].min(0.0));
+            let low = (f64::from(column) * width).max(insets[0]) + if first { below } else { 0.0 };
+            let high = (f64::from(column + 1) * width).min(length - insets[1])
+                - if last { above } else { 0.0 };
             ((high - low) / width).max(0.0)
         })
         .collect()

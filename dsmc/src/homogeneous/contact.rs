@@ -140,8 +140,8 @@ impl<P: Grains> Contacts<P> for Bounce {
     }
 }
 
-/// Decided when the run begins: none lets every pair bounce. What a pair does is asked once for each collision, so the
-/// choice costs nothing that could be measured, and halves the number of engines that are compiled.
+/// Decided when the run begins: none lets every pair bounce. The choice is made once for each collision, so it
+/// costs nothing that could be measured, and halves the number of engines that are compiled.
 impl<P: Grains> Contacts<P> for Option<Tracers> {
     const SIZES_CHANGE: bool = false;
 
@@ -171,7 +171,7 @@ impl<P: Grains> Contacts<P> for Option<Tracers> {
 
 /// One species is so rare that it leaves no trace: the others do not notice it, and it does not meet itself.
 ///
-/// The tracer limit of a mixture, for whatever number of tracers the statistics asks for.
+/// The tracer limit of a mixture, for any number of tracers that the statistics needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct Tracers {
     /// The species.

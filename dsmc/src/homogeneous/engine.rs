@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
 use stosszahl_model::random::{Purpose, Stream, Streams};
-use stosszahl_model::{Collision, Observe, Vector, VectorOf};
+use stosszahl_model::{Collision, Observer, Recorder, Sizes, Vector, VectorOf};
 
 use super::checkpoint::{Clock, Stop, Tally};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
@@ -14,7 +14,7 @@ use super::selection::{Candidate, Selection, Standing};
 
 /// Proposals that are drawn ahead.
 const BATCH: usize = 64;
-/// Proposals whose particles are called up while earlier ones are treated.
+/// Proposals whose particles are prefetched while earlier ones are treated.
 const AHEAD: usize = 24;
 
 /// A gas without positions under way. See the [module](super).
@@ -100,6 +100,15 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             + self.motion.bytes()
     }
 
+    /// Adds to the velocities of particles, in their order.
+    pub fn kick(&mut self, changes: impl Iterator<Item = VectorOf<P>>) {
+        let alive = self.gas.particles.iter_mut().filter(|one| !one.is_gone());
+        for (particle, change) in alive.zip(changes) {
+            particle.velocity += change;
+        }
+        self.clock.outdated = true;
+    }
+
     /// Multiplies all velocities by a factor, which keeps the gas in motion.
     ///
     /// # Errors
@@ -122,8 +131,8 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     /// Advances until a time, or for a number of collisions, whichever comes first.
     ///
     /// The random stream is addressed by the number of advances before, so a run gives the same bytes if it is stopped
-    /// and resumed between two of them, and others if its time is divided otherwise. An observer is told the exact time
-    /// of each collision if paths are tracked, and else its mean for the collision's place in the sequence.
+    /// and resumed between two of them, and others if its time is divided otherwise. An observer receives the exact
+    /// time of each collision if trajectories are kept, and else its mean for the collision's place in the sequence.
     ///
     /// # Errors
     /// [`GasError`] if `until` is no number or before the present, a rate is not finite, or a bound was exceeded.
@@ -131,8 +140,9 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         &mut self,
         until: f64,
         collisions: u64,
-        observer: &mut impl Observe<P>,
+        observer: &mut dyn Observer,
     ) -> Result<Stop, GasError> {
+        let mut recorder = Recorder::new(observer);
         if until.is_nan() || until < self.clock.time {
             return Err(GasError::BadNumber {
                 name: "time to advance to",
@@ -162,7 +172,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 }
                 return Ok(Stop::Still);
             }
-            self.interval(until, last, rate, &mut stream, observer)?;
+            self.interval(until, last, rate, &mut stream, &mut recorder)?;
         }
         Ok(Stop::Time)
     }
@@ -196,7 +206,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         last: u64,
         rate: f64,
         stream: &mut Stream,
-        observer: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) -> Result<(), GasError> {
         let begin = self.clock.time;
         let planned = (self.gas.count() as f64 * 0.25).max(64.0);
@@ -239,7 +249,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 if !M::TRACKED {
                     now = begin + span * ((total - left) as f64 / (total + 1) as f64);
                 }
-                let standing = self.meet(&candidate, now, stream, observer);
+                let standing = self.meet(&candidate, now, stream, recorder);
                 if standing != Standing::Kept || self.tally.collisions >= last {
                     self.clock.outdated |= standing == Standing::Outdated;
                     let done = total - left;
@@ -293,14 +303,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         candidate: &Candidate,
         time: f64,
         stream: &mut Stream,
-        observer: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) -> Standing {
         let pair = [candidate.first, candidate.second];
         let before = pair.map(|index| self.gas.particles[index as usize].velocity);
         let relative = before[0] - before[1];
         let line = line_of_centres::<P::Space>(&relative, stream);
         if line.square() == 0.0 {
-            // Grazing beyond what numbers can tell: a collision without effect.
+            // Grazing beyond the resolution of floating-point numbers: a collision without effect.
             self.tally.collisions += 1;
             return Standing::Kept;
         }
@@ -318,7 +328,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 changed,
                 restitution,
             } => {
-                self.record(&meeting, time, restitution, observer);
+                self.record(&meeting, time, restitution, recorder);
                 let mut worst = Standing::Kept;
                 for side in 0..2 {
                     if changed[side] {
@@ -348,14 +358,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         }
     }
 
-    /// Books a bounce and tells the observer.
+    /// Counts a bounce and records it.
     #[inline]
     fn record(
         &mut self,
         meeting: &Meeting<VectorOf<P>>,
         time: f64,
         restitution: f64,
-        observer: &mut impl Observe<P>,
+        recorder: &mut Recorder<'_>,
     ) {
         self.clock.since += 1;
         self.tally.collisions += 1;
@@ -368,7 +378,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             .iter()
             .sum::<f64>();
         let length = meeting.line.square().sqrt();
-        // The line points from the second to the first partner, who approach each other.
+        // The line points from the second to the first partner, which approach each other.
         let sign = if meeting.relative.inner(&meeting.line) > 0.0 {
             -1.0
         } else {
@@ -376,15 +386,17 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         };
         let collision = Collision {
             time,
-            position: VectorOf::<P>::default(),
-            relative: meeting.relative,
-            line: meeting.line * (sign * distance / length),
+            position: nalgebra::Vector3::zeros(),
+            relative: meeting.relative.spatial(),
+            line: (meeting.line * (sign * distance / length)).spatial(),
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
             restitution,
             weight: 1.0,
+            pair: meeting.pair,
+            species: partners.map(|particle| self.gas.scene.sizes().kind(particle.tag)),
         };
         self.tally.energy_lost += collision.energy_lost();
-        observer.collision(&collision);
+        recorder.record(|| collision);
     }
 }
 

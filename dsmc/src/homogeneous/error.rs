@@ -4,6 +4,20 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GasError {
+    /// A law, a size or a volume that cannot be.
+    #[error(transparent)]
+    Invalid(#[from] stosszahl_model::Invalid),
+    /// Physics that a gas without positions does not have.
+    #[error("{what} in a gas without positions; allowed: {allowed}")]
+    Unfit {
+        /// What was found.
+        what: &'static str,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Bytes that are no checkpoint of this gas.
+    #[error("the bytes are no checkpoint of this gas: {0}")]
+    Checkpoint(String),
     /// A number out of range.
     #[error("{name} is {value}: allowed is {allowed}")]
     BadNumber {

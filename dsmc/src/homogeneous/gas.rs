@@ -32,7 +32,7 @@ pub struct Particle<P: Physics> {
 }
 
 impl<P: Physics> Particle<P> {
-    /// A particle that no selection knows yet.
+    /// A particle that is in no selection yet.
     pub fn new(velocity: VectorOf<P>, tag: TagOf<P>) -> Self {
         Self {
             velocity,
@@ -59,8 +59,8 @@ impl<P: Physics> Clone for Particle<P> {
 }
 impl<P: Physics> Copy for Particle<P> {}
 
-/// A gas whose fastest particle has a smaller squared speed counts as at rest: products of speeds would soon be below what
-/// numbers can tell.
+/// A gas whose fastest particle has a smaller squared speed counts as at rest: products of speeds would soon be below
+/// the range of floating-point numbers.
 pub(crate) const COLDEST: f64 = 1e-280;
 
 /// A gas without positions: what collides is a matter of speeds and sizes alone.
@@ -133,7 +133,7 @@ impl<P: Grains> Gas<P> {
         Ok(gas)
     }
 
-    /// A gas of `count` particles, numbered from 0, whose sizes the scene knows by their number, with Maxwellian
+    /// A gas of `count` particles, numbered from 0, whose sizes the scene has by their number, with Maxwellian
     /// velocities of the given temperature m<v^2>/D for each species, without drift.
     ///
     /// # Errors
@@ -208,7 +208,7 @@ impl<P: Grains> Gas<P> {
     }
 
     /// Subtracts a drift that rounding has left: below 1e-10 of the thermal speed. It would never decay while the gas
-    /// cools, and at last drown all relative motion.
+    /// cools, and at last exceed all relative motion.
     pub(crate) fn remove_rounding(&mut self, chosen: impl Fn(u32) -> bool) {
         self.remove_drift_if(chosen, |drift, thermal| drift < 1e-20 * thermal);
     }

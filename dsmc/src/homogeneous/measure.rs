@@ -23,7 +23,7 @@ pub struct Moments {
     pub velocity_correlation: f64,
 }
 
-/// Moments of every species that the scene knows, in one pass.
+/// Moments of every species of the scene, in one pass.
 ///
 /// `displacement` is the paths and the present time, `start` the velocities at the start, by the indices of the gas.
 pub fn moments<P: Grains>(

@@ -1,4 +1,4 @@
-//! Monte Carlo of homogeneous gases: no positions, no cells, sizes as many as one likes.
+//! Monte Carlo of homogeneous gases: no positions, no cells, and any number of sizes.
 //!
 //! The Boltzmann equation without gradients (or Enskog's, whose contact values are then factors) is a Poisson process of
 //! pair collisions: each unordered pair collides at the rate `k(a, b) g`, g its relative speed and k the [`Kernel`] of
@@ -7,8 +7,8 @@
 //! * **Pairs** are proposed at a rate that bounds theirs and accepted with the quotient. [`Selection`] is the interface;
 //!   [`Bird`] has one majorant, [`LowRank`] draws from products of weights of size classes by trees (Bodrova & Osinsky
 //!   2024), [`Slots`] is our own and the one to use: groups of like speed and size in alias tables.
-//! * **Time**: the number of proposals up to a time is Poisson, one draw for many thousands of them; where paths are
-//!   kept, each has its exact time as one of so many uniform ones. See [`Engine`].
+//! * **Time**: the number of proposals up to a time is Poisson, one draw for many thousands of them; where trajectories
+//!   are kept, each has its exact time as one of that number of uniform ones. See [`Engine`].
 //! * **Contacts**: the line of centres is drawn with density |g . e|, and the pair bounces by the scene's law
 //!   ([`Bounce`]), leaves no trace on one side ([`Tracers`]), or sticks and breaks ([`Sticking`]).
 //! * **Paths**: [`Displacement`] and [`Paths`] are touched at collisions only.
@@ -33,6 +33,7 @@ mod motion;
 mod paths;
 mod places;
 mod selection;
+mod simulate;
 mod slots;
 mod sticking;
 mod tree;
@@ -49,5 +50,6 @@ pub use measure::{Moments, moments, moments_by};
 pub use motion::{Displacement, Motion};
 pub use paths::{Paths, time_averaged};
 pub use selection::{Candidate, Selection, Standing};
+pub use simulate::{Homogeneous, Pick};
 pub use slots::Slots;
 pub use sticking::{Ledger, Order, Part, Rule, Sticking, Threshold, shards, size_distribution};

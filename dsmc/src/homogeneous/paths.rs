@@ -29,6 +29,12 @@ impl<P: Physics> Paths<P> {
         }
     }
 
+    /// The path of a particle, if it has one.
+    pub fn of(&self, particle: u32) -> Option<usize> {
+        let path = *self.path_of.get(particle as usize)?;
+        (path != u32::MAX).then_some(path as usize)
+    }
+
     /// Corners of a path so far, by time: the start and each collision.
     pub fn corners(&self, path: usize) -> &[(f64, VectorOf<P>)] {
         self.corners.get(path).map_or(&[], Vec::as_slice)

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Clusters, Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{Clusters, Invalid, Physics, Sizes, Space, Vector, VectorOf};
 
 use super::contact::{Contacts, Meeting, Outcome, bounce};
 use super::gas::{Gas, Grains, Particle};
@@ -87,15 +87,22 @@ enum Fate {
 }
 
 impl Sticking {
-    /// A rule, with an empty ledger. `None` unless thresholds are numbers not below zero and `retained` is from 0 to 1.
-    pub fn new(rule: Rule) -> Option<Self> {
-        let good = |threshold: Threshold| threshold.energy >= 0.0;
-        (good(rule.stick) && good(rule.shatter) && (0.0..=1.0).contains(&rule.retained)).then_some(
-            Self {
-                rule,
-                ledger: Ledger::default(),
-            },
-        )
+    /// A rule, with an empty ledger.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
+    pub fn new(rule: Rule) -> Result<Self, Invalid> {
+        for threshold in [rule.stick, rule.shatter] {
+            let energy = threshold.energy;
+            Invalid::unless(energy >= 0.0, "threshold energy", energy, "at least 0")?;
+        }
+        let kept = rule.retained;
+        let allowed = (0.0..=1.0).contains(&kept);
+        Invalid::unless(allowed, "speed kept in breaking", kept, "0 to 1")?;
+        Ok(Self {
+            rule,
+            ledger: Ledger::default(),
+        })
     }
 
     /// What happens to a pair of these sizes.

@@ -6,8 +6,8 @@ use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Free, Monodisperse, Observe, Physics, Plane, Polydisperse, Scene,
-    Sizes, Smooth, Space, State, VectorOf, Volume,
+    Body, Collision, Constant, Domain, Free, Monodisperse, Observer, Physics, Plane, Polydisperse,
+    Scene, Sizes, Smooth, Space, State, VectorOf, Volume,
 };
 
 use crate::{
@@ -174,11 +174,11 @@ fn mixtures_are_those_of_the_plain_engine() {
 
 /// What somebody who looks at collisions sees.
 #[derive(Default, PartialEq, Debug)]
-pub(crate) struct Seen(pub(crate) Vec<(Vector2<f64>, Vector2<f64>)>);
+pub(crate) struct Seen(pub(crate) Vec<Collision>);
 
-impl Observe<Equal<Plane>> for Seen {
-    fn collision(&mut self, collision: &stosszahl_model::Collision<Vector2<f64>>) {
-        self.0.push((collision.relative, collision.line));
+impl Observer for Seen {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.0.extend_from_slice(batch);
     }
 }
 

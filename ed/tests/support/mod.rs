@@ -7,7 +7,7 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Obstacle, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{
-    Body, Collision, Constant, Field, Gravity, Monodisperse, Observe, Physics, Plane, Rebound,
+    Body, Collision, Constant, Field, Gravity, Monodisperse, Observer, Physics, Plane, Rebound,
     Rough, Scene, Sizes, State, Surface,
 };
 
@@ -45,7 +45,7 @@ pub fn bounces(restitution: f64, slip: f64) -> Wall<Plane> {
 
 pub fn vibrates(wall: Wall<Plane>, amplitude: f64, period: f64) -> Wall<Plane> {
     Wall {
-        vibration: Vibration::new(amplitude, period),
+        vibration: Vibration::new(amplitude, period).ok(),
         ..wall
     }
 }
@@ -152,9 +152,9 @@ pub fn gas<P: Physics<Space = Plane>>(
 #[derive(Default)]
 pub struct Journal(pub Vec<f64>);
 
-impl<P: Physics<Space = Plane>> Observe<P> for Journal {
-    fn collision(&mut self, collision: &Collision<Vector2<f64>>) {
-        self.0.push(collision.time);
+impl Observer for Journal {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.0.extend(batch.iter().map(|collision| collision.time));
     }
 }
 

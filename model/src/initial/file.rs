@@ -120,6 +120,8 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
         path: path.to_owned(),
         source,
     })?;
+    // Editors of some systems begin a file with a byte order mark.
+    let text = text.trim_start_matches('\u{feff}');
     let source = Source { path };
     let ending = path
         .extension()
@@ -127,8 +129,8 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
         .unwrap_or("")
         .to_ascii_lowercase();
     match ending.as_str() {
-        "csv" => read_csv(&source, &text),
-        "xyz" | "extxyz" => read_xyz(&source, &text),
+        "csv" => read_csv(&source, text),
+        "xyz" | "extxyz" => read_xyz(&source, text),
         _ => Err(source.error(
             1,
             format!("a file name ending in `{ending}`"),

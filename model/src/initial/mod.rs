@@ -23,7 +23,7 @@ use crate::domain::Domain;
 use crate::random::{Purpose, Streams};
 use crate::space::Plane;
 
-/// Which arrangement was asked for.
+/// Which arrangement was requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrangement {
     /// No order.
@@ -39,7 +39,7 @@ pub enum Arrangement {
 pub struct Placement {
     /// Centres of the disks.
     pub positions: Vec<Vector2<f64>>,
-    /// Reciprocal vectors whose Bragg peaks tell whether the lattice is forgotten; empty without one.
+    /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without one.
     pub reciprocal: Vec<[i32; 2]>,
 }
 
@@ -105,7 +105,7 @@ pub fn place_unlike(
 /// Places equal disks in a periodic box.
 ///
 /// # Errors
-/// [`PlacementError::TooDense`] if a lattice of so many disks does not fit.
+/// [`PlacementError::TooDense`] if a lattice of that many disks does not fit.
 pub fn place(
     arrangement: Arrangement,
     count: usize,

@@ -21,7 +21,7 @@ pub struct Overlap {
 
 /// The overlapping pair with the smallest indices, if any overlaps by more than `tolerance` \[length\].
 ///
-/// A bounding-volume hierarchy over all disks is asked once for each disk and each periodic image that
+/// A bounding-volume hierarchy over all disks is queried once for each disk and each periodic image that
 /// reaches into the box; the distance of a candidate pair is parry's ball-ball contact, a closed form.
 /// Cost N log N for any mixture of sizes.
 pub fn first_overlap(

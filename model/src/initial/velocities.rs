@@ -1,4 +1,4 @@
-//! Maxwellian velocities with zero momentum and the asked temperature, and Maxwellian spins.
+//! Maxwellian velocities with zero momentum and a given temperature, and Maxwellian spins.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};

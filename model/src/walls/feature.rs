@@ -251,7 +251,7 @@ fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
     let gone = (speed + (speed * speed + 2.0 * weight * (distance + reach)).sqrt()) / weight;
     let end = limit.min(2.0 * gone);
     if !end.is_finite() {
-        // The pull is too weak to be told.
+        // The pull is too weak to be resolved.
         return straight(flight, reach);
     }
     if distance - reach > (speed + 0.5 * weight * end) * end {
@@ -292,7 +292,7 @@ fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
                 let both = |time: f64| (excess(time), slope(time));
                 return Some(descent::bracketed(both, begin..end));
             }
-            // It rose by less than can be told.
+            // It rose by less than can be resolved.
             return Some(begin);
         }
         begin = end;

@@ -2,7 +2,7 @@
 //!
 //! A face of the box is periodic, a wall, or open. Walls are data: an engine that finds none schedules no event and
 //! draws no number for them. Times of contact with plane walls are closed forms ([`flight`]). What stands inside the
-//! box is told by [`Obstacle`], in the plane.
+//! box is an [`Obstacle`], in the plane.
 
 mod descent;
 mod feature;
@@ -19,7 +19,11 @@ pub use rebound::{Book, Rebound, Touch};
 pub use vibration::Vibration;
 
 use crate::domain::Domain;
-use crate::space::Space;
+use crate::invalid::Invalid;
+use crate::space::{Plane, Space, Volume};
+
+/// Names of the faces of a box, lower and upper, by axis.
+pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
 /// A plane wall at a face of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -113,6 +117,26 @@ pub struct Walls<S: Space> {
     faces: [[Face<S>; 2]; 3],
 }
 
+impl Walls<Volume> {
+    /// The faces of the first two axes.
+    pub fn in_plane(&self) -> Walls<Plane> {
+        let flat = |face: Face<Volume>| match face {
+            Face::Periodic => Face::Periodic,
+            Face::Open => Face::Open,
+            Face::Wall(wall) => Face::Wall(Wall {
+                rebound: wall.rebound,
+                sliding: wall.sliding.xy(),
+                vibration: wall.vibration,
+            }),
+        };
+        let mut walls = Walls::default();
+        for axis in 0..2 {
+            walls.faces[axis] = self.faces[axis].map(flat);
+        }
+        walls
+    }
+}
+
 impl<S: Space> Walls<S> {
     /// No walls: a periodic box.
     pub fn none() -> Self {
@@ -164,8 +188,11 @@ impl<S: Space> Walls<S> {
         (self.faces.iter().flatten()).any(|face| *face == Face::Open)
     }
 
-    /// A box of the given sides with these faces, or `None` unless they are positive and finite.
-    pub fn domain(&self, lengths: S::Vector) -> Option<Domain<S>> {
+    /// A box of the given sides with these faces.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless they are positive and finite.
+    pub fn domain(&self, lengths: S::Vector) -> Result<Domain<S>, Invalid> {
         let periodic = [0, 1, 2].map(|axis| self.faces[axis][0] == Face::Periodic);
         Domain::new(lengths, periodic)
     }

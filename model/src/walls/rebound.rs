@@ -120,7 +120,7 @@ impl<S: Space> Book<S> {
         self.energy += energy * weight;
     }
 
-    /// Adds the entries of another book.
+    /// Adds the entries of another.
     pub fn add(&mut self, other: &Self) {
         self.contacts += other.contacts;
         self.momentum += other.momentum;

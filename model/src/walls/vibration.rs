@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::invalid::Invalid;
+
 /// A triangle wave: the wall goes `amplitude` into the gas and back in each period, at constant speed, so that the time of
 /// a contact has a closed form. It begins at its face, inwards, at time zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -11,10 +13,15 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    /// A vibration, or `None` unless amplitude and period are positive and finite.
-    pub fn new(amplitude: f64, period: f64) -> Option<Self> {
-        let good = |x: f64| x > 0.0 && x.is_finite();
-        (good(amplitude) && good(period)).then_some(Self { amplitude, period })
+    /// A vibration.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless amplitude and period are positive and finite.
+    pub fn new(amplitude: f64, period: f64) -> Result<Self, Invalid> {
+        Ok(Self {
+            amplitude: Invalid::unless_positive("amplitude of a vibration", amplitude)?,
+            period: Invalid::unless_positive("period of a vibration", period)?,
+        })
     }
 
     /// How far the wall goes \[length\].
@@ -89,6 +96,6 @@ mod tests {
             assert!((next - time - 0.15).abs() < 1e-12);
             time = next;
         }
-        assert!(Vibration::new(0.0, 1.0).is_none());
+        assert!(Vibration::new(0.0, 1.0).is_err());
     }
 }

@@ -189,7 +189,7 @@ impl<R: Restitution> Mixture<R> {
 
     /// What [`Self::evolve`] gives, with velocities expanded to the given order in Sonine polynomials: one for Maxwellians
     /// whose velocities are forgotten exponentially, two for fourth cumulants too, and so on. The difference to the order
-    /// below tells how far the expansion can be trusted.
+    /// below shows how far the expansion can be trusted.
     ///
     /// All velocities are Maxwellian at time zero.
     ///
@@ -479,7 +479,7 @@ impl<R: Restitution> System<'_, R> {
                 speed / variance,
                 &loss,
             );
-            // base has sqrt(2/pi)/D where the kernel asks for 1/sqrt(2 pi).
+            // base has sqrt(2/pi)/D where the kernel has 1/sqrt(2 pi).
             let rate = 0.5 * d * base * spread;
             let element = |series: &[f64], p: usize, j: usize| -> f64 {
                 let row = &series[self.shape.index([p, j, 0])..][..=orders];

@@ -1,0 +1,109 @@
+//! Impact parameters of a gas, in one go: for programs of one's own.
+
+use stosszahl_model::{Collision, Observer};
+
+/// Observes impact parameters. Under molecular chaos b/d is uniform in the plane, and P = 2 b/d in space, where its square
+/// is uniform: the chance that a collision is more central, `u = (b/d)^(D-1)`, is uniform in both.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImpactParameters {
+    dimension: i32,
+    bins: Vec<u64>,
+    collisions: u64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Default for ImpactParameters {
+    /// Twenty bins, disks.
+    fn default() -> Self {
+        Self::new(2, 20)
+    }
+}
+
+impl ImpactParameters {
+    /// So many bins of equal width, for 2 or 3 dimensions.
+    pub fn new(dimension: usize, bins: usize) -> Self {
+        Self {
+            dimension: dimension as i32,
+            bins: vec![0; bins.max(1)],
+            collisions: 0,
+            sum: 0.0,
+            squares: 0.0,
+        }
+    }
+
+    /// Pair collisions seen.
+    pub fn collisions(&self) -> u64 {
+        self.collisions
+    }
+
+    /// Probability density of u in each bin; 1 under molecular chaos.
+    pub fn densities(&self) -> Vec<f64> {
+        let each = self.collisions.max(1) as f64 / self.bins.len() as f64;
+        self.bins.iter().map(|&count| count as f64 / each).collect()
+    }
+
+    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2), s = 12 (`<u>` - 1/2): positive where grazing collisions are in
+    /// excess. `None` without collisions.
+    pub fn slope(&self) -> Option<f64> {
+        (self.collisions > 0).then(|| 12.0 * (self.sum / self.collisions as f64 - 0.5))
+    }
+
+    /// Its standard error, if collisions are independent; those of one clustered gas are not.
+    pub fn slope_error(&self) -> Option<f64> {
+        let count = self.collisions as f64;
+        let mean = self.sum / count;
+        let variance = (self.squares / count - mean * mean).max(0.0);
+        (self.collisions > 0).then(|| 12.0 * (variance / count).sqrt())
+    }
+}
+
+impl Observer for ImpactParameters {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            let u = collision.impact_square().sqrt().powi(self.dimension - 1);
+            let bin = (u * self.bins.len() as f64) as usize;
+            let last = self.bins.len() - 1;
+            self.bins[bin.min(last)] += 1;
+            self.collisions += 1;
+            self.sum += u;
+            self.squares += u * u;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Vector3, vector};
+
+    fn collision(impact: f64) -> Collision {
+        Collision {
+            time: 0.0,
+            position: Vector3::zeros(),
+            relative: vector![-(1.0 - impact * impact).sqrt(), impact, 0.0],
+            line: Vector3::x(),
+            reduced_mass: 0.5,
+            restitution: 1.0,
+            weight: 1.0,
+            pair: [0, 1],
+            species: [0; 2],
+        }
+    }
+
+    #[test]
+    fn slope_of_two_collisions_by_hand() {
+        let mut impact = ImpactParameters::new(2, 4);
+        assert_eq!(impact.slope(), None);
+        Observer::collisions(&mut impact, &[collision(0.6), collision(0.8)]);
+        let slope = impact.slope().expect("collisions");
+        // Two roundings of numbers of order one, times 12.
+        assert!((slope - 12.0 * 0.2).abs() < 1e-14);
+        let error = impact.slope_error().expect("collisions");
+        assert!((error - 12.0 * 0.1 / 2.0_f64.sqrt()).abs() < 1e-14);
+        assert_eq!(impact.densities(), [0.0, 0.0, 2.0, 2.0]);
+        let mut spheres = ImpactParameters::new(3, 4);
+        Observer::collisions(&mut spheres, &[collision(0.6)]);
+        assert_eq!(spheres.densities(), [0.0, 4.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,466 @@
+//! Gases without positions behind the common interface: chosen at run time.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{
+    Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Kind, Law, Observer,
+    Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf, Volume,
+    Work,
+};
+
+use super::bird::Bird;
+use super::checkpoint::{Checkpoint, Stop};
+use super::contact::{Contacts, Tracers};
+use super::engine::Engine;
+use super::error::GasError;
+use super::gas::{Gas, Grains};
+use super::kernel::Contact;
+use super::low_rank::LowRank;
+use super::motion::{Displacement, Motion};
+use super::paths::{Paths, time_averaged};
+use super::selection::Selection;
+use super::slots::Slots;
+use super::sticking::{Rule, Sticking, size_distribution};
+
+/// Collisions in one leg for each particle of the start, and at least.
+const LEG: f64 = 1.0;
+const LEAST_LEG: u64 = 200_000;
+
+/// How pairs are selected; all selections are exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pick {
+    /// Groups of like speed and size in alias tables: [`Slots`].
+    #[default]
+    AliasTables,
+    /// Products of the weights of size classes, found in trees: [`LowRank`].
+    LowRank,
+    /// Bird's single majorant: [`Bird`].
+    SingleMajorant,
+}
+
+/// A gas without positions, to be made.
+#[derive(Clone, Debug)]
+pub struct Homogeneous<'a> {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// What particles are; smooth, without a field. Where they stick, equal monomers.
+    pub grains: &'a AnyGrains,
+    /// Number of particles.
+    pub count: usize,
+    /// Volume; an area in the plane.
+    pub volume: f64,
+    /// How density raises collision rates.
+    pub contact: Contact,
+    /// Temperature of each species at the start.
+    pub temperatures: &'a [f64],
+    /// How pairs are selected.
+    pub pick: Pick,
+    /// The species in the tracer limit.
+    pub tracer: Option<u32>,
+    /// When particles stick and break, if they do.
+    pub sticking: Option<Rule>,
+    /// Whether displacements are measured.
+    pub displacements: bool,
+    /// Particles of each group whose whole paths are kept, and the group of each species; none where that is empty.
+    pub paths: (usize, &'a [u32]),
+    /// Random streams.
+    pub streams: Streams,
+}
+
+impl Homogeneous<'_> {
+    /// Starts from Maxwellian velocities.
+    ///
+    /// ```
+    /// use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
+    /// use stosszahl_model::random::Streams;
+    /// use stosszahl_model::{Budget, Constant, Grains, Simulation};
+    ///
+    /// let grains = Grains::equal(0.5, 1.0, Constant::new(0.8)?);
+    /// let gas = Homogeneous {
+    ///     dimension: 3,
+    ///     grains: &grains,
+    ///     count: 1000,
+    ///     volume: 1e4,
+    ///     contact: Contact::Dilute,
+    ///     temperatures: &[1.0],
+    ///     pick: Pick::AliasTables,
+    ///     tracer: None,
+    ///     sticking: None,
+    ///     displacements: false,
+    ///     paths: (0, &[]),
+    ///     streams: Streams::new(1, 0),
+    /// };
+    /// let mut gas = gas.simulate()?;
+    /// gas.advance(10.0, Budget::Unlimited, &mut ())?;
+    /// assert!(gas.temperature() < 1.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`GasError`] if a number is out of range or the parts do not go together.
+    pub fn simulate(&self) -> Result<Box<dyn Simulation>, GasError> {
+        self.choose(None)
+    }
+
+    /// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start.
+    ///
+    /// # Errors
+    /// As [`Self::simulate`]; and [`GasError::Checkpoint`] if the bytes are none of this gas.
+    pub fn resume(&self, checkpoint: &[u8]) -> Result<Box<dyn Simulation>, GasError> {
+        self.choose(Some(checkpoint))
+    }
+
+    fn choose(&self, from: Option<&[u8]>) -> Result<Box<dyn Simulation>, GasError> {
+        if self.grains.rough.is_some() || self.grains.gravity.is_some() {
+            return Err(GasError::Unfit {
+                what: "spin or a field",
+                allowed: "smooth particles in free flight",
+            });
+        }
+        if self.dimension == 2 {
+            self.in_space(Plane, from)
+        } else {
+            self.in_space(Volume, from)
+        }
+    }
+
+    fn in_space<S: Space>(
+        &self,
+        space: S,
+        from: Option<&[u8]>,
+    ) -> Result<Box<dyn Simulation>, GasError> {
+        match self.pick {
+            Pick::AliasTables => self.picked::<S, Slots>(space, from),
+            Pick::LowRank => self.picked::<S, LowRank>(space, from),
+            Pick::SingleMajorant => self.picked::<S, Bird>(space, from),
+        }
+    }
+
+    fn picked<S: Space, P>(
+        &self,
+        space: S,
+        from: Option<&[u8]>,
+    ) -> Result<Box<dyn Simulation>, GasError>
+    where
+        P: Selection<Mixed<S>> + Selection<Sticky<S>> + Send + 'static,
+    {
+        let restitution = self.grains.restitution.clone();
+        if let Some(rule) = self.sticking {
+            let GrainSizes::Equal(monomer) = &self.grains.sizes else {
+                return Err(GasError::Unfit {
+                    what: "particles of several sizes that stick",
+                    allowed: "equal monomers",
+                });
+            };
+            let sizes = Clusters::new(monomer.radius, monomer.mass, self.dimension, Vec::new())?;
+            let scene = scene(space, restitution, sizes);
+            let contacts = Sticking::new(rule)?;
+            return self.boxed::<_, P, _, _>(scene, |_| (), contacts, from);
+        }
+        let sizes = self.species()?;
+        let scene = scene(space, restitution, sizes);
+        let tracers = self.tracer.map(|kind| Tracers { kind });
+        if !self.displacements {
+            return self.boxed::<_, P, _, _>(scene, |_| (), tracers, from);
+        }
+        let follow = |gas: &Gas<Mixed<S>>| {
+            let places = Displacement::new(gas.count(), 0.0);
+            let chosen = self.chosen(gas);
+            let paths = (!chosen.is_empty()).then(|| Paths::new(gas.count(), &chosen, 0.0));
+            (places, paths)
+        };
+        self.boxed::<_, P, _, _>(scene, follow, tracers, from)
+    }
+
+    fn species(&self) -> Result<Species, GasError> {
+        Ok(match &self.grains.sizes {
+            GrainSizes::Species(species) => species.clone(),
+            GrainSizes::Equal(one) => Species::new(vec![Kind {
+                radius: one.radius,
+                mass: one.mass,
+                count: self.count,
+            }])?,
+            GrainSizes::Each(all) => {
+                let kinds = all.pairs().iter().map(|&(radius, mass)| Kind {
+                    radius,
+                    mass,
+                    count: 1,
+                });
+                Species::new(kinds.collect())?
+            }
+        })
+    }
+
+    /// The first particles of each group, group by group.
+    fn chosen<S: Space>(&self, gas: &Gas<Mixed<S>>) -> Vec<u32> {
+        let (most, groups) = self.paths;
+        let last = groups.iter().max().map_or(0, |&last| last as usize + 1);
+        let mut lists = vec![Vec::new(); last];
+        for (index, particle) in gas.alive().enumerate() {
+            let group = groups.get(particle.tag as usize);
+            let list: Option<&mut Vec<u32>> =
+                group.and_then(|&group| lists.get_mut(group as usize));
+            if let Some(list) = list.filter(|list| list.len() < most) {
+                list.push(index as u32);
+            }
+        }
+        lists.concat()
+    }
+
+    fn boxed<G, P, M, C>(
+        &self,
+        scene: G,
+        motion: impl FnOnce(&Gas<G>) -> M,
+        contacts: C,
+        from: Option<&[u8]>,
+    ) -> Result<Box<dyn Simulation>, GasError>
+    where
+        G: Grains<Restitution = Law>,
+        P: Selection<G> + Send + 'static,
+        M: Follows<G> + Send + 'static,
+        C: Counts<G> + Send + 'static,
+    {
+        let (engine, leg) = if let Some(bytes) = from {
+            let kept: Kept<G, P, M, C> = postcard::from_bytes(bytes)
+                .map_err(|error| GasError::Checkpoint(error.to_string()))?;
+            (Engine::resume(scene, kept.gas, self.streams), kept.leg)
+        } else {
+            let temperature = |kind: u32| {
+                let last = self.temperatures.len().saturating_sub(1);
+                self.temperatures.get((kind as usize).min(last)).copied()
+            };
+            let gas = Gas::maxwellian(
+                scene,
+                self.contact,
+                self.volume,
+                self.count,
+                |kind| temperature(kind).unwrap_or(1.0),
+                &mut self.streams.at(Purpose::Velocities, [0, 0]),
+            )?;
+            let leg = ((LEG * gas.count() as f64) as u64).max(LEAST_LEG);
+            let motion = motion(&gas);
+            (Engine::new(gas, motion, contacts, self.streams)?, leg)
+        };
+        Ok(Box::new(Positionless { engine, leg }))
+    }
+}
+
+type Mixed<S> = Scene<S, Smooth, Law, Species, Free>;
+type Sticky<S> = Scene<S, Smooth, Law, Clusters, Free>;
+
+fn scene<S, Z>(space: S, restitution: Law, sizes: Z) -> Scene<S, Smooth, Law, Z, Free> {
+    Scene {
+        space,
+        surface: Smooth,
+        restitution,
+        sizes,
+        field: Free,
+    }
+}
+
+/// What paths yield, where they are kept.
+trait Follows<P: Grains>: Motion<P> {
+    fn displacement(&self) -> Option<&Displacement<P>> {
+        None
+    }
+    fn paths(&self) -> Option<&Paths<P>> {
+        None
+    }
+}
+
+impl<P: Grains> Follows<P> for () {}
+
+impl<P: Grains> Follows<P> for (Displacement<P>, Option<Paths<P>>) {
+    fn displacement(&self) -> Option<&Displacement<P>> {
+        Some(&self.0)
+    }
+    fn paths(&self) -> Option<&Paths<P>> {
+        self.1.as_ref()
+    }
+}
+
+/// What contacts yield besides bounces.
+trait Counts<P: Grains>: Contacts<P> {
+    fn census(&self, _gas: &Gas<P>) -> Option<Census> {
+        None
+    }
+}
+
+impl<P: Grains> Counts<P> for Option<Tracers> {}
+
+impl<P: Grains<Sizes = Clusters>> Counts<P> for Sticking {
+    fn census(&self, gas: &Gas<P>) -> Option<Census> {
+        let ledger = self.ledger;
+        let ledger = [
+            ("stuck_energy", ledger.stuck),
+            ("shattered_energy", ledger.shattered),
+            ("mergers", ledger.mergers as f64),
+            ("shatterings", ledger.shatterings as f64),
+            ("refused", ledger.refused as f64),
+        ];
+        Some(Census {
+            sizes: size_distribution(gas),
+            ledger: ledger.map(|(name, value)| (name.to_owned(), value)).into(),
+        })
+    }
+}
+
+/// What is written into a checkpoint.
+#[derive(Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "S: Serialize, M: Serialize, C: Serialize",
+    deserialize = "S: Deserialize<'de>, M: Deserialize<'de>, C: Deserialize<'de>"
+))]
+struct Kept<P: Grains, S, M, C> {
+    gas: Checkpoint<P, S, M, C>,
+    leg: u64,
+}
+
+/// A gas without positions behind [`Simulation`].
+struct Positionless<P: Grains, S, M, C> {
+    engine: Engine<P, S, M, C>,
+    /// Collisions in one leg.
+    leg: u64,
+}
+
+impl<P, S, M, C> Simulation for Positionless<P, S, M, C>
+where
+    P: Grains,
+    S: Selection<P> + Send,
+    M: Follows<P> + Send,
+    C: Counts<P> + Send,
+{
+    fn time(&self) -> f64 {
+        self.engine.time()
+    }
+
+    fn dimension(&self) -> usize {
+        P::Space::DIMENSION
+    }
+
+    fn count(&self) -> usize {
+        self.engine.gas().count()
+    }
+
+    fn weight(&self) -> f64 {
+        1.0
+    }
+
+    fn advance(
+        &mut self,
+        until: f64,
+        budget: Budget,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, Failure> {
+        let most = match budget {
+            Budget::Unlimited => u64::MAX,
+            Budget::Leg => self.leg,
+            Budget::Collisions(most) => most,
+        };
+        let stop = self.engine.advance(until, most, observer);
+        let stop = stop.map_err(Failure::new)?;
+        Ok(stop != Stop::Collisions || self.engine.time() >= until)
+    }
+
+    fn visit(&self, look: &mut dyn FnMut(&stosszahl_model::Particle)) {
+        let gas = self.engine.gas();
+        for particle in gas.alive() {
+            let (radius, mass) = (gas.radius(particle), gas.mass(particle));
+            look(&stosszahl_model::Particle {
+                velocity: particle.velocity.spatial(),
+                species: gas.scene().sizes().kind(particle.tag),
+                ..stosszahl_model::Particle::of(radius, mass)
+            });
+        }
+    }
+
+    fn particles(&self) -> Particles {
+        let mut all = Vec::with_capacity(self.count());
+        self.visit(&mut |particle| all.push(*particle));
+        Particles {
+            time: self.time(),
+            dimension: P::Space::DIMENSION,
+            lengths: [0.0; 3],
+            periodic: [true; 3],
+            all,
+        }
+    }
+
+    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        let flat = |change: &Vector3<f64>| P::Space::vector(|axis| change[axis]);
+        self.engine.kick(changes.iter().map(flat));
+        Ok(())
+    }
+
+    fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
+        self.engine.scale_velocities(factor).map_err(Failure::new)
+    }
+
+    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+        let kept = Kept {
+            gas: self.engine.checkpoint(),
+            leg: self.leg,
+        };
+        postcard::to_stdvec(&kept).map_err(Failure::new)
+    }
+
+    fn work(&self) -> Work {
+        let tally = self.engine.tally();
+        let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
+        let numbers: BTreeMap<String, f64> = [
+            ("proposals_per_collision", each(tally.proposals)),
+            ("trials_per_collision", each(tally.trials)),
+            ("rebuilds", tally.rebuilds as f64),
+            ("energy_lost", tally.energy_lost),
+        ]
+        .map(|(name, number)| (name.to_owned(), number))
+        .into();
+        Work {
+            collisions: tally.collisions,
+            numbers,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.engine.bytes()
+    }
+
+    fn follow_displacements(&mut self) -> bool {
+        self.engine.motion().displacement().is_some()
+    }
+
+    fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
+        let places = self.engine.motion().displacement()?;
+        let now = self.engine.time();
+        let particles = self.engine.gas().alive().enumerate();
+        let way = |(index, particle): (usize, &super::gas::Particle<P>)| {
+            places.at(index, &particle.velocity, now).spatial()
+        };
+        Some(particles.map(way).collect())
+    }
+
+    fn time_averaged_displacements(&self, particles: &[u32], lags: &[f64]) -> Option<Vec<f64>> {
+        let paths = self.engine.motion().paths()?;
+        let velocities: Vec<VectorOf<P>> = self.engine.gas().alive().map(|p| p.velocity).collect();
+        let mut sums = vec![0.0; lags.len()];
+        for &index in particles {
+            let mut corners = paths.corners(paths.of(index)?).to_vec();
+            if let Some(&(since, place)) = corners.last() {
+                let end = self.engine.time();
+                let velocity = *velocities.get(index as usize)?;
+                corners.push((end, place + velocity * (end - since)));
+            }
+            for (sum, &lag) in sums.iter_mut().zip(lags) {
+                *sum += time_averaged(&corners, lag);
+            }
+        }
+        Some(sums)
+    }
+
+    fn census(&self) -> Option<Census> {
+        self.engine.contacts().census(self.engine.gas())
+    }
+}

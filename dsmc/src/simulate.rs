@@ -1,0 +1,410 @@
+//! The engine behind the common interface: chosen at run time, for any grains of the model.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::grains::{InPlane, InSpace};
+use stosszahl_model::random::Streams;
+use stosszahl_model::walls::FACES;
+use stosszahl_model::{
+    Body, BoundaryFlux, Budget, Failure, Grains, Invalid, Observer, Particle, Particles, Physics,
+    Plane, Simulation, Sizes, Space, State, Surface, Vector as _, VectorOf, Volume, Work,
+};
+
+use crate::boundary::{Boundaries, Transfer};
+use crate::engine::Engine;
+use crate::parameters::{EngineError, Parameters};
+use crate::simulator::{Follow, Followed, Unfollowed};
+use crate::start::Checkpoint;
+
+/// Simulator steps in one leg, and fewest time steps.
+const LEG: u64 = 5_000_000;
+const LEAST_LEG: u64 = 20;
+
+/// What a gas in cells is made of, besides its start.
+#[derive(Clone, Debug)]
+pub struct Gas<'a> {
+    /// What particles are.
+    pub grains: &'a Grains,
+    /// The scheme and its resolution.
+    pub parameters: Parameters,
+    /// What stands at the faces of the box and in it; of disks, the third axis is ignored.
+    pub boundaries: &'a Boundaries<Volume>,
+    /// Random streams.
+    pub streams: Streams,
+    /// Whether displacements can be measured; smooth particles in a periodic box only.
+    pub displacements: bool,
+}
+
+/// Name of the entry of [`Simulation::boundaries`] that splitting and merging of simulators has.
+pub const BALANCE: &str = "splitting and merging";
+
+/// Starts Monte Carlo in cells from particles in a box.
+///
+/// Several simulators for each particle start as [`crate::Copies`] says from one start; or from as many independent starts as
+/// there are simulators for a particle, where a start may not be moved and turned.
+///
+/// # Errors
+/// [`EngineError`] if the parts do not go together.
+pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, EngineError> {
+    begin(gas, Source::Start(starts))
+}
+
+/// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start, which had `count` particles in a box
+/// of these sides.
+///
+/// # Errors
+/// As [`simulate`]; and [`EngineError::Checkpoint`] if the bytes are none of this engine.
+pub fn resume(
+    gas: &Gas<'_>,
+    count: usize,
+    lengths: [f64; 3],
+    checkpoint: &[u8],
+) -> Result<Box<dyn Simulation>, EngineError> {
+    let source = Source::Checkpoint {
+        count,
+        lengths,
+        bytes: checkpoint,
+    };
+    begin(gas, source)
+}
+
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Start(&'a [Particles]),
+    Checkpoint {
+        count: usize,
+        lengths: [f64; 3],
+        bytes: &'a [u8],
+    },
+}
+
+fn begin(gas: &Gas<'_>, source: Source<'_>) -> Result<Box<dyn Simulation>, EngineError> {
+    let (count, dimension) = match source {
+        Source::Start([first, ..]) => (first.all.len(), first.dimension),
+        Source::Start([]) => {
+            return Err(EngineError::UnlikeSets {
+                found: 0,
+                wanted: 1,
+            });
+        }
+        Source::Checkpoint { count, lengths, .. } => (count, if lengths[2] > 0.0 { 3 } else { 2 }),
+    };
+    let job = Begin { gas, source };
+    if dimension == 2 {
+        gas.grains.in_plane(count, job)
+    } else {
+        gas.grains.in_space(count, job)
+    }
+}
+
+/// Makes an engine of the types of a scene.
+struct Begin<'a> {
+    gas: &'a Gas<'a>,
+    source: Source<'a>,
+}
+
+impl InPlane for Begin<'_> {
+    type Output = Box<dyn Simulation>;
+    type Error = EngineError;
+
+    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Self::Output, EngineError> {
+        self.engine(&scene, &self.gas.boundaries.in_plane())
+    }
+}
+
+impl InSpace for Begin<'_> {
+    type Output = Box<dyn Simulation>;
+    type Error = EngineError;
+
+    fn run<P: Physics<Space = Volume>>(self, scene: P) -> Result<Self::Output, EngineError> {
+        self.engine(&scene, self.gas.boundaries)
+    }
+}
+
+impl Begin<'_> {
+    fn engine<P: Physics>(
+        &self,
+        scene: &P,
+        boundaries: &Boundaries<P::Space>,
+    ) -> Result<Box<dyn Simulation>, EngineError> {
+        if self.gas.displacements {
+            self.make::<P, Followed>(scene, boundaries)
+        } else {
+            self.make::<P, Unfollowed>(scene, boundaries)
+        }
+    }
+
+    fn make<P: Physics, F: Follow<P::Space>>(
+        &self,
+        scene: &P,
+        boundaries: &Boundaries<P::Space>,
+    ) -> Result<Box<dyn Simulation>, EngineError> {
+        let Gas {
+            parameters,
+            streams,
+            ..
+        } = *self.gas;
+        let domain =
+            |lengths: [f64; 3]| (boundaries.walls).domain(P::Space::vector(|axis| lengths[axis]));
+        let (engine, follows) = match self.source {
+            Source::Start(starts) => {
+                let state = |start: &Particles| -> Result<State<P>, Invalid> {
+                    Ok(State {
+                        time: start.time,
+                        domain: domain(start.lengths)?,
+                        bodies: start.all.iter().map(body::<P>).collect(),
+                    })
+                };
+                let states = starts.iter().map(state).collect::<Result<Vec<_>, _>>()?;
+                let engine = match &states[..] {
+                    [one] => Engine::start_between(scene, parameters, one, boundaries, streams),
+                    all => Engine::start_sets(scene, parameters, all, boundaries, streams),
+                };
+                (engine?, false)
+            }
+            Source::Checkpoint { lengths, bytes, .. } => {
+                let kept: Kept<P, F> = postcard::from_bytes(bytes)
+                    .map_err(|error| EngineError::Checkpoint(error.to_string()))?;
+                let domain = domain(lengths)?;
+                let engine = Engine::resume_between(
+                    scene, parameters, domain, kept.gas, boundaries, streams,
+                );
+                (engine?, kept.follows)
+            }
+        };
+        Ok(Box::new(Cells::<P, F> {
+            engine,
+            displacements: self.gas.displacements,
+            follows,
+        }))
+    }
+}
+
+fn body<P: Physics>(particle: &Particle) -> Body<P> {
+    let vector = |of: Vector3<f64>| P::Space::vector(|axis| of[axis]);
+    Body {
+        position: vector(particle.position),
+        velocity: vector(particle.velocity),
+        spin: <P::Surface as Surface<P::Space>>::spin_of(particle.spin),
+    }
+}
+
+/// What is written into a checkpoint.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Kept<P: Physics, F: Follow<P::Space>> {
+    gas: Checkpoint<P, F>,
+    follows: bool,
+}
+
+/// Monte Carlo in cells behind [`Simulation`].
+struct Cells<P: Physics, F: Follow<P::Space>> {
+    engine: Engine<P, F>,
+    /// Whether displacements can be followed, and are.
+    displacements: bool,
+    follows: bool,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
+    fn particle(&self, simulator: &crate::simulator::SimulatorOf<P, F>, weight: f64) -> Particle {
+        let scene = self.engine.scene();
+        let sizes = scene.sizes();
+        let (radius, mass) = (sizes.radius(simulator.tag), sizes.mass(simulator.tag));
+        Particle {
+            position: simulator.position.spatial(),
+            velocity: simulator.velocity.spatial(),
+            spin: <P::Surface as Surface<P::Space>>::spin_in_space(simulator.spin),
+            radius,
+            mass,
+            spin_energy: scene.surface().spin_energy(mass, radius, simulator.spin),
+            species: sizes.kind(simulator.tag),
+            weight,
+        }
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
+    fn time(&self) -> f64 {
+        self.engine.time()
+    }
+
+    fn dimension(&self) -> usize {
+        P::Space::DIMENSION
+    }
+
+    fn count(&self) -> usize {
+        self.engine.simulators()
+    }
+
+    fn weight(&self) -> f64 {
+        self.engine.weight()
+    }
+
+    fn advance(
+        &mut self,
+        until: f64,
+        budget: Budget,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, Failure> {
+        Ok(match budget {
+            Budget::Unlimited => self.engine.advance(until, u64::MAX, observer),
+            Budget::Leg => {
+                let steps = LEG / self.count().max(1) as u64;
+                (self.engine).advance(until, steps.max(LEAST_LEG), observer)
+            }
+            Budget::Collisions(most) => {
+                let last = self.engine.tally().collisions.saturating_add(most);
+                while self.engine.tally().collisions < last {
+                    if self.engine.advance(until, 1, observer) {
+                        return Ok(true);
+                    }
+                }
+                until <= self.time()
+            }
+        })
+    }
+
+    fn visit(&self, look: &mut dyn FnMut(&Particle)) {
+        self.engine
+            .each(|simulator, weight| look(&self.particle(simulator, weight)));
+    }
+
+    fn particles(&self) -> Particles {
+        let domain = self.engine.grid().domain();
+        let mut all = vec![Particle::of(0.0, 0.0); self.count()];
+        self.engine.each_in_place(|index, simulator, weight| {
+            all[index] = self.particle(simulator, weight);
+        });
+        Particles {
+            time: self.time(),
+            dimension: P::Space::DIMENSION,
+            lengths: domain.lengths().spatial().into(),
+            periodic: [0, 1, 2].map(|axis| domain.is_periodic(axis)),
+            all,
+        }
+    }
+
+    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        let flat = |change: &Vector3<f64>| P::Space::vector(|axis| change[axis]);
+        let changes: Vec<VectorOf<P>> = changes.iter().map(flat).collect();
+        self.engine.kick(&changes);
+        Ok(())
+    }
+
+    fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
+        Invalid::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
+        self.engine.scale_velocities(factor);
+        Ok(())
+    }
+
+    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+        let kept = Kept {
+            gas: self.engine.checkpoint(),
+            follows: self.follows,
+        };
+        postcard::to_stdvec(&kept).map_err(Failure::new)
+    }
+
+    fn work(&self) -> Work {
+        let tally = self.engine.tally();
+        let over = |a: f64, b: u64| a / b.max(1) as f64;
+        let simulators = self.engine.simulators() as u64;
+        let numbers = [
+            ("steps", tally.steps as f64),
+            ("simulators", simulators as f64),
+            (
+                "trials_per_collision",
+                over(tally.trials as f64, tally.collisions),
+            ),
+            (
+                "majorant_violations_per_trial",
+                over(tally.majorant_violations as f64, tally.trials),
+            ),
+            (
+                "collisions_per_simulator_and_step",
+                over(2.0 * tally.collisions as f64, tally.steps * simulators),
+            ),
+            (
+                "share_of_cells_with_limited_contact_value",
+                over(tally.limited_cells as f64, tally.active_cells),
+            ),
+            (
+                "share_of_collisions_in_limited_cells",
+                over(tally.limited_collisions as f64, tally.collisions),
+            ),
+            (
+                "collision_separation",
+                over(tally.separation, tally.collisions),
+            ),
+            (
+                "most_collisions_per_simulator_in_a_cell_and_step",
+                tally.busiest_cell,
+            ),
+            ("cell_width", self.engine.cell()[0]),
+            (
+                "particles_laid_to_rest_on_walls",
+                self.engine.books().rests as f64,
+            ),
+        ];
+        Work {
+            collisions: tally.collisions,
+            numbers: numbers
+                .map(|(name, number)| (name.to_owned(), number))
+                .into(),
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.engine.bytes()
+    }
+
+    fn follow_displacements(&mut self) -> bool {
+        if self.displacements {
+            self.engine.follow_displacements();
+            self.follows = true;
+        }
+        self.displacements
+    }
+
+    fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
+        let all = self.follows.then(|| self.engine.displacements())?;
+        Some(all.iter().map(stosszahl_model::Vector::spatial).collect())
+    }
+
+    fn boundaries(&self) -> Vec<BoundaryFlux> {
+        let books = self.engine.books();
+        let mut entries = Vec::new();
+        for (axis, names) in FACES.iter().enumerate() {
+            for (side, name) in names.iter().enumerate() {
+                let wall = &books.walls[axis][side];
+                if wall.contacts > 0.0 {
+                    entries.push(BoundaryFlux::of_book(*name, wall));
+                }
+                let open = &books.open[axis][side];
+                if open.particles != 0.0 {
+                    entries.push(of_transfer(format!("out through {name}"), open));
+                }
+            }
+        }
+        for (index, obstacle) in books.obstacles.iter().enumerate() {
+            let name = format!("obstacle {}", index + 1);
+            entries.push(BoundaryFlux::of_book(name, obstacle));
+        }
+        for (index, inflow) in books.inflows.iter().enumerate() {
+            entries.push(of_transfer(format!("inflow {}", index + 1), inflow));
+        }
+        if books.balanced > 0 {
+            entries.push(of_transfer(BALANCE.to_owned(), &books.balance));
+        }
+        entries
+    }
+}
+
+fn of_transfer<S: Space>(name: String, transfer: &Transfer<S>) -> BoundaryFlux {
+    BoundaryFlux {
+        name,
+        particles: transfer.particles,
+        momentum: transfer.momentum.spatial().into(),
+        energy: transfer.energy,
+    }
+}

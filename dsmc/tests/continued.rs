@@ -1,0 +1,210 @@
+//! Partners across cells between open faces and walls: runs that are continued, starts from nothing, and steps that are
+//! broken off.
+
+mod support;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::{Vector2, vector};
+use stosszahl_dsmc::{
+    Boundaries, Clearance, Engine, Inflow, Neighbourhood, Parameters, Scheme, Weights,
+};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{
+    Body, Constant, Domain, Face, Free, Plane, Polydisperse, Scene, Smooth, State, Wall, Walls,
+};
+use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
+
+type Disks = Grains<Plane, Smooth, Free>;
+
+const ACROSS: Parameters = Parameters {
+    scheme: Scheme::ContactPoint { radius: None },
+    cell_size: None,
+    largest_contact_value: 100.0,
+    ..PARAMETERS
+};
+
+/// A channel between specular walls, open at both ends, with streams of one density that drift through it.
+fn channel(density: f64, drift: f64) -> Boundaries<Plane> {
+    let faces = [
+        [Face::Open; 2],
+        [Face::Wall(Wall::specular()); 2],
+        [Face::Periodic; 2],
+    ];
+    let stream = |side| Inflow {
+        axis: 0,
+        side,
+        density,
+        velocity: vector![drift, 0.0],
+        temperature: 1.0,
+        spin_temperature: 0.0,
+        like: 0,
+    };
+    Boundaries {
+        walls: Walls::new(&faces).expect("fit"),
+        clearance: Clearance::Radius,
+        inflows: vec![stream(0), stream(1)],
+        ..Boundaries::default()
+    }
+}
+
+/// A run with a stop after `steps` of twice as many gives the bytes of one without: places, velocities, tallies, and what
+/// boundaries gave.
+fn stops_change_nothing(
+    scene: &Disks,
+    parameters: Parameters,
+    state: &State<Disks>,
+    boundaries: &Boundaries<Plane>,
+    steps: u64,
+) {
+    let streams = Streams::new(3, 0);
+    let run = |stop: bool| {
+        let mut engine: Engine<Disks> =
+            Engine::start_between(scene, parameters, state, boundaries, streams)
+                .expect("an engine");
+        engine.advance(f64::INFINITY, steps, &mut ());
+        let before = engine.simulators();
+        if stop {
+            let checkpoint = engine.checkpoint();
+            let domain = state.domain;
+            engine =
+                Engine::resume_between(scene, parameters, domain, checkpoint, boundaries, streams)
+                    .expect("an engine");
+        }
+        engine.advance(f64::INFINITY, steps, &mut ());
+        let tiles = engine.grid().tiles();
+        let books = engine.books().clone();
+        (before, tiles, engine.state().bodies, engine.tally(), books)
+    };
+    let through = run(false);
+    // The number of simulators at the stop is another than at the start: what tiles must not follow.
+    let started = state.bodies.len() * parameters.simulators_per_disk as usize;
+    assert!(through.0.abs_diff(started) > started / 5, "{}", through.0);
+    assert!(through.3.collisions > 100, "{:?}", through.3);
+    assert!(through == run(true));
+}
+
+#[test]
+fn continued_flows_with_partners_across_cells_are_the_same_bytes() {
+    let boundaries = channel(0.3, 2.0);
+    let scene: Disks = grains(1.0, 0.9, Smooth, Free);
+    let domain = boundaries.walls.domain(vector![60.0, 40.0]).expect("a box");
+    let state = gas(&scene, domain, 0.5, 250, 1.0, 5);
+    for scheme in [ACROSS.scheme, Scheme::Esmc(Neighbourhood::Cells(1))] {
+        let parameters = Parameters { scheme, ..ACROSS };
+        stops_change_nothing(&scene, parameters, &state, &boundaries, 40);
+    }
+}
+
+/// Sums over tiles have their last digits by the order of adding, so by the tiles.
+#[test]
+fn continued_sums_at_boundaries_are_the_same_bytes() {
+    let faces = [[Face::Wall(Wall::specular()); 2]; 2];
+    let boundaries = Boundaries {
+        walls: Walls::new(&[faces[0], faces[1], [Face::Periodic; 2]]).expect("fit"),
+        weights: Weights::along(0, vec![1.0, 0.25]).expect("factors"),
+        ..Boundaries::default()
+    };
+    let scene: Disks = grains(disk_for_unit_path(10.0), 1.0, Smooth, Free);
+    let domain = boundaries.walls.domain(vector![80.0, 50.0]).expect("a box");
+    let state = gas(&scene, domain, 0.0, 40_000, 1.0, 5);
+    stops_change_nothing(&scene, PARAMETERS, &state, &boundaries, 3);
+}
+
+/// A channel that starts empty fills with what flows in, faster than sound: 24 d of it hold the density of the stream within
+/// 10 %, which is z = 4 for the 16 samples of 96 disks, were they as noisy as Poisson's.
+#[test]
+fn an_empty_channel_fills() {
+    let (density, drift) = (0.05, 4.0);
+    let faces = [[Face::Open; 2], [Face::Periodic; 2], [Face::Periodic; 2]];
+    let boundaries = Boundaries {
+        walls: Walls::new(&faces).expect("fit"),
+        ..channel(density, drift)
+    };
+    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let domain = boundaries.walls.domain(vector![80.0, 80.0]).expect("a box");
+    let state = State {
+        time: 0.0,
+        domain,
+        bodies: Vec::new(),
+    };
+    for copies in [1, 4] {
+        let parameters = Parameters {
+            simulators_per_disk: copies,
+            ..ACROSS
+        };
+        let mut engine: Engine<Disks> =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        // Tiles for what will be there.
+        assert!(engine.grid().cells() > 100);
+        let mut inside = 0.0;
+        for sample in 0..16 {
+            engine.advance(60.0 + 10.0 * f64::from(sample), u64::MAX, &mut ());
+            engine.visit(|position, _, (), (), weight| {
+                inside += f64::from(u8::from((28.0..52.0).contains(&position[0]))) * weight / 16.0;
+            });
+        }
+        let found = inside / (24.0 * 80.0);
+        assert!((found / density - 1.0).abs() < 0.1, "{copies}: {found}");
+        let tally = engine.tally();
+        assert!(tally.collisions > 1000 && tally.trials < 100 * tally.collisions);
+    }
+}
+
+/// Disks of very different sizes need some 10^9 trials for a step: a flag that is up breaks it off, and nothing goes on.
+#[test]
+fn a_long_step_can_be_broken_off() {
+    let kinds = 300;
+    let sizes = (0..kinds)
+        .map(|i| if i == 0 { (100.0, 1.0) } else { (0.01, 1e-3) })
+        .collect();
+    let scene = Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: Constant::ELASTIC,
+        sizes: Polydisperse::new(sizes).expect("sizes"),
+        field: Free,
+    };
+    let side = 400.0;
+    let state = State {
+        time: 0.0,
+        domain: Domain::periodic(vector![side, side]).expect("a box"),
+        bodies: (0..kinds)
+            .map(|i: u32| {
+                let turn = f64::from(i);
+                let place = Vector2::new((37.0 * turn) % side, (61.7 * turn) % side);
+                Body::new(place, vector![turn.cos(), turn.sin()])
+            })
+            .collect(),
+    };
+    for scheme in [
+        ACROSS.scheme,
+        Scheme::Esmc(Neighbourhood::Mean),
+        Scheme::StochasticDisks { stiffness: 1.0 },
+        Scheme::Boltzmann,
+    ] {
+        let parameters = Parameters {
+            scheme,
+            simulators_per_disk: 64,
+            cell_size: Some(200.0),
+            steps_per_crossing: 1.0,
+            ..ACROSS
+        };
+        let mut engine =
+            Engine::<Scene<_, _, _, _, _>>::new(&scene, parameters, &state, Streams::new(1, 0))
+                .expect("an engine");
+        let flag = Arc::new(AtomicBool::new(true));
+        engine.stop_on(Arc::clone(&flag));
+        assert!(!engine.is_interrupted());
+        assert!(!engine.advance(1e6, u64::MAX, &mut ()));
+        assert!(engine.is_interrupted());
+        let (steps, collisions) = (engine.tally().steps, engine.tally().collisions);
+        assert!(steps <= 1 && collisions < 10_000, "{steps} {collisions}");
+        // Half a step is no state to go on from.
+        flag.store(false, std::sync::atomic::Ordering::Relaxed);
+        assert!(!engine.advance(1e6, u64::MAX, &mut ()));
+        assert_eq!(engine.tally().steps, steps);
+    }
+}

@@ -1,0 +1,115 @@
+//! Laws of pairs of species reach the pairs that they are written for, however the gas is stored.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use stosszahl_dsmc::{
+    Boundaries, Copies, Displacement, Gas, Neighbourhood, Parameters, Scheme, simulate,
+};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{
+    Budget, Collision, Constant, GrainSizes, Grains, Kind, Law, Observer, Particle, Particles,
+    PerPair, Polydisperse, Species,
+};
+
+/// Restitution by the species of both, and how often each pair of species met.
+#[derive(Default)]
+struct Laws([u64; 3]);
+
+const COEFFICIENTS: [f64; 3] = [0.9, 0.7, 0.5];
+
+impl Observer for Laws {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for one in batch {
+            let number = (one.species[0] + one.species[1]) as usize;
+            assert_eq!(one.restitution, COEFFICIENTS[number], "{:?}", one.species);
+            self.0[number] += 1;
+        }
+    }
+}
+
+/// Two species of a hundred, with two simulators for each particle: as species, and each particle with its own size,
+/// plain and in scenes that know species only.
+#[test]
+fn copies_of_species_keep_their_laws() {
+    let sizes = [(0.5, 1.0), (0.3, 0.2)];
+    let law =
+        |number: usize| Law::from(Constant::new(COEFFICIENTS[number]).expect("a coefficient"));
+    let laws = PerPair::new(2, [0, 1, 1, 2].map(law).into()).expect("a table");
+    let kind = |(radius, mass)| Kind {
+        radius,
+        mass,
+        count: 100,
+    };
+    let species = Species::new(sizes.map(kind).into()).expect("species");
+    let list: Vec<_> = (0..200).map(|index| sizes[index / 100]).collect();
+    let each = Polydisperse::new(list).expect("sizes");
+    let each = each
+        .of_kinds((0..200).map(|index| index / 100).collect())
+        .expect("species of each");
+    for (dimension, sizes, gravity) in [
+        (2, GrainSizes::Species(species.clone()), None),
+        (3, GrainSizes::Species(species), None),
+        (2, GrainSizes::Each(each.clone()), None),
+        (2, GrainSizes::Each(each.clone()), Some(Vector3::x())),
+        (3, GrainSizes::Each(each), None),
+    ] {
+        let grains = Grains {
+            sizes,
+            restitution: laws.clone().into(),
+            rough: None,
+            gravity,
+            is_bounded: false,
+        };
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut vector = |width: f64| {
+            let mut vector = Vector3::zeros();
+            for axis in 0..dimension {
+                vector[axis] = width * stream.random::<f64>();
+            }
+            vector
+        };
+        let particle = |_| Particle {
+            position: vector(20.0),
+            velocity: vector(1.0),
+            ..Particle::of(0.5, 1.0)
+        };
+        let start = Particles {
+            time: 0.0,
+            dimension,
+            lengths: [20.0, 20.0, if dimension == 3 { 20.0 } else { 0.0 }],
+            periodic: [true; 3],
+            all: (0..200).map(particle).collect(),
+        };
+        let gas = Gas {
+            grains: &grains,
+            parameters: Parameters {
+                scheme: Scheme::Enskog(Neighbourhood::Cells(1)),
+                displacement: Displacement::None,
+                cell_size: Some(5.0),
+                simulators_per_disk: 2,
+                copies: Copies::Independent,
+                steps_per_crossing: 4.0,
+                largest_contact_value: 10.0,
+            },
+            boundaries: &Boundaries::default(),
+            streams: Streams::new(3, 0),
+            displacements: false,
+        };
+        let mut engine = simulate(&gas, &[start]).expect("an engine");
+        let mut met = Laws::default();
+        engine
+            .advance(f64::INFINITY, Budget::Collisions(1000), &mut met)
+            .expect("no failure");
+        assert!(met.0.iter().all(|&count| count > 50), "{:?}", met.0);
+        // Copy after copy, each in the order of the particles.
+        let found = engine.particles().all;
+        let species = found.iter().map(|one| one.species);
+        assert!(species.eq((0..400).map(|index| index / 100 % 2)));
+        assert!(
+            found
+                .iter()
+                .all(|one| one.mass == [1.0, 0.2][one.species as usize])
+        );
+    }
+}

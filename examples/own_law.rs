@@ -1,0 +1,64 @@
+//! A collision law of one's own: the generic engines take any [`Restitution`].
+
+#![allow(clippy::print_stdout)]
+
+use stosszahl::ed::{Dissipation, Engine};
+use stosszahl::model::{
+    Body, Domain, Free, Monodisperse, Plane, Restitution, Scene, Smooth, State,
+};
+use stosszahl::prelude::*;
+
+/// Soft below a speed, lossy above: wet grains that stick less the faster they meet would be the other way round.
+#[derive(Clone, Debug)]
+struct Threshold {
+    speed: f64,
+    above: f64,
+}
+
+impl Restitution for Threshold {
+    fn normal(&self, approach: f64) -> f64 {
+        if approach < self.speed {
+            1.0
+        } else {
+            self.above
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let gas = Gas::disks(1000).packing_fraction(0.1).build()?;
+    let scene = Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: Threshold {
+            speed: 0.5,
+            above: 0.8,
+        },
+        sizes: Monodisperse {
+            radius: 0.5,
+            mass: 1.0,
+        },
+        field: Free,
+    };
+    let [x, y, _] = gas.particles.lengths;
+    let bodies = gas.particles.all.iter();
+    let state = State {
+        time: 0.0,
+        domain: Domain::periodic([x, y].into())?,
+        bodies: bodies
+            .map(|one| Body::new(one.position.xy(), one.velocity.xy()))
+            .collect(),
+    };
+    let mut engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, state)?;
+    for time in [10.0, 100.0, 1000.0] {
+        engine.advance(time, u64::MAX, &mut ())?;
+        println!("T({time}) = {:.4}", engine.state().temperature(&scene));
+    }
+    // Collisions below the threshold keep the energy, so cooling nearly stops where the speed of sqrt(2 T) is about that.
+    let end = engine.state().temperature(&scene);
+    assert!(
+        end > 0.005 && end < 0.5,
+        "cooling slows down at the threshold"
+    );
+    Ok(())
+}

@@ -1,0 +1,151 @@
+//! The physics of a gas as data: what is chosen at run time, and how it becomes types.
+//!
+//! Engines are generic; a program that reads a case is not. [`Grains`] says what particles are, and [`Grains::in_plane`] and
+//! [`Grains::in_space`] hand an engine's crate the one [`Scene`] that stands for it: a ladder with one rung for each
+//! choice that changes what is stored or computed for each particle. All else is data in it.
+
+use nalgebra::Vector3;
+
+use crate::field::{Field, Free, Gravity};
+use crate::invalid::Invalid;
+use crate::physics::{Physics, Scene};
+use crate::restitution::Law;
+use crate::sizes::{Monodisperse, Polydisperse, Sizes as _};
+use crate::space::{Plane, Space, Volume};
+use crate::species::Species;
+use crate::surface::{Rough, Smooth, Surface};
+
+/// Radii and masses of all particles.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GrainSizes {
+    /// All alike.
+    Equal(Monodisperse),
+    /// Each its own.
+    Each(Polydisperse),
+    /// Species, one after the other.
+    Species(Species),
+}
+
+/// What particles are, and the field that they fly in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grains {
+    /// Radii and masses.
+    pub sizes: GrainSizes,
+    /// The normal contact law.
+    pub restitution: Law,
+    /// The tangential contact law; none for smooth particles, which do not spin.
+    pub rough: Option<Rough>,
+    /// A uniform acceleration \[length/time^2\].
+    pub gravity: Option<Vector3<f64>>,
+    /// Whether walls, obstacles or openings stand in the box.
+    pub is_bounded: bool,
+}
+
+impl Grains {
+    /// Smooth particles of one radius and mass in a periodic box.
+    pub fn equal(radius: f64, mass: f64, restitution: impl Into<Law>) -> Self {
+        Self {
+            sizes: GrainSizes::Equal(Monodisperse { radius, mass }),
+            restitution: restitution.into(),
+            rough: None,
+            gravity: None,
+            is_bounded: false,
+        }
+    }
+
+    /// The sizes as species, as scenes with walls, spin or gravity have them.
+    fn species(&self, count: usize) -> Result<Species, Invalid> {
+        let kind = |radius, mass, count| crate::species::Kind {
+            radius,
+            mass,
+            count,
+        };
+        match &self.sizes {
+            GrainSizes::Species(species) => Ok(species.clone()),
+            GrainSizes::Equal(one) => Species::new(vec![kind(one.radius, one.mass, count)]),
+            GrainSizes::Each(all) => {
+                let pairs = all.pairs().iter();
+                let each = pairs.map(|&(radius, mass)| kind(radius, mass, 1));
+                let numbers = (0..all.pairs().len()).map(|index| all.kind(all.tag(index)));
+                Species::new(each.collect())?.of_kinds(numbers.collect())
+            }
+        }
+    }
+
+    /// Does a job in the scene of disks; `count` is how many there are.
+    ///
+    /// # Errors
+    /// Those of the job, and [`Invalid`] for sizes or fields that cannot be.
+    pub fn in_plane<J: InPlane>(&self, count: usize, job: J) -> Result<J::Output, J::Error> {
+        let plain = self.rough.is_none() && self.gravity.is_none() && !self.is_bounded;
+        match &self.sizes {
+            GrainSizes::Equal(sizes) if plain => job.run(scene(Smooth, self, *sizes, Free)),
+            GrainSizes::Each(sizes) if plain => job.run(scene(Smooth, self, sizes.clone(), Free)),
+            _ => {
+                let (sizes, field) = (self.species(count)?, self.field::<Plane>()?);
+                match self.rough {
+                    Some(rough) => job.run(scene(rough, self, sizes, field)),
+                    None => job.run(scene(Smooth, self, sizes, field)),
+                }
+            }
+        }
+    }
+
+    /// Does a job in the scene of spheres.
+    ///
+    /// # Errors
+    /// As [`Self::in_plane`].
+    pub fn in_space<J: InSpace>(&self, count: usize, job: J) -> Result<J::Output, J::Error> {
+        let (sizes, field) = (self.species(count)?, self.field::<Volume>()?);
+        match self.rough {
+            Some(rough) => job.run(scene(rough, self, sizes, field)),
+            None => job.run(scene(Smooth, self, sizes, field)),
+        }
+    }
+
+    fn field<S: Space>(&self) -> Result<Gravity<S>, Invalid> {
+        let pull = self.gravity.unwrap_or_default();
+        Gravity::new(S::vector(|axis| pull[axis]))
+    }
+}
+
+fn scene<S: Space, C: Surface<S>, Z, F: Field<S>>(
+    surface: C,
+    grains: &Grains,
+    sizes: Z,
+    field: F,
+) -> Scene<S, C, Law, Z, F> {
+    Scene {
+        space: S::default(),
+        surface,
+        restitution: grains.restitution.clone(),
+        sizes,
+        field,
+    }
+}
+
+/// A job that can be done in any scene of disks.
+pub trait InPlane {
+    /// What it returns.
+    type Output;
+    /// Why it fails.
+    type Error: From<Invalid>;
+    /// Does the job.
+    ///
+    /// # Errors
+    /// Its own.
+    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Self::Output, Self::Error>;
+}
+
+/// A job that can be done in any scene of spheres.
+pub trait InSpace {
+    /// What it returns.
+    type Output;
+    /// Why it fails.
+    type Error: From<Invalid>;
+    /// Does the job.
+    ///
+    /// # Errors
+    /// Its own.
+    fn run<P: Physics<Space = Volume>>(self, scene: P) -> Result<Self::Output, Self::Error>;
+}

@@ -1,0 +1,210 @@
+//! What a measurement may see while an engine runs: its collisions, in batches.
+//!
+//! An observer is called through a virtual table, once for some hundred collisions, so that a new measurement
+//! instantiates no engine anew. A type parameter for it lost: each measurement made every engine compile once more, for
+//! a gain that cannot be measured. States at chosen times come from the engine instead.
+
+use crate::collision::Collision;
+
+/// A measurement that an engine feeds.
+///
+/// ```
+/// use stosszahl_model::{Collision, Observer};
+///
+/// /// Counts collisions that graze.
+/// struct Grazing(u64);
+///
+/// impl Observer for Grazing {
+///     fn collisions(&mut self, batch: &[Collision]) {
+///         self.0 += batch.iter().filter(|one| one.impact_square() > 0.81).count() as u64;
+///     }
+/// }
+/// ```
+pub trait Observer {
+    /// Receives collisions in order of time. At the end of [`crate::Simulation::advance`] all of it have been received.
+    fn collisions(&mut self, batch: &[Collision]);
+
+    /// Whether it looks at collisions at all; if not, engines record none. Read at the beginning of each advance.
+    fn looks(&self) -> bool {
+        true
+    }
+}
+
+/// Looks at nothing.
+impl Observer for () {
+    fn collisions(&mut self, _batch: &[Collision]) {}
+
+    fn looks(&self) -> bool {
+        false
+    }
+}
+
+impl<A: Observer + ?Sized> Observer for &mut A {
+    fn collisions(&mut self, batch: &[Collision]) {
+        (**self).collisions(batch);
+    }
+
+    fn looks(&self) -> bool {
+        (**self).looks()
+    }
+}
+
+impl<T: Observer + ?Sized> Observer for Box<T> {
+    fn collisions(&mut self, batch: &[Collision]) {
+        (**self).collisions(batch);
+    }
+
+    fn looks(&self) -> bool {
+        (**self).looks()
+    }
+}
+
+/// Several observers see the same collisions.
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.0.collisions(batch);
+        self.1.collisions(batch);
+    }
+
+    fn looks(&self) -> bool {
+        self.0.looks() || self.1.looks()
+    }
+}
+
+impl<A: Observer> Observer for [A] {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for one in self.iter_mut().filter(|one| Observer::looks(*one)) {
+            one.collisions(batch);
+        }
+    }
+
+    fn looks(&self) -> bool {
+        self.iter().any(Observer::looks)
+    }
+}
+
+/// An observer made of a function of one collision.
+pub struct EachCollision<F>(pub F);
+
+impl<F: FnMut(&Collision)> Observer for EachCollision<F> {
+    fn collisions(&mut self, batch: &[Collision]) {
+        batch.iter().for_each(&mut self.0);
+    }
+}
+
+/// Collisions of a batch: few enough to stay in the first two caches.
+const BATCH: usize = 256;
+
+/// What engines record collisions in: it hands them to the observer when some have come together.
+pub struct Recorder<'a> {
+    observer: &'a mut dyn Observer,
+    looks: bool,
+    batch: Vec<Collision>,
+}
+
+impl<'a> Recorder<'a> {
+    /// A recorder for an observer; it stores nothing where that does not look.
+    pub fn new(observer: &'a mut dyn Observer) -> Self {
+        let looks = observer.looks();
+        Self {
+            observer,
+            looks,
+            batch: Vec::with_capacity(if looks { BATCH } else { 0 }),
+        }
+    }
+
+    /// Whether the observer looks.
+    #[inline(always)]
+    pub fn looks(&self) -> bool {
+        self.looks
+    }
+
+    /// Records a collision, which is only computed if the observer looks.
+    #[inline(always)]
+    pub fn record(&mut self, collision: impl FnOnce() -> Collision) {
+        if self.looks {
+            self.push(collision());
+        }
+    }
+
+    #[inline(never)]
+    fn push(&mut self, collision: Collision) {
+        self.batch.push(collision);
+        if self.batch.len() == BATCH {
+            self.flush();
+        }
+    }
+
+    /// Hands over a batch that an engine has stored itself.
+    pub fn pass(&mut self, batch: &[Collision]) {
+        if self.looks && !batch.is_empty() {
+            self.flush();
+            self.observer.collisions(batch);
+        }
+    }
+
+    /// Hands over what is left; engines call it at the end of an advance.
+    pub fn flush(&mut self) {
+        if !self.batch.is_empty() {
+            self.observer.collisions(&self.batch);
+            self.batch.clear();
+        }
+    }
+}
+
+impl Drop for Recorder<'_> {
+    fn drop(&mut self) {
+        self.flush();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn collision(time: f64) -> Collision {
+        Collision {
+            time,
+            position: Vector3::zeros(),
+            relative: Vector3::x(),
+            line: -Vector3::x(),
+            reduced_mass: 0.5,
+            restitution: 1.0,
+            weight: 1.0,
+            pair: [0, 1],
+            species: [0; 2],
+        }
+    }
+
+    #[test]
+    fn all_collisions_arrive_in_order_and_once() {
+        struct Log<'a>(&'a mut Vec<f64>, &'a mut usize);
+        impl Observer for Log<'_> {
+            fn collisions(&mut self, batch: &[Collision]) {
+                *self.1 += 1;
+                self.0.extend(batch.iter().map(|one| one.time));
+            }
+        }
+        let (mut times, mut batches) = (Vec::new(), 0);
+        let mut log = Log(&mut times, &mut batches);
+        let mut recorder = Recorder::new(&mut log);
+        for number in 0..1000 {
+            recorder.record(|| collision(f64::from(number)));
+        }
+        recorder.pass(&[collision(1000.0)]);
+        drop(recorder);
+        let expected: Vec<f64> = (0..=1000).map(f64::from).collect();
+        assert_eq!(times, expected);
+        assert_eq!(batches, 1000_usize.div_ceil(BATCH) + 1);
+    }
+
+    #[test]
+    fn who_does_not_look_costs_nothing() {
+        let mut nobody = ();
+        let mut recorder = Recorder::new(&mut nobody);
+        recorder.record(|| panic!("nobody asked"));
+        assert_eq!(recorder.batch.capacity(), 0);
+        assert!(!((), ()).looks());
+    }
+}

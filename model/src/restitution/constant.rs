@@ -1,0 +1,50 @@
+//! The same restitution at every approach speed.
+
+use super::Restitution;
+use crate::invalid::Invalid;
+
+/// One coefficient for all speeds; [`Constant::ELASTIC`] is the elastic gas, so no law of its own exists for that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant(f64);
+
+impl Constant {
+    /// The elastic law.
+    pub const ELASTIC: Self = Self(1.0);
+
+    /// The law with the given coefficient.
+    ///
+    /// # Errors
+    /// [`Invalid`] outside [0, 1].
+    pub fn new(coefficient: f64) -> Result<Self, Invalid> {
+        let allowed = (0.0..=1.0).contains(&coefficient);
+        Invalid::unless(allowed, "coefficient of restitution", coefficient, "0 to 1").map(Self)
+    }
+
+    /// The coefficient.
+    pub fn coefficient(self) -> f64 {
+        self.0
+    }
+}
+
+impl Restitution for Constant {
+    #[inline]
+    fn normal(&self, _approach: f64) -> f64 {
+        self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coefficient_lies_between_zero_and_one() {
+        let error = Constant::new(1.1).expect_err("too large");
+        assert_eq!(
+            error.to_string(),
+            "coefficient of restitution is 1.1; allowed: 0 to 1"
+        );
+        assert!(Constant::new(f64::NAN).is_err());
+        assert_eq!(Constant::new(0.0).expect("allowed").normal(1.0), 0.0);
+    }
+}

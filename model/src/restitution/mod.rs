@@ -1,0 +1,102 @@
+//! The normal contact law: which share of the approach speed a pair keeps.
+//!
+//! A law is one file here and one line in [`Law`], which all engines that are chosen at run time use. The choice costs
+//! them under a hundredth of their speed. Engines are generic over [`Restitution`] all the same, for those who have a
+//! law of their own.
+
+mod constant;
+mod per_pair;
+mod viscoelastic;
+
+use std::fmt::Debug;
+
+pub use constant::Constant;
+pub use per_pair::PerPair;
+pub use viscoelastic::Viscoelastic;
+
+/// Normal restitution as a function of the normal approach speed.
+pub trait Restitution: Clone + Debug + Send + Sync + 'static {
+    /// The coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
+    /// \[length/time\].
+    fn normal(&self, approach: f64) -> f64;
+
+    /// The same for a pair of the given species (see [`crate::Sizes::kind`]), where the law depends on them.
+    #[inline]
+    fn between(&self, _kinds: [u32; 2], approach: f64) -> f64 {
+        self.normal(approach)
+    }
+}
+
+/// Declares the laws that are chosen at run time: one line each.
+macro_rules! laws {
+    ($($(#[$about:meta])* $name:ident($law:ty),)+) => {
+        /// A law that is chosen at run time.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum Law { $($(#[$about])* $name($law),)+ }
+
+        $(impl From<$law> for Law {
+            fn from(law: $law) -> Self {
+                Self::$name(law)
+            }
+        })+
+
+        impl Restitution for Law {
+            #[inline]
+            fn normal(&self, approach: f64) -> f64 {
+                match self { $(Self::$name(law) => law.normal(approach),)+ }
+            }
+            #[inline]
+            fn between(&self, kinds: [u32; 2], approach: f64) -> f64 {
+                match self { $(Self::$name(law) => law.between(kinds, approach),)+ }
+            }
+        }
+    };
+}
+
+laws! {
+    /// The same at every approach speed.
+    Constant(Constant),
+    /// Falling with the approach speed.
+    Viscoelastic(Viscoelastic),
+    /// Another for each pair of species.
+    Pairs(PerPair<Law>),
+}
+
+impl Law {
+    /// The elastic law.
+    pub const ELASTIC: Self = Self::Constant(Constant::ELASTIC);
+
+    /// The coefficient of restitution, if it is the same for all pairs and speeds.
+    pub fn constant(&self) -> Option<f64> {
+        match self {
+            Self::Constant(law) => Some(law.coefficient()),
+            _ => None,
+        }
+    }
+
+    /// Whether no energy is ever lost.
+    pub fn is_elastic(&self) -> bool {
+        self.constant() == Some(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_law_chosen_at_run_time_is_the_law() {
+        let viscoelastic = Viscoelastic::new(0.4).expect("a strength");
+        let law = Law::from(viscoelastic);
+        assert_eq!(law.normal(0.7), viscoelastic.normal(0.7));
+        assert_eq!(law.constant(), None);
+        let constant = Law::from(Constant::new(0.8).expect("a coefficient"));
+        assert_eq!(constant.between([0, 1], 3.0), 0.8);
+        assert_eq!(constant.constant(), Some(0.8));
+        let laws = vec![law.clone(), constant.clone(), constant, law];
+        let pairs = Law::from(PerPair::new(2, laws).expect("a table"));
+        assert_eq!(pairs.between([1, 0], 2.0), 0.8);
+        assert_eq!(pairs.between([1, 1], 2.0), viscoelastic.normal(2.0));
+    }
+}

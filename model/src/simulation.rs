@@ -1,0 +1,277 @@
+//! The one interface of all engines: what a measurement, a program or another language drives.
+//!
+//! [`Simulation`] is object-safe and knows no type of a scene. Engines are instantiated for their physics inside their own
+//! crates and chosen at run time, once for each leg of a run: one virtual call for 10^5 to 10^8 collisions. So crates build
+//! side by side, and a new measurement instantiates nothing.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use crate::observer::Observer;
+use crate::space::{Space, Vector as _};
+use crate::walls::Book;
+
+/// One particle, or one simulator of a Monte Carlo gas. In the plane the third component of vectors is zero, and the spin is
+/// the third component of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle {
+    /// Position \[length\], inside the box; the origin in gases without positions.
+    pub position: Vector3<f64>,
+    /// Velocity \[length/time\].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity \[1/time\]; zero for smooth particles.
+    pub spin: Vector3<f64>,
+    /// Radius \[length\].
+    pub radius: f64,
+    /// Mass.
+    pub mass: f64,
+    /// Energy of rotation, I w^2/2.
+    pub spin_energy: f64,
+    /// Number of the species, from 0.
+    pub species: u32,
+    /// Number of particles that it stands for; 1 in exact dynamics.
+    pub weight: f64,
+}
+
+impl Particle {
+    /// A particle of a radius and mass at rest at the origin.
+    pub fn of(radius: f64, mass: f64) -> Self {
+        Self {
+            position: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+            radius,
+            mass,
+            spin_energy: 0.0,
+            species: 0,
+            weight: 1.0,
+        }
+    }
+}
+
+/// All particles at one time. This is what measurements see and what engines start from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Particles {
+    /// Time \[time\].
+    pub time: f64,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Sides of the box \[length\]; beyond the dimension, and without positions, zero.
+    pub lengths: [f64; 3],
+    /// Whether the box is periodic, by axis; true beyond the dimension.
+    pub periodic: [bool; 3],
+    /// The particles; their indices mean the same particle at all times, unless particles come and go.
+    pub all: Vec<Particle>,
+}
+
+impl Particles {
+    /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
+    pub fn temperature(&self) -> f64 {
+        let mut mean = Mean::default();
+        self.all.iter().for_each(|particle| mean.add(particle));
+        mean.temperature(self.dimension)
+    }
+
+    /// Area or volume of the box \[length^D\].
+    pub fn volume(&self) -> f64 {
+        self.lengths[..self.dimension].iter().product()
+    }
+}
+
+/// How far [`Simulation::advance`] may go before the time is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Budget {
+    /// To the time, however long that takes.
+    Unlimited,
+    /// One leg: some seconds of work, counted in collisions or time steps. A leg is a function of the checkpoint before it, so
+    /// that a run that was stopped between two legs goes on to the same bytes.
+    Leg,
+    /// This number of pair collisions; Monte Carlo in cells stops at the end of the time step in which they are reached.
+    Collisions(u64),
+}
+
+/// What was done, in numbers that do not depend on the machine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Work {
+    /// Pair collisions, of simulators where those collide.
+    pub collisions: u64,
+    /// Named numbers, such as predictions per collision.
+    pub numbers: BTreeMap<String, f64>,
+}
+
+/// What one boundary has given to the gas so far.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct BoundaryFlux {
+    /// Its name: a face, an obstacle, an inflow.
+    pub name: String,
+    /// Contacts with it, or particles through it; negative where particles left.
+    pub particles: f64,
+    /// Momentum.
+    pub momentum: [f64; 3],
+    /// Kinetic energy, with that of rotation.
+    pub energy: f64,
+}
+
+impl BoundaryFlux {
+    /// What a wall or an obstacle gave.
+    pub fn of_book<S: Space>(name: impl Into<String>, book: &Book<S>) -> Self {
+        Self {
+            name: name.into(),
+            particles: book.contacts,
+            momentum: book.momentum.spatial().into(),
+            energy: book.energy,
+        }
+    }
+}
+
+/// Clusters of a gas whose particles stick and break.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Census {
+    /// Number of clusters by number of monomers, rising.
+    pub sizes: Vec<(u32, u64)>,
+    /// What sticking and breaking did so far, by name.
+    pub ledger: BTreeMap<String, f64>,
+}
+
+/// An engine that cannot start or go on, whatever its own error says.
+#[derive(Debug)]
+pub struct Failure(Box<dyn Error + Send + Sync>);
+
+impl Failure {
+    /// Wraps the error of an engine.
+    pub fn new(error: impl Error + Send + Sync + 'static) -> Self {
+        Self(Box::new(error))
+    }
+
+    /// The error of an engine, if it is of this type.
+    pub fn downcast_ref<E: Error + 'static>(&self) -> Option<&E> {
+        self.0.downcast_ref()
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Error for Failure {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.0.source()
+    }
+}
+
+/// A gas under way, whatever moves it.
+///
+/// Measurements that an engine cannot make are `None`.
+pub trait Simulation: Send {
+    /// The present time.
+    fn time(&self) -> f64;
+
+    /// 2 or 3.
+    fn dimension(&self) -> usize;
+
+    /// Number of particles, or of simulators.
+    fn count(&self) -> usize;
+
+    /// Number of particles that a simulator stands for, in the mean; 1 in exact dynamics.
+    fn weight(&self) -> f64;
+
+    /// Advances to a time, or until the budget is spent. True if the time was reached.
+    ///
+    /// # Errors
+    /// [`Failure`] if the gas cannot go on, as in inelastic collapse; it then stands at that moment.
+    fn advance(
+        &mut self,
+        until: f64,
+        budget: Budget,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, Failure>;
+
+    /// Shows each particle once, in the order of the engine's own storage.
+    fn visit(&self, look: &mut dyn FnMut(&Particle));
+
+    /// The gas at the present time, in the order of indices.
+    fn particles(&self) -> Particles;
+
+    /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
+    fn temperature(&self) -> f64 {
+        let mut mean = Mean::default();
+        self.visit(&mut |particle| mean.add(particle));
+        mean.temperature(self.dimension())
+    }
+
+    /// Adds to the velocity of each particle, in the order of [`Self::particles`]; particles beyond the list stay as they are.
+    ///
+    /// # Errors
+    /// [`Failure`] if a velocity is no finite number afterwards.
+    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure>;
+
+    /// Multiplies all velocities.
+    ///
+    /// # Errors
+    /// [`Failure`] unless the factor is positive and finite.
+    fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure>;
+
+    /// Everything that is needed to go on to the same bytes, but what the constructor is given.
+    ///
+    /// # Errors
+    /// [`Failure`] if memory does not suffice.
+    fn checkpoint(&self) -> Result<Vec<u8>, Failure>;
+
+    /// What was done so far.
+    fn work(&self) -> Work;
+
+    /// Memory held \[bytes\].
+    fn bytes(&self) -> usize;
+
+    /// Measures displacements from now on; false if this engine cannot.
+    fn follow_displacements(&mut self) -> bool {
+        false
+    }
+
+    /// How far each particle has come since then, across the edges of the box, in the order of [`Self::particles`].
+    fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
+        None
+    }
+
+    /// Displacements averaged over time, for the given particles and lags: `<|R(t + lag) - R(t)|^2>` of each, summed.
+    fn time_averaged_displacements(&self, _particles: &[u32], _lags: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// What walls, obstacles, openings and inflows have given so far; empty where there are none.
+    fn boundaries(&self) -> Vec<BoundaryFlux> {
+        Vec::new()
+    }
+
+    /// Clusters, where particles stick and break.
+    fn census(&self) -> Option<Census> {
+        None
+    }
+}
+
+/// Sums for a temperature.
+#[derive(Default)]
+struct Mean {
+    twice_energy: f64,
+    count: f64,
+}
+
+impl Mean {
+    fn add(&mut self, particle: &Particle) {
+        self.twice_energy += particle.weight * particle.mass * particle.velocity.norm_squared();
+        self.count += particle.weight;
+    }
+
+    fn temperature(&self, dimension: usize) -> f64 {
+        if self.count > 0.0 {
+            self.twice_energy / (dimension as f64 * self.count)
+        } else {
+            0.0
+        }
+    }
+}

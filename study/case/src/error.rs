@@ -1,0 +1,273 @@
+//! What can be wrong with a case file, and where.
+
+use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use annotate_snippets::{AnnotationKind, Element, Level, Renderer, Snippet};
+
+/// Why a case could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CaseError {
+    /// The file cannot be opened or read.
+    #[error("{}: the case file cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The case file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The path names a folder.
+    #[error("{}: this is a folder; a case is one TOML file", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The file is far larger than a case can be.
+    #[error("{}: the file is larger than {limit} bytes; a case is one short TOML file", path.display())]
+    TooLarge {
+        /// The case file.
+        path: PathBuf,
+        /// Most bytes that are read.
+        limit: u64,
+    },
+    /// The file is not text.
+    #[error("{}:{line}: byte 0x{byte:02x} is not UTF-8; a case is UTF-8 text", path.display())]
+    NotUtf8 {
+        /// The case file.
+        path: PathBuf,
+        /// Line of the first bad byte, from 1.
+        line: usize,
+        /// The first bad byte.
+        byte: u8,
+    },
+    /// Something that is written is not allowed.
+    #[error("{0}")]
+    Refused(Box<Refusal>),
+}
+
+impl CaseError {
+    /// What was refused, unless the error concerns the file as a whole.
+    pub fn refusal(&self) -> Option<&Refusal> {
+        match self {
+            Self::Refused(refusal) => Some(refusal),
+            _ => None,
+        }
+    }
+
+    /// The error for people: with the line, a mark below the place, and advice.
+    pub fn report(&self, colour: bool) -> String {
+        let renderer = if colour {
+            Renderer::styled()
+        } else {
+            Renderer::plain()
+        };
+        let mut elements: Vec<Element<'_>> = Vec::new();
+        let Self::Refused(refusal) = self else {
+            let title = Level::ERROR.primary_title(self.to_string());
+            return renderer.render(&[title.elements(elements)]);
+        };
+        let path = refusal.path.to_string_lossy();
+        if let Some(span) = &refusal.span {
+            let mark = AnnotationKind::Primary.span(span.clone());
+            let snippet = Snippet::source(&*refusal.text).path(path).annotation(mark);
+            elements.push(snippet.into());
+        }
+        if let Some(close) = &refusal.suggestion {
+            elements.push(Level::HELP.message(format!("did you mean {close}?")).into());
+        }
+        let title = match &refusal.argument {
+            Some(argument) => format!("--set {argument}: {}", refusal.fault(false)),
+            None => refusal.fault(false),
+        };
+        let group = Level::ERROR.primary_title(title).elements(elements);
+        renderer.render(&[group])
+    }
+}
+
+/// Something written that is not allowed, and where it was written.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Refusal {
+    /// The case file.
+    pub path: PathBuf,
+    /// Line and column, from 1; none for what the command line gave.
+    pub place: Option<(usize, usize)>,
+    /// What the command line gave, `key=value`.
+    pub argument: Option<String>,
+    /// Whether the place is in a sweep.
+    pub swept: bool,
+    /// The dotted key; elements of lists are counted from 1.
+    pub key: String,
+    /// What is wrong.
+    pub fault: Fault,
+    /// A close allowed word.
+    pub suggestion: Option<String>,
+    pub(crate) text: Arc<str>,
+    pub(crate) span: Option<Range<usize>>,
+}
+
+/// What is wrong with a key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The text is not TOML.
+    Syntax {
+        /// What the TOML reader said.
+        message: String,
+    },
+    /// The case is written in the old format.
+    OldFormat {
+        /// What was found, and what to write.
+        changes: Vec<String>,
+    },
+    /// A key that means nothing.
+    UnknownKey {
+        /// The keys of that table.
+        allowed: Vec<String>,
+    },
+    /// A key that has to be there.
+    MissingKey {
+        /// What should be there.
+        allowed: String,
+    },
+    /// A value of the wrong type, out of range, or at odds with another key.
+    BadValue {
+        /// What was found.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// An argument that is not `key=value`.
+    BadArgument {
+        /// What is allowed.
+        allowed: String,
+    },
+}
+
+impl Refusal {
+    /// What is wrong, without the place.
+    fn fault(&self, suggest: bool) -> String {
+        let key = &self.key;
+        let close = match &self.suggestion {
+            Some(close) if suggest => format!(" (did you mean {close}?)"),
+            _ => String::new(),
+        };
+        match &self.fault {
+            Fault::Syntax { message } => format!("this is not TOML: {message}"),
+            Fault::OldFormat { changes } => {
+                let mut text = "this case is not of format 2, which this program reads; \
+                                write `format = 2` and change:"
+                    .to_owned();
+                for change in changes {
+                    text.push_str("\n  ");
+                    text.push_str(change);
+                }
+                text
+            }
+            Fault::UnknownKey { allowed } => {
+                let list = allowed.join(", ");
+                match key.rsplit_once('.') {
+                    Some((table, _)) => {
+                        format!("unknown key {key}{close}: the keys of {table} are {list}")
+                    }
+                    None => format!("unknown key {key}{close}: the keys of a case are {list}"),
+                }
+            }
+            Fault::MissingKey { allowed } => format!("{key} is missing: {allowed}"),
+            Fault::BadValue { value, allowed } => {
+                format!("{key} = {value} is not allowed{close}: {allowed}")
+            }
+            Fault::BadArgument { allowed } => format!("not allowed: {allowed}"),
+        }
+    }
+}
+
+impl Display for Refusal {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        match (&self.argument, self.place) {
+            (Some(argument), _) => write!(out, "--set {argument}: ")?,
+            (None, Some((line, column))) => {
+                write!(out, "{}:{line}:{column}: ", self.path.display())?;
+            }
+            (None, None) => write!(out, "{}: ", self.path.display())?,
+        }
+        if self.swept {
+            write!(out, "in a sweep, ")?;
+        }
+        write!(out, "{}", self.fault(true))
+    }
+}
+
+/// Something wrong with a case, before it is known where the key was written.
+#[derive(Debug)]
+pub(crate) struct Problem {
+    pub(crate) key: Vec<String>,
+    pub(crate) fault: Fault,
+    pub(crate) suggestion: Option<String>,
+}
+
+impl Problem {
+    pub(crate) fn new(key: &[String], fault: Fault) -> Self {
+        Self {
+            key: key.to_vec(),
+            fault,
+            suggestion: None,
+        }
+    }
+
+    /// A value that is not allowed.
+    pub(crate) fn bad(key: &[String], value: &toml::Value, allowed: impl Into<String>) -> Self {
+        let fault = Fault::BadValue {
+            value: brief(value),
+            allowed: allowed.into(),
+        };
+        Self::new(key, fault)
+    }
+
+    /// A key that has to be there.
+    pub(crate) fn missing(key: &[String], allowed: impl Into<String>) -> Self {
+        let allowed = allowed.into();
+        Self::new(key, Fault::MissingKey { allowed })
+    }
+}
+
+/// A value as TOML on one line, cut if it is long.
+pub(crate) fn brief(value: &toml::Value) -> String {
+    const WIDTH: usize = 60;
+    let text = match value {
+        // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
+        toml::Value::Float(number) if number.is_finite() => format!("{number:?}"),
+        toml::Value::String(text) => {
+            let start: String = text.chars().take(WIDTH).collect();
+            format!("\"{}\"", start.escape_debug())
+        }
+        other => other.to_string().replace('\n', " "),
+    };
+    if text.chars().nth(WIDTH).is_none() {
+        return text;
+    }
+    text.chars().take(WIDTH).chain("...".chars()).collect()
+}
+
+/// The choice closest to a word, if any is close.
+pub(crate) fn nearest<'a>(
+    word: &str,
+    choices: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    // A word from a file may be of any length, and nothing this long is close.
+    if word.len() > 64 {
+        return None;
+    }
+    let close = |choice: &&str| {
+        let distance = strsim::osa_distance(word, choice);
+        (distance <= 2 && distance < choice.len().min(word.len())).then_some(distance)
+    };
+    let scored = choices
+        .into_iter()
+        .filter_map(|choice| Some((close(&choice)?, choice)));
+    scored.min().map(|(_, choice)| choice)
+}

@@ -1,0 +1,363 @@
+//! The case format, version 2: the keys, their types, their ranges and their defaults.
+//!
+//! The doc comments are the descriptions of the JSON Schema. Lengths, masses and energies are in the units of the case;
+//! times are in the unit that `run.time_unit` names. The kind of a case is derived, never written: see [`Case::kind`].
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+mod domain;
+mod engines;
+mod gas;
+
+pub use domain::*;
+pub use engines::*;
+pub use gas::*;
+
+/// A case: a gas, a box, forces, engines, and what is measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Version of the case format. This program reads version 2.
+    pub format: u64,
+    /// What the case shows, in one line.
+    #[schemars(length(min = 1))]
+    pub title: String,
+    /// Units of lengths, masses and energies.
+    #[serde(default)]
+    pub units: Units,
+    /// Seed of every random stream.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// Number of independent runs, each with its own initial state; error bars come from their spread.
+    #[serde(default = "four")]
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub replicas: u64,
+    /// The gas: its dimension, its particles, their contacts.
+    pub gas: Gas,
+    /// Several species, in place of `gas.number`, `gas.diameter` and `gas.mass`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 1000))]
+    pub species: Vec<Species>,
+    /// Very many species by a power law, in gases without positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_law: Option<PowerLaw>,
+    /// Every particle with its own size, in gases without positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub continuous: Option<Continuous>,
+    /// Restitution of single pairs of species, in place of `gas.restitution`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pair: Vec<Pair>,
+    /// The box. Without it the gas has no positions: it is homogeneous by construction.
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Box>,
+    /// What stands at the faces of the box.
+    #[serde(default, skip_serializing_if = "Faces::is_periodic")]
+    pub walls: Faces,
+    /// Bodies inside the box, in the plane.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacle: Vec<Obstacle>,
+    /// Streams through open faces. Monte Carlo only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inflow: Vec<Inflow>,
+    /// A uniform acceleration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Gravity>,
+    /// Random kicks at equal intervals, which keep a periodic gas in motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
+    /// Scaling of all velocities to the energy of the start at equal intervals, in gases without positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thermostat: Option<Thermostat>,
+    /// Particles that stick together and break, in gases without positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sticking: Option<Sticking>,
+    /// The initial state that all engines share.
+    #[serde(default)]
+    pub start: Start,
+    /// The engines to run. A table that is present is run. Without a box the engine is `dsmc-homogeneous`.
+    #[serde(default)]
+    pub engine: Engines,
+    /// How long to run and when to sample.
+    pub run: Run,
+    /// What is measured besides the energy: a table for each measurement, by its name.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub measure: BTreeMap<String, toml::Table>,
+    /// How results are judged.
+    #[serde(default)]
+    pub verdict: Judging,
+    /// Largest error of the Monte Carlo engines; their simulators and time steps are then chosen by the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+    /// Parameter sweeps: each block maps quoted dotted keys, such as "gas.restitution", to values and stands for their product.
+    #[serde(default, skip_serializing)]
+    pub sweep: Vec<BTreeMap<String, Axis>>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn four() -> u64 {
+    4
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+/// Values of one key in a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Axis {
+    /// One by one.
+    List(
+        #[schemars(with = "Vec<serde_json::Value>", length(min = 1, max = 10_000))]
+        Vec<toml::Value>,
+    ),
+    /// In equal steps.
+    Range(Range),
+}
+
+/// Values in equal steps or equal factors, with 12 digits each; whole numbers where the key asks for them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// The first value.
+    pub from: f64,
+    /// The last value.
+    pub to: f64,
+    /// Number of values.
+    #[schemars(range(min = 2, max = 10_000))]
+    pub points: u64,
+    /// In equal factors in place of equal steps; both ends lie above 0 then.
+    #[serde(default)]
+    pub log: bool,
+}
+
+/// What a case is about. Derived: two engines are a comparison, no box is a homogeneous gas, walls or faces make a flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A periodic gas from one state, by one engine or several.
+    Comparison,
+    /// A gas without positions.
+    Homogeneous,
+    /// Walls, obstacles, open faces, gravity or grains that spin.
+    Flow,
+}
+
+impl Case {
+    /// What the case is about.
+    pub fn kind(&self) -> Kind {
+        if self.domain.is_none() {
+            Kind::Homogeneous
+        } else if self.gravity.is_some()
+            || !self.walls.is_periodic()
+            || !self.obstacle.is_empty()
+            || self.gas.tangential_restitution.is_some()
+        {
+            Kind::Flow
+        } else {
+            Kind::Comparison
+        }
+    }
+}
+
+/// Units of lengths, masses and energies in a case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Units {
+    /// Any consistent units; diameter, mass and temperature default to 1.
+    #[default]
+    Reduced,
+    /// Metres, kilograms, seconds, joules; diameter, mass and temperature must be given.
+    Si,
+}
+
+/// Random kicks that keep the gas in motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Drive {
+    /// Energy that each particle gains on average, in temperatures of the start for each unit of time.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e12))]
+    pub heating: f64,
+    /// Time between two kicks.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub interval: f64,
+}
+
+/// Scaling of all velocities to the energy of the start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Thermostat {
+    /// Time between two scalings.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub interval: f64,
+}
+
+/// The initial state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Start {
+    /// How particles are placed.
+    pub placement: Placement,
+    /// File with the positions, `.csv` or `.xyz`, relative to the case file; only with placement = "file".
+    #[schemars(length(min = 1))]
+    pub file: Option<String>,
+    /// Where the velocities come from.
+    pub velocities: Velocities,
+    /// Elastic collisions per particle before t = 0; 0 means none. Default: 10 in a periodic box, 0 in flows.
+    #[schemars(range(min = 0.0, max = 1e9))]
+    pub equilibration: Option<f64>,
+    /// Give up equilibrating here. Default: four times `equilibration`, and at least 200.
+    #[schemars(range(min = 0.0, max = 1e9))]
+    pub longest_equilibration: Option<f64>,
+    /// Mean velocity. Default: at rest.
+    #[schemars(extend("minItems" = 2, "maxItems" = 3))]
+    pub velocity: Option<Vec<f64>>,
+    /// Temperature of rotation. Default: that of translation.
+    #[schemars(range(min = 0.0))]
+    pub spin_temperature: Option<f64>,
+    /// Begin with an empty box, which the inflow fills.
+    pub empty: bool,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            placement: Placement::Disordered,
+            file: None,
+            velocities: Velocities::Maxwellian,
+            equilibration: None,
+            longest_equilibration: None,
+            velocity: None,
+            spin_temperature: None,
+            empty: false,
+        }
+    }
+}
+
+/// How particles are placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Placement {
+    /// At random, without overlap.
+    Disordered,
+    /// On a square lattice.
+    Square,
+    /// On a hexagonal lattice.
+    Hexagonal,
+    /// As in `start.file`.
+    File,
+}
+
+/// Where the initial velocities come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Velocities {
+    /// Drawn from a Maxwell distribution.
+    Maxwellian,
+    /// As in `start.file`.
+    File,
+}
+
+/// How long to run and when to sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Unit of all times in this file. Default: "haff" in a periodic box (the mean free time of an elastic gas), else "case".
+    pub time_unit: Option<TimeUnit>,
+    /// End of the run.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e15))]
+    pub until: f64,
+    /// First sample after t = 0, with samples in equal factors of time. Default: `until/1000`; not with `samples`.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub first_sample: Option<f64>,
+    /// Samples in each factor of ten of time. Default: 12.
+    #[schemars(range(min = 1, max = 1000))]
+    pub samples_per_decade: Option<u64>,
+    /// Number of samples at equal intervals. Default in flows: 400; elsewhere samples are in equal factors of time.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub samples: Option<u64>,
+    /// Seconds of computing between two checkpoints.
+    #[serde(default = "thirty")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub checkpoint_seconds: f64,
+}
+
+fn thirty() -> f64 {
+    30.0
+}
+
+/// Unit of the times in a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TimeUnit {
+    /// That of the lengths, masses and energies of the case.
+    Case,
+    /// Haff's cooling time of the start; of an elastic gas, the mean free time.
+    Haff,
+    /// The mean time between two collisions of a particle at the start.
+    MeanFreeTime,
+}
+
+/// How results are judged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Judging {
+    /// Chance of any false alarm in one comparison, all times together.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 0.5))]
+    pub false_alarm: f64,
+    /// Largest deviation from theory that counts as agreement, in gases without positions.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    pub tolerance: f64,
+    /// Orders of the Sonine expansion of theory: 1 for Maxwellian species. Default: as many as are quick.
+    #[schemars(range(min = 1, max = 12))]
+    pub sonine_orders: Option<u64>,
+}
+
+impl Default for Judging {
+    fn default() -> Self {
+        Self {
+            false_alarm: 0.01,
+            tolerance: 0.02,
+            sonine_orders: None,
+        }
+    }
+}
+
+/// How accurate the Monte Carlo engines must be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Accuracy {
+    /// Largest error of a Monte Carlo engine against Enskog's theory: a share such as "1%".
+    #[schemars(length(min = 1))]
+    pub target: String,
+}
+
+impl Accuracy {
+    /// The target as a number; none if it is not a share.
+    pub fn share(&self) -> Option<f64> {
+        share(&self.target)
+    }
+}
+
+/// A share such as `1%` or `0.01`, above 0 and below 1.
+///
+/// ```
+/// use stosszahl_case::format::share;
+///
+/// assert_eq!([share("1%"), share("0.5 %"), share("0.02")], [Some(0.01), Some(0.005), Some(0.02)]);
+/// assert!(["", "%", "0", "-1%", "100%", "2", "nan", "inf", "one"].iter().all(|bad| share(bad).is_none()));
+/// ```
+pub fn share(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let value = match text.strip_suffix('%') {
+        Some(percent) => percent.trim_end().parse::<f64>().ok()? / 100.0,
+        None => text.parse().ok()?,
+    };
+    (value > 0.0 && value < 1.0).then_some(value)
+}

@@ -1,0 +1,185 @@
+//! The box, its walls, and what stands or flows in it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+/// The box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Box {
+    /// Its sides: two for disks, three for spheres. This or `packing_fraction`; neither where a start file has a box.
+    #[schemars(extend("minItems" = 2, "maxItems" = 3, "items" = json!({"type": "number", "exclusiveMinimum": 0.0})))]
+    pub size: Option<Vec<f64>>,
+    /// Covered share of its area or volume, up to 0.9069 for disks.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 0.9069))]
+    pub packing_fraction: Option<f64>,
+    /// Height over width of a box that is given by its packing fraction.
+    #[serde(default = "super::unit")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub aspect_ratio: f64,
+}
+
+/// What stands at the six faces: a word, or a table that describes a wall. Faces without one are periodic.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Faces {
+    /// Lower face of the first axis.
+    pub left: Face,
+    /// Upper face of the first axis.
+    pub right: Face,
+    /// Lower face of the second axis.
+    pub bottom: Face,
+    /// Upper face of the second axis.
+    pub top: Face,
+    /// Lower face of the third axis.
+    pub back: Face,
+    /// Upper face of the third axis.
+    pub front: Face,
+}
+
+/// Names of the faces, lower and upper, by axis.
+pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
+
+impl Faces {
+    /// The face at an axis and side.
+    pub fn at(&self, axis: usize, side: usize) -> &Face {
+        match (axis, side) {
+            (0, 0) => &self.left,
+            (0, _) => &self.right,
+            (1, 0) => &self.bottom,
+            (1, _) => &self.top,
+            (_, 0) => &self.back,
+            _ => &self.front,
+        }
+    }
+
+    /// Whether all faces are periodic.
+    pub fn is_periodic(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// One face.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Face {
+    /// A word.
+    Word(FaceWord),
+    /// A wall.
+    Wall(Wall),
+}
+
+impl Default for Face {
+    fn default() -> Self {
+        Self::Word(FaceWord::Periodic)
+    }
+}
+
+/// A face in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaceWord {
+    /// What leaves here enters on the opposite side.
+    Periodic,
+    /// A wall that reverses the normal velocity and nothing else.
+    Specular,
+    /// What leaves is gone. Monte Carlo only.
+    Open,
+}
+
+/// A wall: `restitution` and `slip`, or `temperature`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Wall {
+    /// Normal restitution.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub restitution: Option<f64>,
+    /// What is left of the tangential velocity of the contact: 1 is no friction, -1 is perfectly rough. Default 1.
+    #[schemars(range(min = -1.0, max = 1.0))]
+    pub slip: Option<f64>,
+    /// Temperature of a diffuse wall.
+    #[schemars(range(min = 0.0))]
+    pub temperature: Option<f64>,
+    /// Velocity at which the wall slides along itself.
+    #[schemars(extend("minItems" = 2, "maxItems" = 3))]
+    pub sliding: Option<Vec<f64>>,
+    /// How the wall moves to and fro.
+    pub vibration: Option<Vibration>,
+}
+
+/// A wall that goes into the gas and back at constant speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Vibration {
+    /// How far it goes.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub amplitude: f64,
+    /// Time of one way there and back.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub period: f64,
+}
+
+/// A body inside the box: one of three shapes, and its surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// A disc.
+    pub disc: Option<Disc>,
+    /// A thin wall of straight pieces: two points or more.
+    #[schemars(length(min = 2))]
+    pub polyline: Option<Vec<[f64; 2]>>,
+    /// A filled polygon: three points or more.
+    #[schemars(length(min = 3))]
+    pub polygon: Option<Vec<[f64; 2]>>,
+    /// Normal restitution of its surface. Default 1, unless it has a temperature.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub restitution: Option<f64>,
+    /// What is left of the tangential velocity of the contact. Default 1.
+    #[schemars(range(min = -1.0, max = 1.0))]
+    pub slip: Option<f64>,
+    /// Temperature of a diffuse surface.
+    #[schemars(range(min = 0.0))]
+    pub temperature: Option<f64>,
+}
+
+/// A disc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// Its centre.
+    pub centre: [f64; 2],
+    /// Its radius.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius: f64,
+}
+
+/// A stream through an open face: the flux of a drifting Maxwellian.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Inflow {
+    /// The face: "left", "right", "bottom", "top", "back" or "front".
+    #[schemars(extend("enum" = ["left", "right", "bottom", "top", "back", "front"]))]
+    pub face: String,
+    /// Particles per volume outside, by species. Default: those of the uniform box.
+    #[schemars(extend("minItems" = 1, "items" = json!({"type": "number", "minimum": 0.0})))]
+    pub number_density: Option<Vec<f64>>,
+    /// Mean velocity outside.
+    #[schemars(extend("minItems" = 2, "maxItems" = 3))]
+    pub velocity: Vec<f64>,
+    /// Temperature outside. Default: that of the gas.
+    #[schemars(range(min = 0.0))]
+    pub temperature: Option<f64>,
+    /// Temperature of rotation outside. Default: that of translation.
+    #[schemars(range(min = 0.0))]
+    pub spin_temperature: Option<f64>,
+}
+
+/// A uniform acceleration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gravity {
+    /// Its components.
+    #[schemars(extend("minItems" = 2, "maxItems" = 3))]
+    pub acceleration: Vec<f64>,
+}

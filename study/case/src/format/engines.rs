@@ -1,0 +1,186 @@
+//! The engines and their parameters.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+/// The engines to run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Engines {
+    /// Exact event-driven hard disks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ed: Option<EventDriven>,
+    /// Monte Carlo collisions at the dilute rate.
+    #[serde(rename = "dsmc-boltzmann", skip_serializing_if = "Option::is_none")]
+    pub boltzmann: Option<MonteCarlo>,
+    /// Monte Carlo collisions at the rate of the free volume in each cell.
+    #[serde(rename = "dsmc-free-volume", skip_serializing_if = "Option::is_none")]
+    pub free_volume: Option<MonteCarlo>,
+    /// Monte Carlo collisions at the rate of Enskog's theory, with the packing around each cell.
+    #[serde(rename = "dsmc-enskog", skip_serializing_if = "Option::is_none")]
+    pub enskog: Option<MonteCarlo>,
+    /// Monte Carlo collisions with partners from the cell of the point of contact (Montanero and Santos).
+    #[serde(rename = "dsmc-esmc", skip_serializing_if = "Option::is_none")]
+    pub esmc: Option<MonteCarlo>,
+    /// Monte Carlo collisions of overlapping disks along their line of centres (Donev, Alder and Garcia).
+    #[serde(
+        rename = "dsmc-stochastic-disks",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub stochastic_disks: Option<MonteCarlo>,
+    /// Monte Carlo collisions at the rate of Enskog's theory with partners around the point of contact.
+    #[serde(rename = "dsmc-contact-point", skip_serializing_if = "Option::is_none")]
+    pub contact_point: Option<MonteCarlo>,
+    /// Monte Carlo collisions without positions: the engine of a case without a box.
+    #[serde(rename = "dsmc-homogeneous", skip_serializing_if = "Option::is_none")]
+    pub homogeneous: Option<Homogeneous>,
+}
+
+/// Exact event-driven hard disks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EventDriven {
+    /// Contact time of the TC model: a disk that touches a disk or a wall again sooner does so elastically. 0 is off.
+    #[schemars(range(min = 0.0))]
+    pub contact_time: f64,
+    /// Most collisions in one run, as a safety limit. Default: none.
+    #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
+    pub collision_limit: Option<u64>,
+}
+
+/// Monte Carlo collisions in cells. Defaults are those of the scheme; a key that a scheme does not have is refused.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MonteCarlo {
+    /// Side of a cell \[length\].
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub cell_size: Option<f64>,
+    /// Simulators for each particle.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub simulators_per_particle: Option<u64>,
+    /// Time steps in which the fastest particle crosses a cell, and in a mean free time.
+    #[schemars(range(min = 1.0, max = 1e6))]
+    pub steps_per_crossing: Option<f64>,
+    /// Time steps in which a mean free time passes, of schemes whose partners lie across cells.
+    #[schemars(range(min = 1.0, max = 1e6))]
+    pub steps_per_mean_free_time: Option<f64>,
+    /// Displace the partners of a collision as the consistent Boltzmann algorithm does: false, true for one diameter, or
+    /// "inelastic" for d (1 + r)/(2 r).
+    pub displacement: Option<Displacement>,
+    /// Cells on each side over which the packing fraction of the contact value is taken, or "mean" for the whole box.
+    pub neighbourhood: Option<Neighbourhood>,
+    /// Limit on the factor by which the density raises the collision rate.
+    #[schemars(range(min = 1.0, max = 1e9))]
+    pub largest_contact_value: Option<f64>,
+    /// Radius around the point of contact from which a partner is drawn \[length\].
+    #[schemars(range(min = 0.0))]
+    pub partner_radius: Option<f64>,
+    /// How several simulators of a particle start.
+    pub copies: Option<Copies>,
+    /// How readily overlapping disks collide, in units of the rate at which the dilute gas has Enskog's collision rate.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
+    pub stiffness: Option<f64>,
+    /// Where walls act on a particle. Default: on its centre for `dsmc-boltzmann`, otherwise at its radius.
+    pub walls_act_on: Option<WallsActOn>,
+    /// Weights of simulators by region: more simulators where particles are few.
+    pub weights: Option<Weights>,
+}
+
+/// A displacement.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Displacement {
+    /// By one diameter, or not.
+    Switch(bool),
+    /// By the inelastic length.
+    Word(Inelastic),
+}
+
+/// The word that stands for the inelastic length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inelastic {
+    /// d (1 + r)/(2 r).
+    Inelastic,
+}
+
+/// Where the packing fraction of a contact value is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Neighbourhood {
+    /// Cells on each side.
+    Cells(#[schemars(range(min = 0, max = 50))] u64),
+    /// The whole box.
+    Whole(Mean),
+}
+
+/// The word that stands for the whole box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mean {
+    /// The mean packing fraction of the whole box.
+    Mean,
+}
+
+/// How several simulators of a particle start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Copies {
+    /// Each set moved and turned at random.
+    Independent,
+    /// Each set with the long waves of the start.
+    Coherent,
+}
+
+/// Where walls act on a particle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallsActOn {
+    /// On its centre.
+    Centre,
+    /// At its radius.
+    Radius,
+}
+
+/// Weights of simulators by region: stripes of equal width.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Weights {
+    /// The axis across the stripes: "x" or "y".
+    pub along: Along,
+    /// Weight in each stripe, over that of the start.
+    #[schemars(extend("minItems" = 1, "maxItems" = 1000, "items" = json!({"type": "number", "minimum": 1e-3, "maximum": 1e3})))]
+    pub factors: Vec<f64>,
+}
+
+/// An axis of the plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Along {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+}
+
+/// Monte Carlo collisions without positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Homogeneous {
+    /// The selection of pairs; all are exact.
+    pub selection: Selection,
+}
+
+/// A selection of pairs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Selection {
+    /// Groups of like speed and size in alias tables: the fastest.
+    #[default]
+    AliasTables,
+    /// Products of the weights of size classes, found in trees (Bodrova & Osinsky 2024).
+    LowRank,
+    /// Bird's single majorant.
+    SingleMajorant,
+}

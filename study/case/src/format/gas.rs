@@ -1,0 +1,248 @@
+//! The particles: what they are and what happens when they meet.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+/// The gas.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gas {
+    /// Disks in the plane (2) or spheres in space (3).
+    #[serde(default = "two")]
+    #[schemars(range(min = 2, max = 3))]
+    pub dimension: u64,
+    /// Number of particles. Left out where species or a start file say it.
+    #[schemars(range(min = 1, max = 2_000_000_000))]
+    pub number: Option<u64>,
+    /// Diameter of a particle. Default 1 in reduced units.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub diameter: Option<f64>,
+    /// Mass of a particle. Default 1 in reduced units.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub mass: Option<f64>,
+    /// Granular temperature T = m <v^2>/D at the start, an energy. Default 1 in reduced units.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub temperature: Option<f64>,
+    /// Root of the mean squared speed at the start; it replaces `temperature`.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rms_speed: Option<f64>,
+    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, or a viscoelastic law.
+    #[serde(default)]
+    pub restitution: Restitution,
+    /// Tangential restitution, from -1 (smooth) to 1 (perfectly rough). Without it particles are smooth and do not spin.
+    #[schemars(range(min = -1.0, max = 1.0))]
+    pub tangential_restitution: Option<f64>,
+    /// Moment of inertia over mass times squared radius. Default: 1/2 for disks, 2/5 for spheres.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub inertia: Option<f64>,
+    /// Volume of a gas without positions; an area in the plane.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub volume: Option<f64>,
+    /// How density raises collision rates in a gas without positions.
+    #[serde(default)]
+    pub contact_values: ContactValues,
+    /// Mean free path in the uniform box: all diameters are scaled so that it is this. For `dsmc-boltzmann` alone.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub mean_free_path: Option<f64>,
+}
+
+fn two() -> u64 {
+    2
+}
+
+/// Normal restitution.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Restitution {
+    /// The same restitution at every approach speed.
+    Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
+    /// Restitution that falls with the approach speed.
+    Viscoelastic(Viscoelastic),
+}
+
+impl Default for Restitution {
+    fn default() -> Self {
+        Self::Constant(1.0)
+    }
+}
+
+/// Viscoelastic particles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Viscoelastic {
+    /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in thermal speeds `sqrt(T/m)` of the start in a box, and in the
+    /// units of the case without one.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub viscoelastic: f64,
+}
+
+/// How density raises collision rates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactValues {
+    /// Not at all: the Boltzmann equation.
+    #[default]
+    Dilute,
+    /// By the contact values of mixtures: the Enskog equation.
+    Dense,
+}
+
+/// One species.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Species {
+    /// A name for tables and plots. Default: its number.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Number of particles; this, `share` or `number_density`.
+    #[schemars(range(min = 0, max = 2_000_000_000))]
+    pub number: Option<u64>,
+    /// Share of the particles `gas.number` that are of this species.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub share: Option<f64>,
+    /// Particles per volume, in a gas without positions; the number is the nearest whole one.
+    #[schemars(range(min = 0.0))]
+    pub number_density: Option<f64>,
+    /// Diameter of a particle.
+    #[serde(default = "super::unit")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub diameter: f64,
+    /// Mass of a particle.
+    #[serde(default = "super::unit")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub mass: f64,
+    /// Granular temperature at the start. Default: that of the gas.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub temperature: Option<f64>,
+    /// The species is so rare that the others do not notice it, and it does not meet itself.
+    #[serde(default)]
+    pub tracer: bool,
+}
+
+/// Very many species by a power law: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2, 3 and on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PowerLaw {
+    /// Number N of particles of mass 1.
+    #[schemars(range(min = 1, max = 1_000_000_000))]
+    pub monomers: u64,
+    /// The exponent.
+    #[schemars(range(min = 0.0, max = 20.0))]
+    pub exponent: f64,
+    /// Largest mass. Default: where the number falls to zero.
+    #[schemars(range(min = 1, max = 100_000))]
+    pub largest_mass: Option<u64>,
+    /// How numbers become whole.
+    #[serde(default)]
+    pub rounding: Rounding,
+}
+
+/// How numbers of particles become whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rounding {
+    /// Down.
+    Down,
+    /// To the nearest.
+    #[default]
+    Nearest,
+}
+
+/// Every particle with its own size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Continuous {
+    /// Number of particles.
+    #[schemars(range(min = 2, max = 100_000_000))]
+    pub number: u64,
+    /// Distribution of the diameters.
+    pub distribution: Distribution,
+    /// Mean diameter.
+    #[serde(default = "super::unit")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub mean_diameter: f64,
+    /// Standard deviation of the diameters over their mean.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 2.0))]
+    pub relative_width: f64,
+    /// Mass of a particle of diameter 1; masses grow as the power D of the diameter.
+    #[serde(default = "super::unit")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub unit_mass: f64,
+    /// Groups of like size, equally many particles in each, for which temperatures are measured and theory is solved.
+    #[serde(default = "twelve")]
+    #[schemars(range(min = 1, max = 200))]
+    pub groups: u64,
+}
+
+fn twelve() -> u64 {
+    12
+}
+
+/// A distribution of diameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Distribution {
+    /// Equal chances from the mean less to the mean plus `sqrt(3)` standard deviations.
+    Uniform,
+    /// The logarithm of the diameter is normally distributed.
+    LogNormal,
+}
+
+/// Restitution of a pair of species.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pair {
+    /// The two species, counted from 1.
+    #[schemars(extend("items" = json!({"type": "integer", "minimum": 1})))]
+    pub species: [u64; 2],
+    /// Their normal restitution.
+    pub restitution: Restitution,
+}
+
+/// When particles stick together or break. Without thresholds every pair that meets sticks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sticking {
+    /// Energy below which pairs stick. Default: they always stick unless they break.
+    #[schemars(range(min = 0.0))]
+    pub stick_below: Option<f64>,
+    /// Part of the energy of the relative motion that is compared with `stick_below`.
+    #[serde(default)]
+    pub stick_part: EnergyPart,
+    /// Energy above which pairs with three monomers or more break into monomers. Default: they never break.
+    #[schemars(range(min = 0.0))]
+    pub break_above: Option<f64>,
+    /// Part of the energy of the relative motion that is compared with `break_above`.
+    #[serde(default)]
+    pub break_part: EnergyPart,
+    /// Which test comes first where both hold.
+    #[serde(default)]
+    pub first: FirstTest,
+    /// Factor of the relative speed in breaking.
+    #[serde(default = "super::unit")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub speed_kept_in_breaking: f64,
+}
+
+/// A part of the energy of the relative motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EnergyPart {
+    /// All of it, `mu g^2/2`.
+    #[default]
+    Full,
+    /// That of the motion along the line of centres, `mu (g . e)^2/2`.
+    Normal,
+}
+
+/// Which test comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FirstTest {
+    /// Sticking.
+    #[default]
+    Stick,
+    /// Breaking.
+    Break,
+}

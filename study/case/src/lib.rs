@@ -1,0 +1,296 @@
+//! Case files: one TOML file says which gas is run, in which box, by which engines, and what is measured.
+//!
+//! A case is read in four steps. The text becomes a table in which every key knows its place; values of the command line and
+//! of a sweep are written into it; the table is checked against the JSON [`schema`], which holds types, ranges and words; and
+//! relations between keys are checked on the typed [`Case`]. Every error names the file, the line, the key, the value found
+//! and what is allowed.
+//!
+//! ```
+//! use std::path::Path;
+//! use stosszahl_case::CaseFile;
+//!
+//! let text = r#"
+//! format = 2
+//! title = "Homogeneous cooling"
+//! [gas]
+//! number = 100
+//! restitution = 0.9
+//! [box]
+//! packing_fraction = 0.1
+//! [run]
+//! until = 10
+//! [engine.ed]
+//! [[sweep]]
+//! "gas.restitution" = [0.8, 0.9]
+//! "#;
+//! let file = CaseFile::from_text(Path::new("cooling.toml"), text, &["replicas=8".to_owned()])?;
+//! assert_eq!(file.points.len(), 2);
+//! assert_eq!(file.points[0].name, "restitution=0.8");
+//! assert_eq!(file.points[0].case.replicas, 8);
+//! # Ok::<(), stosszahl_case::CaseError>(())
+//! ```
+
+pub mod error;
+pub mod format;
+mod old;
+mod origin;
+mod overrides;
+mod relations;
+mod schema;
+mod sweep;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use toml::{Table, Value};
+
+pub use error::{CaseError, Fault, Refusal};
+pub use format::{Case, Kind};
+pub use schema::{Format, schema, schema_of, schema_with};
+
+use error::Problem;
+use origin::{Origins, split};
+use overrides::Override;
+
+/// The version of the case format.
+const VERSION: f64 = 2.0;
+
+/// Most bytes of a case file.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// A case file as read: its text, and the points that it means.
+#[derive(Clone, Debug)]
+pub struct CaseFile {
+    /// The text of the file, byte for byte.
+    pub text: String,
+    /// The file.
+    pub path: PathBuf,
+    /// The points of the sweeps, each different from the others; one point without settings if there is no sweep.
+    pub points: Vec<Point>,
+}
+
+/// One point of a sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty without settings.
+    pub name: String,
+    /// What the sweep sets here.
+    pub settings: Vec<Setting>,
+    /// The case at this point.
+    pub case: Case,
+    #[serde(skip)]
+    table: Table,
+    #[serde(skip)]
+    origins: Origins,
+}
+
+/// A value that a sweep gives to a key.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// The dotted key.
+    pub key: String,
+    /// The value as written.
+    pub value: Value,
+}
+
+impl Point {
+    /// The error that refuses the value of a dotted key such as `measure.fields.cells`, or its absence. Elements of lists
+    /// are counted from 1.
+    pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
+        let problem = relations::refusal(&self.table, key, allowed);
+        self.origins.refuse(problem)
+    }
+}
+
+impl CaseFile {
+    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements are not looked at; see
+    /// [`Format::read`].
+    ///
+    /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is no longer swept; with
+    /// `run.until`, times and windows of measurements beyond it are left out.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not UTF-8 or not TOML; a key that is unknown or missing; a value that is not
+    /// allowed, alone or beside another; an override that is not `key=value`.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, CaseError> {
+        Format::plain().read(path, overrides)
+    }
+
+    /// Reads the text of a case; `path` stands in messages, and files are looked for beside it.
+    ///
+    /// # Errors
+    /// As [`CaseFile::read`], but for the file itself.
+    pub fn from_text(path: &Path, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
+        Format::plain().from_text(path, text, overrides)
+    }
+}
+
+impl Format {
+    /// Reads a case file and checks names and options of its measurements too.
+    ///
+    /// # Errors
+    /// As [`CaseFile::read`].
+    pub fn read(&self, path: &Path, overrides: &[String]) -> Result<CaseFile, CaseError> {
+        self.from_text(path, &read_text(path)?, overrides)
+    }
+
+    /// Reads the text of a case.
+    ///
+    /// # Errors
+    /// As [`CaseFile::read`], but for the file itself.
+    pub fn from_text(
+        &self,
+        path: &Path,
+        text: &str,
+        overrides: &[String],
+    ) -> Result<CaseFile, CaseError> {
+        let (mut table, mut origins) = Origins::read(path, text.trim_start_matches('\u{feff}'))?;
+        check_version(&table).map_err(|problem| origins.refuse(problem))?;
+        let read = |one: &String| {
+            let read = Override::read(path, one)?;
+            // A title may look like a number.
+            let as_text = self.type_of(&read.key) == Some("string");
+            Ok(if as_text { read.into_text() } else { read })
+        };
+        let overrides = overrides.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let (points, mut may_repeat) = sweep::expand(self, &mut table, &overrides)
+            .map_err(|problem| origins.refuse(problem))?;
+        let until_key = split("run.until");
+        let mut until = None;
+        for one in &overrides {
+            set(&mut table, &mut origins, &one.key, &one.value, |origins| {
+                origins.set_by_argument(&one.key, &one.argument);
+            })?;
+            if one.key == until_key {
+                until = one
+                    .value
+                    .as_float()
+                    .or(one.value.as_integer().map(|n| n as f64));
+            }
+        }
+        may_repeat |= until.is_some();
+        let mut names = sweep::Names::new(&points);
+        let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        let mut read = Vec::new();
+        for settings in points {
+            let (mut table, mut origins) = (table.clone(), origins.clone());
+            for one in &settings {
+                set(&mut table, &mut origins, &one.key, &one.value, |origins| {
+                    origins.set_by_sweep(&one.key, &one.source);
+                })?;
+            }
+            if let Some(until) = until {
+                overrides::shorten(&mut table, until);
+            }
+            let case = self
+                .case(&mut table, path)
+                .map_err(|problem| origins.refuse(problem))?;
+            let name = names.name(&settings);
+            if let Some(twin) = seen.insert(format!("{case:?}"), name.clone()) {
+                if may_repeat {
+                    continue;
+                }
+                let allowed =
+                    format!("points of sweeps differ; this is the same case as the point {twin}");
+                let source = settings.last().map(|one| one.source.clone());
+                let value = Value::String(name);
+                let problem = Problem::bad(&source.unwrap_or_default(), &value, allowed);
+                return Err(origins.refuse(problem));
+            }
+            let setting = |one: sweep::Chosen| Setting {
+                key: one.written,
+                value: one.value,
+            };
+            read.push(Point {
+                name,
+                settings: settings.into_iter().map(setting).collect(),
+                case,
+                table,
+                origins,
+            });
+        }
+        Ok(CaseFile {
+            text: text.to_owned(),
+            path: path.to_owned(),
+            points: read,
+        })
+    }
+
+    /// The case that a table means.
+    fn case(&self, table: &mut Table, path: &Path) -> Result<Case, Problem> {
+        self.check(table)?;
+        let read: Result<Case, _> = Value::Table(table.clone()).try_into();
+        // The schema lets nothing pass that the types refuse.
+        let case = read.map_err(|error| Problem::missing(&[], error.message()))?;
+        relations::check(table, &case, path.parent().unwrap_or(Path::new("")))?;
+        Ok(case)
+    }
+}
+
+/// Sets a key of a table and notes where its value comes from.
+fn set(
+    table: &mut Table,
+    origins: &mut Origins,
+    key: &[String],
+    value: &Value,
+    note: impl FnOnce(&mut Origins),
+) -> Result<(), CaseError> {
+    note(origins);
+    overrides::set(table, key, value.clone()).map_err(|length| {
+        let allowed = format!("elements are counted from 1; this list has {length}");
+        origins.refuse(Problem::bad(key, value, allowed))
+    })
+}
+
+/// Refuses another format before any of its keys is looked at.
+fn check_version(table: &Table) -> Result<(), Problem> {
+    let key = ["format".to_owned()];
+    let version = table.get("format");
+    let number = version.and_then(|value| {
+        let whole = value.as_integer().map(|whole| whole as f64);
+        whole.or(value.as_float())
+    });
+    match (version, number) {
+        (_, Some(VERSION)) => Ok(()),
+        (None, _) | (_, Some(1.0)) => {
+            let changes = old::changes(table);
+            Err(Problem::new(&key, Fault::OldFormat { changes }))
+        }
+        (Some(value), _) => Err(Problem::bad(&key, value, "this program reads format 2")),
+    }
+}
+
+/// The text of a file.
+fn read_text(path: &Path) -> Result<String, CaseError> {
+    let unreadable = |source| CaseError::Unreadable {
+        path: path.to_owned(),
+        source,
+    };
+    if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
+        let path = path.to_owned();
+        return Err(CaseError::Folder { path });
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(unreadable)?;
+    file.take(MOST_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(CaseError::TooLarge {
+            path: path.to_owned(),
+            limit: MOST_BYTES,
+        });
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let bytes = error.as_bytes();
+        CaseError::NotUtf8 {
+            path: path.to_owned(),
+            line: bytes[..at].split(|&byte| byte == b'\n').count(),
+            byte: bytes[at],
+        }
+    })
+}

@@ -1,0 +1,234 @@
+//! From the text of a case to its values, and from a key back to the place where it was written.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{CaseError, Fault, Problem, Refusal};
+
+/// The keys from the root; elements of lists are counted from 1.
+pub(crate) type Key = Vec<String>;
+
+/// A key with one step more.
+pub(crate) fn below(key: &[String], step: impl Into<String>) -> Key {
+    let mut longer = key.to_vec();
+    longer.push(step.into());
+    longer
+}
+
+/// The keys of a dotted key of bare keys.
+pub(crate) fn split(dotted: &str) -> Key {
+    dotted.split('.').map(str::to_owned).collect()
+}
+
+/// A key as it is written.
+pub(crate) fn dotted(key: &[String]) -> String {
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let part = |step: &String| {
+        if !step.is_empty() && step.chars().all(bare) {
+            step.clone()
+        } else {
+            format!("\"{}\"", step.escape_debug())
+        }
+    };
+    key.iter().map(part).collect::<Vec<_>>().join(".")
+}
+
+/// The value of a key.
+pub(crate) fn value_at<'a>(table: &'a toml::Table, key: &[String]) -> Option<&'a toml::Value> {
+    let (first, rest) = key.split_first()?;
+    rest.iter().try_fold(table.get(first)?, |value, step| {
+        if let toml::Value::Array(list) = value {
+            list.get(step.parse::<usize>().ok()?.checked_sub(1)?)
+        } else {
+            value.get(step)
+        }
+    })
+}
+
+/// Bytes of the text where a key and its value stand.
+#[derive(Clone, Debug)]
+struct Spans {
+    key: Range<usize>,
+    value: Range<usize>,
+}
+
+/// What replaced the value of a key.
+#[derive(Clone, Debug)]
+enum Replaced {
+    /// An argument of the command line.
+    Argument(Arc<str>),
+    /// A value of a sweep.
+    Sweep(Range<usize>),
+}
+
+/// Where every key of a case was written.
+#[derive(Clone, Debug)]
+pub(crate) struct Origins {
+    path: PathBuf,
+    text: Arc<str>,
+    spans: Arc<BTreeMap<Key, Spans>>,
+    replaced: Vec<(Key, Replaced)>,
+}
+
+impl Origins {
+    /// Reads a text as TOML.
+    pub(crate) fn read(path: &Path, text: &str) -> Result<(toml::Table, Self), CaseError> {
+        let mut origins = Self {
+            path: path.to_owned(),
+            text: text.into(),
+            spans: Arc::default(),
+            replaced: Vec::new(),
+        };
+        let document = DeTable::parse(text).map_err(|error| {
+            let message = error.message().replace('\n', ", ");
+            let problem = Problem::new(&[], Fault::Syntax { message });
+            origins.at(problem, error.span(), false)
+        })?;
+        let mut spans = BTreeMap::new();
+        let table = read_table(document.get_ref(), &[], &mut spans);
+        origins.spans = Arc::new(spans);
+        let table = table.map_err(|problem| origins.refuse(problem))?;
+        Ok((table, origins))
+    }
+
+    /// Puts a key, and everything below it, where an argument gives it.
+    pub(crate) fn set_by_argument(&mut self, key: &[String], argument: &str) {
+        let by = Replaced::Argument(argument.into());
+        self.replaced.push((key.to_vec(), by));
+    }
+
+    /// Puts a key, and everything below it, where a sweep gives it.
+    pub(crate) fn set_by_sweep(&mut self, key: &[String], source: &[String]) {
+        let (by, _) = self.find(source, false);
+        if let Some(span) = by {
+            self.replaced.push((key.to_vec(), Replaced::Sweep(span)));
+        }
+    }
+
+    /// The error, with the place of its key.
+    pub(crate) fn refuse(&self, problem: Problem) -> CaseError {
+        let key = &problem.key;
+        let over = |(known, _): &&(Key, Replaced)| key.starts_with(known);
+        let mut replaced = self.replaced.iter().rev().find(over);
+        let is_key = matches!(problem.fault, Fault::UnknownKey { .. });
+        let (span, depth) = self.find(key, is_key);
+        if replaced.is_none() && depth < key.len() {
+            // A table that is there only because of what replaced a value in it.
+            let beside = |(known, _): &&(Key, Replaced)| {
+                depth + 1 < key.len() && known.starts_with(&key[..=depth])
+            };
+            replaced = self.replaced.iter().rev().find(beside);
+        }
+        match replaced {
+            Some((_, Replaced::Argument(argument))) => {
+                let argument: String = argument.escape_debug().collect();
+                let mut error = self.at(problem, None, false);
+                if let CaseError::Refused(refusal) = &mut error {
+                    refusal.argument = Some(argument);
+                }
+                error
+            }
+            Some((_, Replaced::Sweep(span))) => self.at(problem, Some(span.clone()), true),
+            None => self.at(problem, Some(span.unwrap_or(0..0)), false),
+        }
+    }
+
+    /// The span of a key, or of the nearest table around it, and how many steps of the key were found.
+    fn find(&self, key: &[String], is_key: bool) -> (Option<Range<usize>>, usize) {
+        for depth in (1..=key.len()).rev() {
+            if let Some(spans) = self.spans.get(&key[..depth]) {
+                let whole = depth == key.len() && !is_key;
+                let span = if whole { &spans.value } else { &spans.key };
+                return (Some(span.clone()), depth);
+            }
+        }
+        (None, 0)
+    }
+
+    fn at(&self, problem: Problem, span: Option<Range<usize>>, swept: bool) -> CaseError {
+        let place = span.as_ref().map(|span| {
+            let before = self.text.get(..span.start).unwrap_or(&self.text);
+            let line = before.matches('\n').count() + 1;
+            let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+            (line, column)
+        });
+        CaseError::Refused(Box::new(Refusal {
+            path: self.path.clone(),
+            place,
+            argument: None,
+            swept,
+            key: dotted(&problem.key),
+            fault: problem.fault,
+            suggestion: problem.suggestion,
+            text: self.text.clone(),
+            span,
+        }))
+    }
+}
+
+type Found = BTreeMap<Key, Spans>;
+
+fn read_table(
+    table: &DeTable<'_>,
+    path: &[String],
+    found: &mut Found,
+) -> Result<toml::Table, Problem> {
+    let mut read = toml::Table::new();
+    for (key, value) in table {
+        let path = below(path, key.get_ref().as_ref());
+        // The text of a table with a header is all that stands below it: the header is enough.
+        let plain = !matches!(value.get_ref(), DeValue::Table(_) | DeValue::Array(_));
+        let shown = if plain { value.span() } else { key.span() };
+        let spans = Spans {
+            key: key.span(),
+            value: shown,
+        };
+        found.insert(path.clone(), spans);
+        read.insert(
+            key.get_ref().to_string(),
+            read_value(value.get_ref(), &path, found)?,
+        );
+    }
+    Ok(read)
+}
+
+fn read_value(
+    value: &DeValue<'_>,
+    path: &[String],
+    found: &mut Found,
+) -> Result<toml::Value, Problem> {
+    Ok(match value {
+        DeValue::String(text) => toml::Value::String(text.to_string()),
+        DeValue::Integer(number) => {
+            let parsed = i64::from_str_radix(number.as_str(), number.radix());
+            toml::Value::Integer(parsed.map_err(|_| {
+                let value = toml::Value::String(number.to_string());
+                let allowed = format!("a whole number from {} to {}", i64::MIN, i64::MAX);
+                Problem::bad(path, &value, allowed)
+            })?)
+        }
+        // A number beyond the largest one becomes infinite here, and is refused with the infinities.
+        DeValue::Float(number) => toml::Value::Float(number.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(truth) => toml::Value::Boolean(*truth),
+        DeValue::Datetime(date) => toml::Value::Datetime(*date),
+        DeValue::Array(list) => {
+            let mut read = Vec::with_capacity(list.len());
+            for (index, value) in list.iter().enumerate() {
+                let path = below(path, (index + 1).to_string());
+                let span = value.span();
+                let spans = Spans {
+                    key: span.clone(),
+                    value: span,
+                };
+                found.insert(path.clone(), spans);
+                read.push(read_value(value.get_ref(), &path, found)?);
+            }
+            toml::Value::Array(read)
+        }
+        DeValue::Table(table) => toml::Value::Table(read_table(table, path, found)?),
+    })
+}

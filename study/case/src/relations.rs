@@ -1,0 +1,305 @@
+//! Relations between keys: what the types and ranges of single keys do not say.
+
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use crate::error::Problem;
+use crate::format::{Case, EnergyPart, Kind, Placement, TimeUnit, Velocities};
+use crate::origin::{split, value_at};
+
+mod engines;
+mod particles;
+mod space;
+
+/// Most particles of a gas.
+const MOST: f64 = 2_147_483_647.0;
+
+/// Most masses of a power law.
+const MOST_MASSES: u64 = 100_000;
+
+type Checked = Result<(), Problem>;
+
+/// Refuses the value of a dotted key, or its absence. Elements of lists are counted from 1.
+pub(crate) fn refusal(table: &Table, key: &str, allowed: impl Into<String>) -> Problem {
+    let key = split(key);
+    match value_at(table, &key) {
+        Some(value) => Problem::bad(&key, value, allowed),
+        None => Problem::missing(&key, allowed),
+    }
+}
+
+/// Checks a case that has passed its schema. `folder` holds the case file.
+pub(crate) fn check(table: &Table, case: &Case, folder: &Path) -> Checked {
+    let all = Relations { table, case };
+    all.places()?;
+    all.particles()?;
+    all.species()?;
+    all.start(folder)?;
+    all.temperatures()?;
+    all.spins()?;
+    all.vectors()?;
+    all.domain()?;
+    all.walls()?;
+    all.obstacles()?;
+    all.inflow()?;
+    all.engines()?;
+    all.sticking()?;
+    all.times()
+}
+
+struct Relations<'a> {
+    table: &'a Table,
+    case: &'a Case,
+}
+
+impl Relations<'_> {
+    fn given(&self, key: &str) -> bool {
+        value_at(self.table, &split(key)).is_some()
+    }
+
+    fn refuse(&self, key: impl AsRef<str>, allowed: impl Into<String>) -> Checked {
+        Err(refusal(self.table, key.as_ref(), allowed))
+    }
+
+    /// Refuses a key unless a condition holds.
+    fn ensure(&self, holds: bool, key: impl AsRef<str>, allowed: impl Into<String>) -> Checked {
+        if holds {
+            Ok(())
+        } else {
+            self.refuse(key, allowed)
+        }
+    }
+
+    /// Refuses the first of some keys that is given.
+    fn without(&self, keys: &[&str], allowed: &str) -> Checked {
+        let found = keys.iter().find(|key| self.given(key));
+        found.map_or(Ok(()), |key| self.refuse(key, allowed))
+    }
+
+    fn dimension(&self) -> usize {
+        self.case.gas.dimension as usize
+    }
+
+    /// Keys that need a box, a gas without one, a flow or a comparison.
+    fn places(&self) -> Checked {
+        match self.case.kind() {
+            Kind::Homogeneous => {
+                let keys = [
+                    "walls",
+                    "obstacle",
+                    "inflow",
+                    "gravity",
+                    "drive",
+                    "start",
+                    "accuracy",
+                    "gas.tangential_restitution",
+                    "gas.mean_free_path",
+                ];
+                self.without(
+                    &keys,
+                    "this key needs a [box]; without one the gas has no positions",
+                )?;
+                self.ensure(
+                    self.given("gas.volume"),
+                    "gas.volume",
+                    "a gas has a [box], or else a volume, a number above 0",
+                )
+            }
+            kind => {
+                let keys = [
+                    "gas.volume",
+                    "gas.contact_values",
+                    "power_law",
+                    "continuous",
+                    "thermostat",
+                    "sticking",
+                    "verdict.sonine_orders",
+                ];
+                self.without(
+                    &keys,
+                    "this key is for gases without positions, which have no [box]",
+                )?;
+                if kind == Kind::Comparison {
+                    let allowed = "this key is for flows: with walls, gravity or grains that spin";
+                    return self.without(&["inflow", "start.velocity", "start.empty"], allowed);
+                }
+                let allowed = "this key is for periodic boxes without gravity and spin";
+                self.without(&["drive", "accuracy"], allowed)
+            }
+        }
+    }
+
+    fn start(&self, folder: &Path) -> Checked {
+        let (start, case) = (&self.case.start, self.case);
+        let placed_by_file = start.placement == Placement::File;
+        self.ensure(
+            start.file.is_some() == placed_by_file,
+            "start.file",
+            "a .csv or .xyz file; given with placement = \"file\", always and only",
+        )?;
+        self.ensure(
+            placed_by_file || start.velocities == Velocities::Maxwellian,
+            "start.velocities",
+            "\"maxwellian\"; \"file\" only with placement = \"file\"",
+        )?;
+        if let Some(file) = &start.file {
+            let path = folder.join(file);
+            let ending = path
+                .extension()
+                .and_then(|ending| ending.to_str())
+                .unwrap_or("");
+            let known = ["csv", "xyz"]
+                .iter()
+                .any(|one| ending.eq_ignore_ascii_case(one));
+            self.ensure(known, "start.file", "a start file ends with .csv or .xyz")?;
+            let missing = format!(
+                "a start file exists, but there is no file {}",
+                path.display()
+            );
+            self.ensure(path.is_file(), "start.file", missing)?;
+            let keys = ["box.packing_fraction", "box.aspect_ratio"];
+            self.without(&keys, "with start.placement = \"file\" the file says it")?;
+        }
+        self.ensure(
+            start.velocities == Velocities::Maxwellian || case.replicas == 1,
+            "replicas",
+            "1 with start.velocities = \"file\", as one file is one start",
+        )?;
+        self.ensure(
+            case.species.is_empty() || matches!(start.placement, Placement::Disordered),
+            "start.placement",
+            "\"disordered\" with [[species]]",
+        )?;
+        self.ensure(
+            self.dimension() == 2 || start.placement == Placement::Disordered,
+            "start.placement",
+            "\"disordered\" in space; lattices and files are of disks",
+        )?;
+        if let (Some(most), Some(least)) = (start.longest_equilibration, start.equilibration) {
+            let allowed = format!("a number of at least start.equilibration = {least}");
+            self.ensure(most >= least, "start.longest_equilibration", allowed)?;
+        }
+        let allowed = "an empty box needs an [[inflow]]";
+        self.ensure(
+            !start.empty || !case.inflow.is_empty(),
+            "start.empty",
+            allowed,
+        )
+    }
+
+    fn spins(&self) -> Checked {
+        if self.case.gas.tangential_restitution.is_some() {
+            return Ok(());
+        }
+        let allowed = "this key is for grains that spin: give gas.tangential_restitution too";
+        self.without(&["gas.inertia", "start.spin_temperature"], allowed)?;
+        for index in 1..=self.case.inflow.len() {
+            self.without(&[&format!("inflow.{index}.spin_temperature")], allowed)?;
+        }
+        Ok(())
+    }
+
+    fn sticking(&self) -> Checked {
+        let case = self.case;
+        let until = case.run.until;
+        if let Some(sticking) = &case.sticking {
+            let one = case.species.len() == 1 || case.gas.number.is_some();
+            self.ensure(
+                one,
+                "sticking",
+                "particles that stick are the monomers of exactly one species",
+            )?;
+            let normal = EnergyPart::Normal;
+            let idle = [
+                (
+                    "stick_part",
+                    sticking.stick_part == normal && sticking.stick_below.is_none(),
+                ),
+                (
+                    "break_part",
+                    sticking.break_part == normal && sticking.break_above.is_none(),
+                ),
+            ];
+            for (key, idle) in idle {
+                let allowed =
+                    "a part of the energy is for a threshold: give stick_below or break_above too";
+                self.ensure(!idle, format!("sticking.{key}"), allowed)?;
+            }
+        }
+        let breaks = case
+            .sticking
+            .as_ref()
+            .is_some_and(|one| one.break_above.is_some());
+        if let Some(thermostat) = &case.thermostat {
+            let interval = thermostat.interval;
+            self.ensure(
+                breaks && interval < until && until / interval <= 1e7,
+                "thermostat.interval",
+                "an interval below run.until, for at most 10000000 scalings; with sticking.break_above",
+            )?;
+        }
+        if let Some(drive) = &case.drive {
+            self.ensure(
+                drive.interval < until && until / drive.interval <= 1e9,
+                "drive.interval",
+                "an interval below run.until, for at most 1000000000 kicks",
+            )?;
+        }
+        Ok(())
+    }
+
+    fn times(&self) -> Checked {
+        let (run, case) = (&self.case.run, self.case);
+        let until = run.until;
+        if let Some(first) = run.first_sample {
+            let allowed = format!("a number above 0 and below run.until = {until}");
+            self.ensure(first < until, "run.first_sample", allowed)?;
+        }
+        if run.samples.is_some() {
+            let allowed =
+                "run.samples sets samples at equal intervals; this is for equal factors of time";
+            self.without(&["run.first_sample", "run.samples_per_decade"], allowed)?;
+        }
+        let haff = run.time_unit == Some(TimeUnit::Haff) && case.sticking.is_some();
+        let allowed =
+            "\"case\" or \"mean-free-time\": a gas that sticks has no cooling time of Haff";
+        self.ensure(!haff, "run.time_unit", allowed)?;
+        let number = |value: &Value| value.as_float().or(value.as_integer().map(|n| n as f64));
+        let within = |time: f64| (0.0..=until).contains(&time);
+        for (name, options) in &case.measure {
+            let key = |key: &str| format!("measure.{name}.{key}");
+            let list = |key: &str| {
+                options
+                    .get(key)
+                    .and_then(Value::as_array)
+                    .into_iter()
+                    .flatten()
+            };
+            for (index, time) in list("times").enumerate() {
+                let fine = number(time).is_none_or(within);
+                let allowed = format!("times lie from 0 to run.until = {until}");
+                self.ensure(fine, key(&format!("times.{}", index + 1)), allowed)?;
+            }
+            for (index, window) in list("windows").enumerate() {
+                let end = |side: usize| window.get(side).and_then(number);
+                let fine = end(0)
+                    .zip(end(1))
+                    .is_none_or(|(start, end)| start < end && within(start) && within(end));
+                let allowed = format!(
+                    "a window is [start, end] with 0 <= start < end <= run.until = {until}"
+                );
+                self.ensure(fine, key(&format!("windows.{}", index + 1)), allowed)?;
+            }
+            for from in ["from", "steady_from"] {
+                let fine = options
+                    .get(from)
+                    .and_then(number)
+                    .is_none_or(|time| within(time) && time < until);
+                let allowed = format!("a time from 0 to below run.until = {until}");
+                self.ensure(fine, key(from), allowed)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,382 @@
+//! The JSON Schema of case files, and the check of a case against it.
+//!
+//! Types, ranges and words are checked against the schema that is published, and messages are made from it, so the types in
+//! [`crate::format`] are their only source. A general validator would report JSON pointers and take no 4000.0 for 4000.
+
+use std::sync::OnceLock;
+
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
+use serde_json::{Value as Json, json};
+use toml::Value;
+
+use crate::error::{Fault, Problem, nearest};
+use crate::format::Case;
+use crate::origin::{below, dotted};
+
+/// Smallest and largest number, so that squares and cubes of what is written are numbers too.
+const SMALLEST: f64 = 1e-100;
+const LARGEST: f64 = 1e100;
+
+/// The case format with the measurements that a program knows.
+#[derive(Debug)]
+pub struct Format {
+    json: Json,
+}
+
+impl Format {
+    /// The format with measurements: the name of each, and the schema of its options (see [`schema_of`]).
+    pub fn new(measures: &[(&str, Schema)]) -> Self {
+        let mut json = schema_of::<Case>().to_value();
+        json["title"] = Json::from("stosszahl case");
+        json["properties"]["format"]["const"] = Json::from(2);
+        let measure = &mut json["properties"]["measure"];
+        if measures.is_empty() {
+            measure["additionalProperties"] = json!({"type": "object"});
+        } else {
+            measure["additionalProperties"] = Json::from(false);
+            for (name, schema) in measures {
+                let mut schema = schema.clone().to_value();
+                without_null(&mut schema);
+                measure["properties"][*name] = schema;
+            }
+        }
+        Self { json }
+    }
+
+    /// The format in which the options of measurements are not looked at.
+    pub fn plain() -> &'static Self {
+        static PLAIN: OnceLock<Format> = OnceLock::new();
+        PLAIN.get_or_init(|| Self::new(&[]))
+    }
+
+    /// The JSON Schema.
+    pub fn json(&self) -> &Json {
+        &self.json
+    }
+
+    /// Checks that every key is known, has the right type and lies in its range, and that none is missing. Whole numbers
+    /// that were written as 4000.0 become whole.
+    pub(crate) fn check(&self, table: &mut toml::Table) -> Result<(), Problem> {
+        let mut value = Value::Table(std::mem::take(table));
+        self.within(&self.json, &mut value, &[])?;
+        if let Value::Table(checked) = value {
+            *table = checked;
+        }
+        Ok(())
+    }
+
+    /// Checks one table of a case.
+    pub(crate) fn check_part(&self, key: &str, value: &mut Value) -> Result<(), Problem> {
+        self.within(&self.json["properties"][key], value, &[key.to_owned()])
+    }
+
+    /// The type that the schema gives to a key.
+    pub(crate) fn type_of(&self, key: &[String]) -> Option<&str> {
+        let mut schema = &self.json;
+        for step in key {
+            let inside = alternatives(schema).into_iter();
+            let found = inside
+                .flat_map(|choice| [&choice["properties"][step], &choice["items"]])
+                .find(|choice| choice.is_object());
+            schema = found.unwrap_or(&Json::Null);
+        }
+        schema["type"].as_str()
+    }
+
+    fn within(&self, schema: &Json, value: &mut Value, key: &[String]) -> Result<(), Problem> {
+        if schema.is_boolean() {
+            return Ok(());
+        }
+        let refuse = |value: &Value, suggestion: Option<String>| {
+            let mut problem = Problem::bad(key, value, describe(schema));
+            problem.suggestion = suggestion;
+            Err(problem)
+        };
+        let fitting: Vec<&Json> = alternatives(schema)
+            .into_iter()
+            .filter(|choice| has_type(choice, value))
+            .collect();
+        let Some(&first) = fitting.first() else {
+            let words = alternatives(schema).into_iter().flat_map(words).next();
+            let text = value.as_str().unwrap_or_default();
+            let close = words.and_then(|_| nearest(text, all_words(schema)));
+            return refuse(value, close.map(|word| format!("\"{word}\"")));
+        };
+        match value {
+            Value::String(text) => {
+                let words: Vec<&str> = fitting.iter().flat_map(|choice| words(choice)).collect();
+                if !words.is_empty() && !words.contains(&text.as_str()) {
+                    let close = nearest(text, words).map(|word| format!("\"{word}\""));
+                    return refuse(value, close);
+                }
+                let least = first["minLength"].as_u64().unwrap_or(0);
+                if (text.trim().chars().count() as u64) < least {
+                    return refuse(value, None);
+                }
+            }
+            Value::Integer(number) if !in_range(first, *number as f64) => {
+                return refuse(value, None);
+            }
+            Value::Float(number) => {
+                let size = number.abs();
+                let sane = size == 0.0 || (SMALLEST..=LARGEST).contains(&size);
+                if !sane {
+                    let allowed =
+                        format!("numbers are 0 or have a size from {SMALLEST:e} to {LARGEST:e}");
+                    return Err(Problem::bad(key, value, allowed));
+                }
+                if !in_range(first, *number) {
+                    return refuse(value, None);
+                }
+                if first["type"] == "integer" {
+                    *value = Value::Integer(*number as i64);
+                }
+            }
+            Value::Array(list) => {
+                let least = first["minItems"].as_u64().unwrap_or(0);
+                let most = first["maxItems"].as_u64().unwrap_or(u64::MAX);
+                if !(least..=most).contains(&(list.len() as u64)) {
+                    return refuse(value, None);
+                }
+                for (index, value) in list.iter_mut().enumerate() {
+                    self.within(&first["items"], value, &below(key, (index + 1).to_string()))?;
+                }
+            }
+            Value::Table(table) => self.table(first, table, key)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn table(&self, schema: &Json, table: &mut toml::Table, key: &[String]) -> Result<(), Problem> {
+        let known = schema["properties"].as_object();
+        let others = &schema["additionalProperties"];
+        for name in table.keys() {
+            let is_known = known.is_some_and(|known| known.contains_key(name));
+            if !is_known && *others == Json::Bool(false) {
+                let names = || known.into_iter().flat_map(|known| known.keys());
+                let allowed = names().cloned().collect();
+                let close = nearest(name, names().map(String::as_str)).map(str::to_owned);
+                let mut problem = Problem::new(&below(key, name), Fault::UnknownKey { allowed });
+                problem.suggestion = close.or_else(|| self.elsewhere(name));
+                return Err(problem);
+            }
+        }
+        for (name, value) in table.iter_mut() {
+            let schema = known.and_then(|known| known.get(name)).unwrap_or(others);
+            self.within(schema, value, &below(key, name))?;
+        }
+        let required = schema["required"].as_array().into_iter().flatten();
+        for name in required.filter_map(Json::as_str) {
+            if !table.contains_key(name) {
+                let allowed = describe(&schema["properties"][name]);
+                return Err(Problem::missing(&below(key, name), allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// The full name of a key that belongs into another table.
+    fn elsewhere(&self, name: &str) -> Option<String> {
+        let keys = self.json["properties"].as_object()?;
+        if keys.contains_key(name) {
+            return Some(format!("{name} before the first [table]"));
+        }
+        let holds = |table: &Json| {
+            let inside = [
+                &table["properties"][name],
+                &table["items"]["properties"][name],
+            ];
+            inside.iter().any(|found| found.is_object())
+        };
+        let (table, _) = keys.iter().find(|(_, table)| holds(table))?;
+        Some(dotted(&[table.clone(), name.to_owned()]))
+    }
+}
+
+/// The JSON Schema of case files, without measurements.
+pub fn schema() -> Json {
+    Format::plain().json().clone()
+}
+
+/// The JSON Schema of case files with measurements: their names, and the schemas of their options.
+pub fn schema_with(measures: &[(&str, Schema)]) -> Json {
+    Format::new(measures).json
+}
+
+/// The schema of a type, without references and without null, which TOML cannot write.
+pub fn schema_of<T: JsonSchema>() -> Schema {
+    let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);
+    let mut json = settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value();
+    without_null(&mut json);
+    json.try_into().unwrap_or_default()
+}
+
+fn without_null(schema: &mut Json) {
+    match schema {
+        Json::Object(keys) => {
+            if keys.get("default").is_some_and(Json::is_null) {
+                keys.remove("default");
+            }
+            if let Some(types) = keys.get_mut("type").and_then(Json::as_array_mut) {
+                types.retain(|kind| kind != "null");
+                if let [kind] = &types[..] {
+                    let kind = kind.clone();
+                    keys.insert("type".to_owned(), kind);
+                }
+            }
+            if let Some(choices) = keys.get_mut("anyOf").and_then(Json::as_array_mut) {
+                choices.retain(|choice| choice["type"] != "null");
+            }
+            if let Some(choices) = keys.get_mut("enum").and_then(Json::as_array_mut) {
+                choices.retain(|choice| !choice.is_null());
+            }
+            keys.values_mut().for_each(without_null);
+        }
+        Json::Array(items) => items.iter_mut().for_each(without_null),
+        _ => {}
+    }
+}
+
+/// The alternatives of a schema; a schema without any is its own only one.
+fn alternatives(schema: &Json) -> Vec<&Json> {
+    let listed = schema.get("anyOf").or_else(|| schema.get("oneOf"));
+    match listed.and_then(Json::as_array) {
+        Some(list) => list.iter().flat_map(alternatives).collect(),
+        None => vec![schema],
+    }
+}
+
+/// Whether a value has the type that a schema asks for.
+fn has_type(schema: &Json, value: &Value) -> bool {
+    /// Whole numbers up to here are exact.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    match schema["type"].as_str() {
+        Some("object") => value.is_table(),
+        Some("array") => value.is_array(),
+        Some("string") => value.is_str(),
+        Some("boolean") => value.is_bool(),
+        Some("integer") => match value {
+            Value::Float(number) => number.fract() == 0.0 && number.abs() <= EXACT,
+            _ => value.is_integer(),
+        },
+        Some("number") => value.is_integer() || value.is_float(),
+        _ => true,
+    }
+}
+
+/// The words that a schema allows; none if it allows any.
+fn words(schema: &Json) -> Vec<&str> {
+    let listed = schema["enum"].as_array().into_iter().flatten();
+    let all = listed.chain(schema.get("const"));
+    all.filter_map(Json::as_str).collect()
+}
+
+fn all_words(schema: &Json) -> Vec<&str> {
+    alternatives(schema).into_iter().flat_map(words).collect()
+}
+
+/// Whether a number lies in the range of a schema.
+fn in_range(schema: &Json, number: f64) -> bool {
+    let limit = |key: &str| schema[key].as_f64();
+    limit("minimum").is_none_or(|least| number >= least)
+        && limit("exclusiveMinimum").is_none_or(|least| number > least)
+        && limit("maximum").is_none_or(|most| number <= most)
+        && limit("exclusiveMaximum").is_none_or(|most| number < most)
+        && limit("const").is_none_or(|only| number == only)
+}
+
+/// What a schema allows, and the first sentence of what it means.
+fn describe(schema: &Json) -> String {
+    let text = schema["description"].as_str().unwrap_or_default();
+    let text = text.replace('\n', " ");
+    let first = text.split(". ").next().unwrap_or_default();
+    let first = first.trim_end_matches('.');
+    if first.is_empty() {
+        allowed(schema)
+    } else {
+        format!("{} ({first})", allowed(schema))
+    }
+}
+
+/// What a schema allows.
+fn allowed(schema: &Json) -> String {
+    let words = all_words(schema);
+    let mut parts = Vec::new();
+    if !words.is_empty() {
+        let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+        parts.push(quoted.join(", "));
+    }
+    for choice in alternatives(schema) {
+        parts.push(match choice["type"].as_str() {
+            Some("integer") => format!("a whole number{}", range(choice)),
+            Some("number") => format!("a number{}", range(choice)),
+            Some("boolean") => "true or false".to_owned(),
+            Some("string") if words.is_empty() => "a text".to_owned(),
+            Some("array") => list(choice),
+            Some("object") => match choice["properties"].as_object() {
+                Some(keys) => {
+                    let keys: Vec<&str> = keys.keys().map(String::as_str).collect();
+                    format!("a table with the keys {}", keys.join(", "))
+                }
+                None => "a table".to_owned(),
+            },
+            _ => continue,
+        });
+    }
+    parts.join(", or ")
+}
+
+fn list(schema: &Json) -> String {
+    let count = |key: &str| schema[key].as_u64();
+    let length = match (count("minItems"), count("maxItems")) {
+        (Some(least), Some(most)) if least == most => format!(" of {least}"),
+        (Some(least), Some(most)) => format!(" of {least} to {most}"),
+        (Some(least), None) => format!(" of at least {least}"),
+        (None, Some(most)) => format!(" of at most {most}"),
+        (None, None) => String::new(),
+    };
+    let each = allowed(&schema["items"]);
+    if each.is_empty() {
+        format!("a list{length}")
+    } else {
+        format!("a list{length}, each {each}")
+    }
+}
+
+/// The range of a number.
+fn range(schema: &Json) -> String {
+    let limit = |key: &str| {
+        let number = schema.get(key)?;
+        let number = number.as_u64().map_or_else(
+            || number.as_f64().map(|number| format!("{number}")),
+            |whole| Some(whole.to_string()),
+        )?;
+        Some(number)
+    };
+    if let Some(only) = limit("const") {
+        return format!(", {only}");
+    }
+    let least = limit("minimum");
+    let above = limit("exclusiveMinimum").map(|least| format!(" above {least}"));
+    let most = limit("maximum");
+    let below = limit("exclusiveMaximum").map(|most| format!(" below {most}"));
+    match (least, above, most, below) {
+        (Some(least), _, Some(most), _) => format!(" from {least} to {most}"),
+        (Some(least), _, None, None) => format!(" of at least {least}"),
+        (None, Some(above), Some(most), _) => format!("{above} and at most {most}"),
+        (least, above, most, below) => {
+            let parts = [
+                least.map(|least| format!(" of at least {least}")),
+                above,
+                most.map(|most| format!(" of at most {most}")),
+                below,
+            ];
+            parts.into_iter().flatten().collect::<Vec<_>>().join(" and")
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Parameter sweeps: from `[[sweep]]` blocks to the settings of each point.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use toml::{Table, Value};
+
+use crate::error::Problem;
+use crate::format::{Axis, Range};
+use crate::origin::{Key, below, value_at};
+use crate::overrides::{Override, bare_keys};
+use crate::schema::Format;
+
+/// Most points of one case.
+const MOST_POINTS: usize = 10_000;
+
+/// One value that a sweep gives to one key.
+#[derive(Clone, Debug)]
+pub(crate) struct Chosen {
+    /// The dotted key as written.
+    pub(crate) written: String,
+    /// The keys from the root.
+    pub(crate) key: Key,
+    /// The value.
+    pub(crate) value: Value,
+    /// Where in the sweep it was written.
+    pub(crate) source: Key,
+}
+
+/// Takes the sweeps out of a case: the settings of each point, and whether an override fixes a key that is swept.
+///
+/// Each block is the product of its axes, the last key (in alphabetical order) running fastest.
+pub(crate) fn expand(
+    format: &Format,
+    table: &mut Table,
+    overrides: &[Override],
+) -> Result<(Vec<Vec<Chosen>>, bool), Problem> {
+    let mut sweep = table.remove("sweep").unwrap_or(Value::Array(Vec::new()));
+    format.check_part("sweep", &mut sweep)?;
+    let blocks = sweep.as_array().map(Vec::as_slice).unwrap_or_default();
+    if blocks.is_empty() {
+        return Ok((vec![Vec::new()], false));
+    }
+    let mut points = Vec::new();
+    let mut fixed = false;
+    for (index, block) in blocks.iter().enumerate() {
+        let path = below(&["sweep".to_owned()], (index + 1).to_string());
+        let read: Result<BTreeMap<String, Axis>, _> = block.clone().try_into();
+        let axes = read.map_err(|error| Problem::bad(&path, block, error.message()))?;
+        if axes.is_empty() {
+            let allowed = "a block of a sweep has at least one quoted dotted key with its values";
+            return Err(Problem::bad(&path, block, allowed));
+        }
+        let mut product = vec![Vec::new()];
+        let mut swept: Vec<Key> = Vec::new();
+        for (written, axis) in &axes {
+            let path = below(&path, written);
+            let refuse = |allowed: &str| {
+                let value = value_at_of(block, written);
+                Err(Problem::bad(&path, &value, allowed))
+            };
+            let Some(key) = bare_keys(written) else {
+                return refuse(
+                    "the key of a sweep is quoted and dotted, such as \"gas.restitution\"",
+                );
+            };
+            if matches!(key[0].as_str(), "format" | "sweep") {
+                return refuse("a sweep changes any key but format and sweep");
+            }
+            if swept.iter().any(|outer| key.starts_with(outer)) {
+                return refuse("the same block already sweeps what holds this key");
+            }
+            swept.push(key.clone());
+            let meets = |set: &Override| key.starts_with(&set.key) || set.key.starts_with(&key);
+            if overrides.iter().any(meets) {
+                fixed = true;
+                continue;
+            }
+            let values = match axis {
+                Axis::List(list) => list.clone(),
+                Axis::Range(range) => match steps(range, format.type_of(&key) == Some("integer")) {
+                    Ok(values) => values,
+                    Err(allowed) => return refuse(allowed),
+                },
+            };
+            if product.len() * values.len() + points.len() > MOST_POINTS {
+                return refuse(&format!(
+                    "all sweeps together make at most {MOST_POINTS} points"
+                ));
+            }
+            let list = matches!(axis, Axis::List(_));
+            let chosen = |(index, value): (usize, &Value)| Chosen {
+                written: written.clone(),
+                key: key.clone(),
+                value: value.clone(),
+                source: if list {
+                    below(&path, (index + 1).to_string())
+                } else {
+                    path.clone()
+                },
+            };
+            let chosen: Vec<Chosen> = values.iter().enumerate().map(chosen).collect();
+            product = product
+                .iter()
+                .flat_map(|point: &Vec<Chosen>| {
+                    let with =
+                        |one: &Chosen| [point.as_slice(), std::slice::from_ref(one)].concat();
+                    chosen.iter().map(with).collect::<Vec<_>>()
+                })
+                .collect();
+        }
+        points.append(&mut product);
+    }
+    Ok((points, fixed))
+}
+
+fn value_at_of(block: &Value, key: &str) -> Value {
+    let table = block.as_table().cloned().unwrap_or_default();
+    value_at(&table, &[key.to_owned()])
+        .cloned()
+        .unwrap_or(Value::Table(table))
+}
+
+/// The values of a range.
+fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
+    let &Range {
+        from,
+        to,
+        points,
+        log,
+    } = range;
+    if log && !(from > 0.0 && to > 0.0) {
+        return Err("the ends of a range in equal factors lie above 0");
+    }
+    let last = points - 1;
+    let value = |index: u64| {
+        let share = index as f64 / last as f64;
+        let value = match index {
+            0 => from,
+            _ if index == last => to,
+            _ if log => from * (to / from).powf(share),
+            // Twelve digits keep 0.3 from being 0.30000000000000004.
+            _ => from + (to - from) * share,
+        };
+        let value = format!("{value:.11e}").parse().unwrap_or(value);
+        if whole {
+            Value::Integer(f64::round(value) as i64)
+        } else {
+            Value::Float(value)
+        }
+    };
+    Ok((0..points).map(value).collect())
+}
+
+/// Names for the folders of points: `packing_fraction=0.25,restitution=1`, each different from all others.
+///
+/// A key is shortened to its last part unless two keys of the case end alike.
+#[derive(Debug)]
+pub(crate) struct Names {
+    ambiguous: BTreeSet<String>,
+    taken: BTreeSet<String>,
+}
+
+impl Names {
+    pub(crate) fn new(points: &[Vec<Chosen>]) -> Self {
+        let keys: BTreeSet<&Key> = points.iter().flatten().map(|one| &one.key).collect();
+        let mut seen = BTreeSet::new();
+        let lasts = keys.iter().filter_map(|key| key.last());
+        let ambiguous = lasts.filter(|&last| !seen.insert(last)).cloned().collect();
+        Self {
+            ambiguous,
+            taken: BTreeSet::new(),
+        }
+    }
+
+    /// The name of a point; empty if it has no settings.
+    pub(crate) fn name(&mut self, point: &[Chosen]) -> String {
+        /// Letters of a name, well below what file systems allow.
+        const WIDTH: usize = 150;
+        let part = |one: &Chosen| {
+            let last = one.key.last().map_or("", String::as_str);
+            let ambiguous = self.ambiguous.contains(last);
+            let key = if ambiguous { one.written.trim() } else { last };
+            format!("{key}={}", plain(&one.value))
+        };
+        let parts: Vec<String> = point.iter().map(part).collect();
+        let safe = |c: char| {
+            let fine = c.is_ascii_alphanumeric() || "._-=,+".contains(c);
+            if fine { c } else { '_' }
+        };
+        let base: String = parts.join(",").chars().map(safe).take(WIDTH).collect();
+        // Names that differ only in case are one folder on some systems.
+        let mut name = base.clone();
+        let mut number = 2;
+        while !self.taken.insert(name.to_ascii_lowercase()) {
+            name = format!("{base}-{number}");
+            number += 1;
+        }
+        name
+    }
+}
+
+/// A value in as few letters as a name needs.
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Float(number) if (1e-4..1e15).contains(&number.abs()) || *number == 0.0 => {
+            number.to_string()
+        }
+        Value::Float(number) => format!("{number:e}"),
+        Value::String(text) => text.clone(),
+        Value::Array(list) => list.iter().map(plain).collect::<Vec<_>>().join("_"),
+        Value::Table(table) => {
+            let part = |(key, value): (&String, &Value)| format!("{key}_{}", plain(value));
+            table.iter().map(part).collect::<Vec<_>>().join("_")
+        }
+        other => other.to_string(),
+    }
+}

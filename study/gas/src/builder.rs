@@ -1,0 +1,311 @@
+//! A gas from what one knows of it.
+
+use nalgebra::{Vector2, Vector3};
+use stosszahl_model::initial::{self, Arrangement};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::walls::{Face, Walls};
+use stosszahl_model::{
+    Body, Domain, Free, GrainSizes, Grains, Invalid, Kind, Law, Particle, Particles, Plane, Rough,
+    Scene, Sizes, Smooth, Space, Species, State, Volume,
+};
+
+use crate::GasError;
+
+/// A gas: its physics, and all particles at one time. Engines start from it and give it back.
+#[derive(Clone, Debug)]
+pub struct Gas {
+    /// What particles are, and the field that they fly in.
+    pub grains: Grains,
+    /// The particles; none have a place in a gas without positions.
+    pub particles: Particles,
+    /// The faces of the box.
+    pub walls: Walls<Volume>,
+    /// Volume; an area in the plane.
+    pub volume: f64,
+    /// Random streams of engines and walls.
+    pub streams: Streams,
+}
+
+impl Gas {
+    /// Begins a gas of hard disks.
+    pub fn disks(count: usize) -> GasBuilder {
+        GasBuilder::new(2, count)
+    }
+
+    /// Begins a gas of hard spheres without positions.
+    pub fn spheres(count: usize) -> GasBuilder {
+        GasBuilder::new(3, count)
+    }
+
+    /// Granular temperature \[energy\].
+    pub fn temperature(&self) -> f64 {
+        self.particles.temperature()
+    }
+
+    /// Haff's cooling time of equal particles with one coefficient of restitution r, at their packing and temperature T:
+    /// `t0 = 2 D/((1 - r^2) w)`, w Enskog's collision rate per particle; infinite if nothing is lost, `None` for other gases.
+    /// Brilliantov & Pöschel, *Kinetic Theory of Granular Gases* (Oxford 2004).
+    pub fn haff_time(&self) -> Option<f64> {
+        let restitution = self.grains.restitution.constant()?;
+        let GrainSizes::Equal(one) = &self.grains.sizes else {
+            return None;
+        };
+        let (dimension, count) = (self.particles.dimension, self.particles.all.len() as f64);
+        let rate = if dimension == 2 {
+            let packing = count * Plane::ball(one.radius) / self.volume;
+            Plane::collision_rate(packing, Plane::contact_value(packing))
+        } else {
+            let packing = count * Volume::ball(one.radius) / self.volume;
+            Volume::collision_rate(packing, Volume::contact_value(packing))
+        };
+        // A gas without positions draws its velocities when it starts.
+        let temperature = Some(self.temperature()).filter(|&known| known > 0.0);
+        let speed = (temperature.unwrap_or(1.0) / one.mass).sqrt();
+        let rate = rate * speed / (2.0 * one.radius);
+        Some(2.0 * dimension as f64 / ((1.0 - restitution * restitution) * rate))
+    }
+}
+
+/// A gas being described.
+#[derive(Clone, Debug)]
+#[must_use = "a description is no gas until it is built"]
+pub struct GasBuilder {
+    dimension: usize,
+    species: Vec<Kind>,
+    packing: f64,
+    size: Option<[f64; 2]>,
+    walls: [[Face<Volume>; 2]; 3],
+    law: Result<Law, Invalid>,
+    tangential: Option<f64>,
+    gravity: Option<Vector3<f64>>,
+    temperature: f64,
+    seed: u64,
+    replica: u64,
+}
+
+impl GasBuilder {
+    fn new(dimension: usize, count: usize) -> Self {
+        Self {
+            dimension,
+            species: vec![Kind {
+                radius: 0.5,
+                mass: 1.0,
+                count,
+            }],
+            packing: 0.1,
+            size: None,
+            walls: [[Face::Periodic; 2]; 3],
+            law: Ok(Law::ELASTIC),
+            tangential: None,
+            gravity: None,
+            temperature: 1.0,
+            seed: 1,
+            replica: 0,
+        }
+    }
+
+    /// Covered share of the area or volume; 0.1 unless set. The box is a square.
+    pub fn packing_fraction(mut self, packing_fraction: f64) -> Self {
+        self.packing = packing_fraction;
+        self
+    }
+
+    /// Sides of the box \[length\], in place of a packing fraction. Disks only.
+    pub fn box_size(mut self, sides: [f64; 2]) -> Self {
+        self.size = Some(sides);
+        self
+    }
+
+    /// The same normal restitution at every approach speed; 1, elastic, unless set.
+    pub fn restitution(mut self, coefficient: f64) -> Self {
+        self.law = stosszahl_model::Constant::new(coefficient).map(Law::from);
+        self
+    }
+
+    /// Any normal restitution.
+    pub fn law(mut self, law: impl Into<Law>) -> Self {
+        self.law = Ok(law.into());
+        self
+    }
+
+    /// Grains that spin: tangential restitution from -1 (smooth) to 1 (perfectly rough). Disks only.
+    pub fn tangential_restitution(mut self, coefficient: f64) -> Self {
+        self.tangential = Some(coefficient);
+        self
+    }
+
+    /// Adds particles of another species by number, radius and mass.
+    pub fn and(mut self, count: usize, radius: f64, mass: f64) -> Self {
+        self.species.push(Kind {
+            radius,
+            mass,
+            count,
+        });
+        self
+    }
+
+    /// Faces of the box along an axis, lower and upper; periodic unless set. Disks only.
+    pub fn walls(mut self, axis: usize, faces: [Face<Volume>; 2]) -> Self {
+        if let Some(pair) = self.walls.get_mut(axis) {
+            *pair = faces;
+        }
+        self
+    }
+
+    /// A uniform acceleration \[length/time^2\]. Disks only.
+    pub fn gravity(mut self, acceleration: [f64; 2]) -> Self {
+        self.gravity = Some(Vector3::new(acceleration[0], acceleration[1], 0.0));
+        self
+    }
+
+    /// Granular temperature of the start \[energy\]; 1 unless set.
+    pub fn temperature(mut self, temperature: f64) -> Self {
+        self.temperature = temperature;
+        self
+    }
+
+    /// Seed of all random numbers; 1 unless set. The same seed gives the same bytes.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Number of the replica: other random numbers of the same seed.
+    pub fn replica(mut self, replica: u64) -> Self {
+        self.replica = replica;
+        self
+    }
+
+    /// Makes the gas: disks at random without overlap (from packing 0.45 on a lattice, to be molten by
+    /// [`crate::EventDriven::equilibrate`]), with Maxwellian velocities.
+    ///
+    /// # Errors
+    /// [`GasError`] if a number is out of range or disks find no place.
+    pub fn build(self) -> Result<Gas, GasError> {
+        let streams = Streams::new(self.seed, self.replica);
+        Invalid::unless_positive("temperature", self.temperature)?;
+        let sizes = Species::new(self.species.clone())?;
+        let bounded = self
+            .walls
+            .iter()
+            .flatten()
+            .any(|face| *face != Face::Periodic);
+        if self.dimension == 3 && (bounded || self.gravity.is_some() || self.tangential.is_some()) {
+            return Err(GasError::Unfit {
+                what: "walls, gravity or spin of spheres without positions",
+                instead: "use Gas::disks, or a case file for spheres in a box",
+            });
+        }
+        let rough = self.tangential.map(|beta| Rough::new(beta, Plane::INERTIA));
+        let grains = Grains {
+            sizes: match &self.species[..] {
+                [one] => GrainSizes::Equal(stosszahl_model::Monodisperse {
+                    radius: one.radius,
+                    mass: one.mass,
+                }),
+                _ => GrainSizes::Species(sizes.clone()),
+            },
+            restitution: self.law.clone()?,
+            rough: rough.transpose()?,
+            gravity: self.gravity,
+            is_bounded: bounded,
+        };
+        let covered = self.species.iter().map(|kind| {
+            let ball = match self.dimension {
+                2 => Plane::ball(kind.radius),
+                _ => Volume::ball(kind.radius),
+            };
+            kind.count as f64 * ball
+        });
+        let volume = match self.size {
+            Some([x, y]) => x * y,
+            None => {
+                covered.sum::<f64>() / Invalid::unless_positive("packing fraction", self.packing)?
+            }
+        };
+        let walls = Walls::new(&self.walls)?;
+        let particles = if self.dimension == 2 {
+            self.placed(&sizes, volume, streams)?
+        } else {
+            self.unplaced(&sizes)
+        };
+        Ok(Gas {
+            grains,
+            particles,
+            walls,
+            volume,
+            streams,
+        })
+    }
+
+    fn unplaced(&self, sizes: &Species) -> Particles {
+        let kinds = sizes.kinds().iter().zip(0..);
+        let particle = |(kind, species): (&Kind, u32)| {
+            let one = Particle {
+                species,
+                ..Particle::of(kind.radius, kind.mass)
+            };
+            std::iter::repeat_n(one, kind.count)
+        };
+        Particles {
+            time: 0.0,
+            dimension: self.dimension,
+            lengths: [0.0; 3],
+            periodic: [true; 3],
+            all: kinds.flat_map(particle).collect(),
+        }
+    }
+
+    fn placed(
+        &self,
+        sizes: &Species,
+        volume: f64,
+        streams: Streams,
+    ) -> Result<Particles, GasError> {
+        let [x, y] = self.size.unwrap_or([volume.sqrt(); 2]);
+        let largest = sizes.largest_radius();
+        // Between walls, centres keep a radius away: they are placed in a periodic box that is smaller by a diameter, and
+        // moved by a radius.
+        let walled = [0, 1].map(|axis| self.walls[axis][0] != Face::Periodic);
+        let margin = walled.map(|is| if is { largest * (1.0 + 1e-9) } else { 0.0 });
+        let inner = Vector2::new(x - 2.0 * margin[0], y - 2.0 * margin[1]);
+        let domain = Domain::<Plane>::periodic(inner)?;
+        let count = sizes.count();
+        let positions = if sizes.kinds().len() == 1 {
+            initial::place(
+                Arrangement::Disordered,
+                count,
+                2.0 * largest,
+                &domain,
+                &streams,
+            )?
+        } else {
+            let radii: Vec<f64> = (0..count).map(|i| sizes.radius(sizes.tag(i))).collect();
+            initial::place_unlike(&radii, &domain, &streams)?
+        };
+        let scene = Scene {
+            space: Plane,
+            surface: Smooth,
+            restitution: Law::ELASTIC,
+            sizes: sizes.clone(),
+            field: Free,
+        };
+        let shift = Vector2::from(margin);
+        let body = |at: &Vector2<f64>| Body::new(domain.wrap(*at) + shift, Vector2::zeros());
+        let mut state = State {
+            time: 0.0,
+            domain,
+            bodies: positions.positions.iter().map(body).collect(),
+        };
+        let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+        initial::maxwellian(&scene, &mut state, self.temperature, &mut stream);
+        let mut particles = self.unplaced(sizes);
+        for (particle, body) in particles.all.iter_mut().zip(&state.bodies) {
+            particle.position = Vector3::new(body.position[0], body.position[1], 0.0);
+            particle.velocity = Vector3::new(body.velocity[0], body.velocity[1], 0.0);
+        }
+        particles.lengths = [x, y, 0.0];
+        particles.periodic = [!walled[0], !walled[1], true];
+        Ok(particles)
+    }
+}

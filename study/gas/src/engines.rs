@@ -1,0 +1,207 @@
+//! Engines that run a [`Gas`].
+
+use std::ops::{Deref, DerefMut};
+
+use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
+use stosszahl_dsmc::{Boundaries, Clearance, Parameters, Scheme};
+use stosszahl_ed::Dissipation;
+use stosszahl_model::{Budget, Observer, Particles, Simulation};
+
+use crate::{Gas, GasError};
+
+/// Exact event-driven dynamics of a gas of disks. It is a [`Simulation`], by `Deref`.
+pub struct EventDriven {
+    gas: Gas,
+    simulation: Box<dyn Simulation>,
+}
+
+impl EventDriven {
+    /// Starts from a gas.
+    ///
+    /// # Errors
+    /// [`GasError`] if the gas has no positions, or open faces, or disks that overlap.
+    pub fn new(gas: &Gas) -> Result<Self, GasError> {
+        Ok(Self {
+            simulation: exact(gas, &gas.particles, Dissipation::Scene)?,
+            gas: gas.clone(),
+        })
+    }
+
+    /// Runs elastically until each disk has collided so many times, then restores the temperature and sets the time back.
+    ///
+    /// # Errors
+    /// [`GasError`] if the gas cannot be run.
+    pub fn equilibrate(&mut self, collisions_per_particle: f64) -> Result<(), GasError> {
+        let mut particles = self.simulation.particles();
+        let (time, temperature) = (particles.time, particles.temperature());
+        let mut elastic = exact(&self.gas, &particles, Dissipation::Elastic)?;
+        let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
+        elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
+        let factor = (temperature / elastic.temperature()).sqrt();
+        if factor.is_finite() && factor > 0.0 {
+            elastic.scale_velocities(factor)?;
+        }
+        particles = elastic.particles();
+        particles.time = time;
+        self.simulation = exact(&self.gas, &particles, Dissipation::Scene)?;
+        Ok(())
+    }
+
+    /// The gas as it is now: another engine can start from it.
+    pub fn state(&self) -> Gas {
+        Gas {
+            particles: self.simulation.particles(),
+            ..self.gas.clone()
+        }
+    }
+
+    /// Advances to a time; the observer sees all collisions until then.
+    ///
+    /// # Errors
+    /// [`GasError::Failure`] if the gas cannot go on, as in inelastic collapse.
+    pub fn advance(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), GasError> {
+        self.simulation
+            .advance(until, Budget::Unlimited, observer)?;
+        Ok(())
+    }
+}
+
+fn exact(
+    gas: &Gas,
+    particles: &Particles,
+    dissipation: Dissipation,
+) -> Result<Box<dyn Simulation>, GasError> {
+    if particles.lengths[0] <= 0.0 {
+        return Err(GasError::Unfit {
+            what: "exact dynamics of a gas without positions",
+            instead: "use MonteCarlo::new, or Gas::disks",
+        });
+    }
+    let boundaries = stosszahl_ed::Boundaries {
+        walls: gas.walls.in_plane(),
+        obstacles: Vec::new(),
+        streams: gas.streams.branch(1),
+    };
+    let simulation = stosszahl_ed::simulate(&gas.grains, dissipation, &boundaries, particles)?;
+    Ok(simulation)
+}
+
+/// Monte Carlo of a gas: in cells, or without positions. It is a [`Simulation`], by `Deref`.
+pub struct MonteCarlo {
+    gas: Gas,
+    simulation: Box<dyn Simulation>,
+}
+
+impl MonteCarlo {
+    /// Starts a gas without positions, such as [`Gas::spheres`].
+    ///
+    /// # Errors
+    /// [`GasError`] if the gas spins or falls.
+    pub fn new(gas: &Gas) -> Result<Self, GasError> {
+        let temperature = match gas.particles.temperature() {
+            // Nothing moves yet: a gas without positions draws its velocities itself.
+            0.0 => 1.0,
+            known => known,
+        };
+        let simulation = Homogeneous {
+            dimension: gas.particles.dimension,
+            grains: &gas.grains,
+            count: gas.particles.all.len(),
+            volume: gas.volume,
+            contact: Contact::Enskog,
+            temperatures: &[temperature],
+            pick: Pick::AliasTables,
+            tracer: None,
+            sticking: None,
+            displacements: true,
+            paths: (0, &[]),
+            streams: gas.streams,
+        }
+        .simulate()?;
+        Ok(Self {
+            gas: gas.clone(),
+            simulation,
+        })
+    }
+
+    /// Starts from the microstate of a gas, one simulator for each particle, with the defaults of a scheme.
+    ///
+    /// # Errors
+    /// [`GasError`] if scheme and gas do not go together.
+    pub fn from_state(gas: &Gas, scheme: Scheme) -> Result<Self, GasError> {
+        Self::with(gas, Parameters::for_scheme(scheme))
+    }
+
+    /// The same with parameters of one's own.
+    ///
+    /// # Errors
+    /// As [`Self::from_state`].
+    pub fn with(gas: &Gas, parameters: Parameters) -> Result<Self, GasError> {
+        let boundaries = Boundaries {
+            walls: gas.walls.clone(),
+            clearance: match parameters.scheme {
+                Scheme::Boltzmann | Scheme::Collisionless => Clearance::Centre,
+                _ => Clearance::Radius,
+            },
+            ..Boundaries::default()
+        };
+        let parts = stosszahl_dsmc::Gas {
+            grains: &gas.grains,
+            parameters,
+            boundaries: &boundaries,
+            streams: gas.streams.branch(2),
+            displacements: !gas.grains.is_bounded,
+        };
+        let starts = std::slice::from_ref(&gas.particles);
+        Ok(Self {
+            simulation: stosszahl_dsmc::simulate(&parts, starts)?,
+            gas: gas.clone(),
+        })
+    }
+
+    /// The gas as it is now: one particle for each simulator.
+    pub fn state(&self) -> Gas {
+        Gas {
+            particles: self.simulation.particles(),
+            ..self.gas.clone()
+        }
+    }
+
+    /// Advances to a time; the observer sees all collisions until then.
+    ///
+    /// # Errors
+    /// [`GasError::Failure`] if the gas cannot go on.
+    pub fn advance(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), GasError> {
+        self.simulation
+            .advance(until, Budget::Unlimited, observer)?;
+        Ok(())
+    }
+}
+
+impl Deref for EventDriven {
+    type Target = dyn Simulation;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.simulation
+    }
+}
+
+impl DerefMut for EventDriven {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut *self.simulation
+    }
+}
+
+impl Deref for MonteCarlo {
+    type Target = dyn Simulation;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.simulation
+    }
+}
+
+impl DerefMut for MonteCarlo {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut *self.simulation
+    }
+}

@@ -1,0 +1,66 @@
+//! Granular gases in a few lines, for programs of one's own.
+//!
+//! [`Gas`] is built from what one knows of it: how many disks, how dense, how dissipative. [`EventDriven`] runs it exactly,
+//! [`MonteCarlo`] by Monte Carlo, from one and the same microstate if wished. Both are a [`Simulation`]: they advance to
+//! a time and feed observers with collisions. Units: the first diameter, the first mass and the temperature of the start
+//! are one unless set otherwise; the time is then in d sqrt(m/T).
+//!
+//! ```
+//! use stosszahl_gas::{EventDriven, Gas, MonteCarlo, Scheme};
+//! use stosszahl_model::Simulation;
+//!
+//! let gas = Gas::disks(500).packing_fraction(0.25).restitution(0.9).seed(1).build()?;
+//! let mut exact = EventDriven::new(&gas)?;
+//! exact.equilibrate(10.0)?;
+//! let mut chaos = MonteCarlo::from_state(&exact.state(), Scheme::CONTACT_POINT)?; // the same microstate
+//! exact.advance(5.0, &mut ())?;
+//! chaos.advance(5.0, &mut ())?;
+//! assert!((exact.temperature() / chaos.temperature() - 1.0).abs() < 0.2);
+//! # Ok::<(), stosszahl_gas::GasError>(())
+//! ```
+//!
+//! What reads case files, measures and judges is `stosszahl-study`; it drives the same engines.
+
+mod builder;
+mod engines;
+
+pub use builder::{Gas, GasBuilder};
+pub use engines::{EventDriven, MonteCarlo};
+pub use stosszahl_dsmc::Scheme;
+pub use stosszahl_model::walls::{Face, Rebound, Wall};
+pub use stosszahl_model::{Law, Rough, Simulation};
+
+/// Why a gas cannot be made or cannot go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GasError {
+    /// A number out of range.
+    #[error(transparent)]
+    Invalid(#[from] stosszahl_model::Invalid),
+    /// Particles find no place.
+    #[error(transparent)]
+    Placement(#[from] stosszahl_model::initial::PlacementError),
+    /// Faces that do not fit together.
+    #[error(transparent)]
+    Walls(#[from] stosszahl_model::walls::WallError),
+    /// Exact dynamics cannot start.
+    #[error(transparent)]
+    EventDriven(#[from] stosszahl_ed::EngineError),
+    /// Monte Carlo in cells cannot start.
+    #[error(transparent)]
+    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
+    /// A gas without positions cannot start.
+    #[error(transparent)]
+    Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
+    /// An engine cannot go on.
+    #[error(transparent)]
+    Failure(#[from] stosszahl_model::Failure),
+    /// What a gas of this kind does not have.
+    #[error("{what}; {instead}")]
+    Unfit {
+        /// What was asked for.
+        what: &'static str,
+        /// What to do instead.
+        instead: &'static str,
+    },
+}

@@ -1,0 +1,428 @@
+//! From a table and the description of a figure to its charts: which rows are a panel, which a curve, and in which style.
+//!
+//! Every engine has one colour and one mark in all charts. Where curves do not tell engines apart they run through a
+//! second, ordered scale from dark to bright, as times do.
+
+use maud::Markup;
+use stosszahl_results::{Cell, Figure, Mark, Role, Scale, Table, engine_rank, engine_title};
+
+use crate::chart::{Chart, ChartAxis, Curve, Marker, Point, Stroke};
+use crate::map::Map;
+use crate::words::{number, spread};
+
+/// Panels that a figure has at most.
+pub(crate) const PANELS: usize = 9;
+/// Curves of one engine that a panel has at most.
+const CURVES: usize = 6;
+/// Colours of the ordered scale in the style sheet.
+const SHADES: usize = 7;
+
+/// A figure that is drawn.
+pub(crate) struct Drawn {
+    /// One entry for each kind of curve.
+    pub legend: Vec<Curve>,
+    /// Panels with their titles; a single panel may have none.
+    pub panels: Vec<(String, Markup)>,
+    /// What is left out.
+    pub note: String,
+}
+
+/// Colour of an engine, a CSS value.
+pub fn engine_colour(engine: &str) -> String {
+    engine_rank(engine).map_or("var(--ink)".into(), |rank| format!("var(--engine-{rank})"))
+}
+
+/// Mark of an engine.
+pub fn engine_marker(engine: &str) -> Marker {
+    Marker::ALL[engine_rank(engine).unwrap_or(0) % Marker::ALL.len()]
+}
+
+/// Rows that agree in some columns.
+struct Group<'a> {
+    keys: Vec<&'a Cell>,
+    rows: Vec<&'a [Cell]>,
+}
+
+/// The groups of rows that agree in some columns, in the order in which they occur.
+fn groups<'a>(rows: &[&'a [Cell]], columns: &[usize]) -> Vec<Group<'a>> {
+    let mut places = std::collections::HashMap::new();
+    let mut groups: Vec<Group<'a>> = Vec::new();
+    for row in rows {
+        let keys: Vec<&Cell> = columns.iter().map(|column| &row[*column]).collect();
+        let place = *places.entry(format!("{keys:?}")).or_insert(groups.len());
+        if place == groups.len() {
+            groups.push(Group { keys, rows: vec![] });
+        }
+        groups[place].rows.push(row);
+    }
+    groups
+}
+
+/// A cell as people read it.
+pub(crate) fn cell_text(column: &str, cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) if column.starts_with("engine") => engine_title(text).to_owned(),
+        Cell::Text(text) => text.clone(),
+        Cell::Number(value) => number(*value, 5),
+        Cell::Count(count) => count.to_string(),
+        Cell::Empty => "–".to_owned(),
+    }
+}
+
+/// What a group is about, in words.
+fn title(table: &Table, columns: &[usize], keys: &[&Cell]) -> String {
+    let mut words: Vec<String> = Vec::new();
+    let mut engines: Vec<String> = Vec::new();
+    for (&column, cell) in columns.iter().zip(keys) {
+        let name = &*table.columns[column].name;
+        let text = cell_text(name, cell);
+        match name.rsplit_once('_') {
+            _ if name.starts_with("engine") => engines.push(text),
+            Some((of, "start" | "low")) => words.push(format!("{} {text}", of.replace('_', " "))),
+            Some((_, "end" | "high")) if !words.is_empty() => {
+                if let Some(last) = words.last_mut() {
+                    last.push_str(" to ");
+                    last.push_str(&text);
+                }
+            }
+            _ => words.push(format!("{} {text}", name.replace('_', " "))),
+        }
+    }
+    if !engines.is_empty() {
+        words.insert(0, engines.join(" / "));
+    }
+    words.join(", ")
+}
+
+/// The engine that a group is about: of a pair the one that is compared with the exact one.
+fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a str> {
+    let named = columns
+        .iter()
+        .zip(keys)
+        .filter_map(|(column, cell)| match cell {
+            Cell::Text(text) if table.columns[*column].name.starts_with("engine") => {
+                Some(text.as_str())
+            }
+            _ => None,
+        });
+    let mut found = None;
+    for name in named {
+        if found.is_none() || name != "ed" {
+            found = Some(name);
+        }
+    }
+    found
+}
+
+/// The columns of some names, those that the table has.
+fn find(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
+    names
+        .iter()
+        .filter_map(|name| table.find(name.as_ref()))
+        .collect()
+}
+
+/// Draws a figure of a table; `None` if there is nothing to draw.
+pub(crate) fn draw(table: &Table, figure: &Figure) -> Option<Drawn> {
+    let rows: Vec<&[Cell]> = table.rows.iter().map(Vec::as_slice).collect();
+    let panels = find(table, &figure.panels);
+    match figure.mark {
+        Mark::Map => maps(table, figure, &rows, panels),
+        _ => curves(table, figure, &rows, &panels),
+    }
+}
+
+fn left_out(shown: usize, all: usize) -> String {
+    if shown < all {
+        format!(" Drawn are {shown} of {all} panels.")
+    } else {
+        String::new()
+    }
+}
+
+fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) -> Option<Drawn> {
+    let plan = Curves::new(table, figure, rows)?;
+    let mut drawn: Vec<(String, Chart)> = Vec::new();
+    for group in groups(rows, panels) {
+        let chart = plan.chart(&group.rows, engine(table, panels, &group.keys));
+        if !chart.is_empty() {
+            drawn.push((title(table, panels, &group.keys), chart));
+        }
+    }
+    let all = drawn.len();
+    let (titles, mut charts): (Vec<String>, Vec<Chart>) =
+        spread(&drawn, PANELS).into_iter().unzip();
+    Chart::share_axes(&mut charts);
+    let mut legend: Vec<Curve> = Vec::new();
+    for curve in charts.iter().flat_map(|chart| &chart.curves) {
+        if !curve.label.is_empty()
+            && !curve.points.is_empty()
+            && !legend.iter().any(|one| one.label == curve.label)
+        {
+            legend.push(Curve {
+                points: vec![],
+                ..curve.clone()
+            });
+        }
+    }
+    for line in &figure.lines {
+        legend.push(Curve {
+            label: line.label.to_string(),
+            colour: "var(--ink)".into(),
+            marker: None,
+            stroke: Stroke::Dashed,
+            points: vec![],
+        });
+    }
+    let panels: Vec<(String, Markup)> = titles
+        .into_iter()
+        .zip(&charts)
+        .map(|(title, chart)| {
+            let description = format!(
+                "{} {title}: {} against {}",
+                figure.title, chart.y.label, chart.x.label
+            );
+            (title, chart.svg(&description))
+        })
+        .collect();
+    (!panels.is_empty()).then(|| Drawn {
+        note: left_out(panels.len(), all) + &plan.note(),
+        legend,
+        panels,
+    })
+}
+
+/// What the curves of a figure have in common.
+struct Curves<'a> {
+    table: &'a Table,
+    figure: &'a Figure,
+    x: usize,
+    y: usize,
+    /// Key columns that tell curves apart: engines, and all others that have more than one value.
+    engines: Vec<usize>,
+    others: Vec<usize>,
+    /// Values of the other key columns: those that are drawn, and how many there are.
+    values: Vec<String>,
+    all: usize,
+    several: bool,
+    /// Names of places on the horizontal axis, where it has words.
+    names: Vec<String>,
+}
+
+impl<'a> Curves<'a> {
+    fn new(table: &'a Table, figure: &'a Figure, rows: &[&[Cell]]) -> Option<Self> {
+        let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
+        let keys = find(table, &figure.curves);
+        let (engines, others): (Vec<usize>, Vec<usize>) = keys
+            .into_iter()
+            .partition(|column| table.columns[*column].name.starts_with("engine"));
+        let mut others = others;
+        others.retain(|column| groups(rows, &[*column]).len() > 1);
+        let values: Vec<String> = groups(rows, &others)
+            .iter()
+            .map(|group| title(table, &others, &group.keys))
+            .collect();
+        let words = rows.iter().any(|row| matches!(row[x], Cell::Text(_)));
+        let names = groups(rows, &[x]);
+        let names = names.iter().filter(|_| words);
+        Some(Self {
+            several: groups(rows, &engines).len() > 1,
+            names: names
+                .map(|group| cell_text(&table.columns[x].name, group.keys[0]))
+                .collect(),
+            all: values.len(),
+            values: spread(&values, CURVES),
+            table,
+            figure,
+            x,
+            y,
+            engines,
+            others,
+        })
+    }
+
+    fn note(&self) -> String {
+        if self.values.len() < self.all {
+            format!(
+                " Drawn are {} of {} curves of each panel.",
+                self.values.len(),
+                self.all
+            )
+        } else {
+            String::new()
+        }
+    }
+
+    fn abscissa(&self, cell: &Cell) -> Option<f64> {
+        if self.names.is_empty() {
+            return cell.number();
+        }
+        let text = cell_text(&self.table.columns[self.x].name, cell);
+        let place = self.names.iter().position(|name| *name == text)?;
+        Some(place as f64 + 1.0)
+    }
+
+    /// The points of some rows, with the ordinates of a column.
+    fn points(&self, rows: &[&[Cell]], y: usize, error: Option<usize>) -> Vec<Point> {
+        let bars = self.figure.mark == Mark::Bars;
+        let mut points: Vec<Point> = rows
+            .iter()
+            .filter_map(|row| {
+                let x = self.abscissa(&row[self.x])?;
+                let end = row.get(self.x + 1).filter(|_| bars).and_then(Cell::number);
+                Some(Point {
+                    x,
+                    end: end.unwrap_or(x),
+                    y: row[y].number()?,
+                    error: error.and_then(|error| row[error].number()),
+                })
+            })
+            .collect();
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        points
+    }
+
+    /// The column after the ordinate that has a role, among those that belong to it.
+    fn companion(&self, role: Role) -> Option<usize> {
+        let after = self.table.columns.iter().enumerate().skip(self.y + 1);
+        let mut own = after.take_while(|(_, column)| {
+            matches!(
+                column.role,
+                Role::StandardError | Role::Theory | Role::TheoryError
+            )
+        });
+        own.find(|(_, column)| column.role == role)
+            .map(|(place, _)| place)
+    }
+
+    fn chart(&self, rows: &[&[Cell]], of_panel: Option<&str>) -> Chart {
+        let axis = |axis: &stosszahl_results::Axis| ChartAxis::new(&*axis.label, axis.scale);
+        let mut chart = Chart::new(axis(&self.figure.x), axis(&self.figure.y));
+        chart.x.names.clone_from(&self.names);
+        chart.lines = self
+            .figure
+            .lines
+            .iter()
+            .map(|line| (line.label.to_string(), line.y))
+            .collect();
+        let keys: Vec<usize> = self.engines.iter().chain(&self.others).copied().collect();
+        let mut laws: Vec<Curve> = Vec::new();
+        let mut measured = Vec::new();
+        for group in groups(rows, &keys) {
+            let other = title(self.table, &self.others, &group.keys[self.engines.len()..]);
+            let Some(place) = self.values.iter().position(|value| *value == other) else {
+                continue;
+            };
+            let engine = engine(self.table, &keys, &group.keys).or(of_panel);
+            let (colour, marker) = match engine {
+                Some(engine) if self.others.is_empty() => {
+                    (engine_colour(engine), engine_marker(engine))
+                }
+                Some(engine) if self.several => (
+                    engine_colour(engine),
+                    Marker::ALL[place % Marker::ALL.len()],
+                ),
+                None if self.others.is_empty() => ("var(--engine-0)".into(), Marker::Circle),
+                _ => (
+                    shade(place, self.values.len()),
+                    Marker::ALL[place % Marker::ALL.len()],
+                ),
+            };
+            let named = if self.several || self.others.is_empty() {
+                keys.clone()
+            } else {
+                self.others.clone()
+            };
+            let cells: Vec<&Cell> = group.keys[keys.len() - named.len()..].to_vec();
+            let label = title(self.table, &named, &cells);
+            if let Some(theory) = self.companion(Role::Theory) {
+                let points = self.points(&group.rows, theory, None);
+                if !points.is_empty() && !laws.iter().any(|law| law.points == points) {
+                    let name = format!("theory, {label}");
+                    laws.push(Curve {
+                        label: name,
+                        colour: colour.clone(),
+                        marker: None,
+                        stroke: Stroke::Dashed,
+                        points,
+                    });
+                }
+            }
+            let (marker, stroke) = match self.figure.mark {
+                Mark::Bars => (None, Stroke::Bars),
+                Mark::Points => (Some(marker), Stroke::None),
+                _ => (Some(marker), Stroke::Thin),
+            };
+            let points = self.points(&group.rows, self.y, self.companion(Role::StandardError));
+            measured.push(Curve {
+                label,
+                colour,
+                marker,
+                stroke,
+                points,
+            });
+        }
+        if let [law] = laws.as_mut_slice() {
+            (law.label, law.colour) = ("theory".into(), "var(--ink)".into());
+        }
+        // What is measured stands above what is not.
+        chart.curves = laws.into_iter().chain(measured).collect();
+        chart
+    }
+}
+
+/// Colour number `place` of `count` in the ordered scale.
+fn shade(place: usize, count: usize) -> String {
+    let last = count.saturating_sub(1).max(1);
+    format!("var(--shade-{})", (place * (SHADES - 1) + last / 2) / last)
+}
+
+/// One map for each panel, all with the same colours; keys that would tell curves apart are panels, too.
+fn maps(table: &Table, figure: &Figure, rows: &[&[Cell]], mut panels: Vec<usize>) -> Option<Drawn> {
+    let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
+    let first = || {
+        table
+            .columns
+            .iter()
+            .position(|column| column.role == Role::Value)
+    };
+    let coloured = match &figure.colour {
+        Some(axis) => table.find(&axis.column)?,
+        None => first()?,
+    };
+    let keys = find(table, &figure.curves);
+    panels.extend(
+        keys.iter()
+            .filter(|key| !figure.panels.contains(&table.columns[**key].name)),
+    );
+    let scale = figure
+        .colour
+        .as_ref()
+        .map_or(Scale::Linear, |axis| axis.scale);
+    let place = |row: &&[Cell]| Some([row[x].number()?, row[y].number()?, row[coloured].number()?]);
+    let maps = groups(rows, &panels).into_iter().map(|group| {
+        let map = Map {
+            labels: [&figure.x, &figure.y].map(|axis| axis.label.to_string()),
+            scale,
+            cells: group.rows.iter().filter_map(place).collect(),
+        };
+        (title(table, &panels, &group.keys), map)
+    });
+    let maps: Vec<(String, Map)> = maps.filter(|(_, map)| map.range().is_some()).collect();
+    let shown = spread(&maps, PANELS);
+    let ranges = shown.iter().filter_map(|(_, map)| map.range());
+    let range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let name = &table.columns[coloured].name;
+    let label = figure.colour.as_ref().map_or(name, |axis| &axis.label);
+    let drawn = shown.iter().map(|(of, map)| {
+        let comma = if of.is_empty() { "" } else { ", " };
+        let title = format!("{label}{comma}{of}");
+        let description = format!("{}: {title}", figure.title);
+        (title, map.svg(range, &description))
+    });
+    Some(Drawn {
+        legend: vec![],
+        panels: drawn.collect(),
+        note: left_out(shown.len(), maps.len()),
+    })
+}

@@ -1,0 +1,35 @@
+//! A page of sentences, figures of tables, and lists in words: that of a frontier.
+
+use maud::html;
+use stosszahl_results::Table;
+
+use crate::figure::draw;
+use crate::page::{Column, document, drawn, table};
+
+/// A list in words: its title, its columns, its rows.
+pub type Listing<'a> = (&'a str, &'a [Column<'a>], &'a [Vec<String>]);
+
+/// The page; lists without rows are left out.
+pub fn listing(
+    title: &str,
+    sentences: &[String],
+    tables: &[&Table],
+    lists: &[Listing<'_>],
+) -> String {
+    let figures = tables.iter().flat_map(|table| {
+        let all = table.figures.iter();
+        all.filter_map(|figure| Some((figure, draw(table, figure)?)))
+    });
+    let content = html! {
+        h1 { (title) }
+        @for sentence in sentences { p { (sentence) } }
+        @for (number, (figure, found)) in (1..).zip(figures) {
+            (drawn(number, &figure.title, &figure.caption, &found))
+        }
+        @for (title, columns, rows) in lists.iter().filter(|list| !list.2.is_empty()) {
+            h2 { (title) }
+            (table(columns, rows))
+        }
+    };
+    document(title, &content, None)
+}

@@ -1,0 +1,128 @@
+//! Maps: a quantity over the plane as coloured cells, with a bar that says what the colours mean.
+
+use std::fmt::Write as _;
+
+use maud::{Markup, html};
+use stosszahl_results::Scale;
+
+use crate::chart::{BOTTOM, LEFT, TOP, WIDTH, axes, svg};
+use crate::scale::Frame;
+
+/// Room on the right, for the bar.
+const RIGHT: f64 = 84.0;
+/// Least and largest height of the box.
+const HEIGHTS: [f64; 2] = [90.0, 380.0];
+/// Colours of the bar, lowest first (viridis).
+const COLOURS: [[f64; 3]; 6] = [
+    [68.0, 1.0, 84.0],
+    [65.0, 68.0, 135.0],
+    [42.0, 120.0, 142.0],
+    [34.0, 168.0, 132.0],
+    [122.0, 209.0, 81.0],
+    [253.0, 231.0, 37.0],
+];
+/// Steps of colour.
+const STEPS: usize = 48;
+
+/// A quantity over the plane.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Map {
+    /// Labels of the axes.
+    pub labels: [String; 2],
+    /// Scale of the colours.
+    pub scale: Scale,
+    /// Places `x`, `y` and the quantity there.
+    pub cells: Vec<[f64; 3]>,
+}
+
+impl Map {
+    /// Least and largest quantity.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        crate::scale::extent(self.scale, self.cells.iter().map(|cell| cell[2]))
+    }
+
+    /// Draws the map with colours from `low` to `high`.
+    pub fn svg(&self, (low, high): (f64, f64), description: &str) -> Markup {
+        let edges = [0, 1].map(|axis| edges(self.cells.iter().map(|cell| cell[axis])));
+        let ends = edges
+            .each_ref()
+            .map(|edges| (edges[0], edges[edges.len() - 1]));
+        let width = WIDTH - LEFT - RIGHT;
+        let aspect = (ends[1].1 - ends[1].0) / (ends[0].1 - ends[0].0);
+        let height = (width * aspect).clamp(HEIGHTS[0], HEIGHTS[1]);
+        let frame = |ends| Frame::around(Scale::Linear, ends, true);
+        let (x, y) = (frame(ends[0]), frame(ends[1]));
+        let bar = Frame::around(self.scale, (low, high), high > low);
+        // One path for each colour.
+        let mut paths = vec![String::new(); STEPS];
+        let shown = self
+            .cells
+            .iter()
+            .filter(|cell| bar.place(cell[2]).is_some());
+        for cell in shown {
+            let around = |axis: usize| {
+                let after = edges[axis].partition_point(|edge| *edge <= cell[axis]);
+                let after = after.clamp(1, edges[axis].len() - 1);
+                (edges[axis][after - 1], edges[axis][after])
+            };
+            let ((left, right), (bottom, top)) = (around(0), around(1));
+            let share = bar.clamped(cell[2]);
+            let step = ((share * STEPS as f64) as usize).min(STEPS - 1);
+            let (left, right) = (x.clamped(left) * width, x.clamped(right) * width);
+            let (top, bottom) = (y.clamped(top), y.clamped(bottom));
+            let (top, bottom) = ((1.0 - top) * height, (1.0 - bottom) * height);
+            // Writing to a string cannot fail.
+            let _ = write!(
+                paths[step],
+                "M{left:.1} {top:.1}H{right:.1}V{bottom:.1}H{left:.1}z"
+            );
+        }
+        svg(
+            height + TOP + BOTTOM,
+            description,
+            &html! {
+                g.cells transform=(format!("translate({LEFT} {TOP})")) {
+                    @for (step, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+                        path d=(path) fill=(colour(step)) stroke=(colour(step)) {}
+                    }
+                }
+                (axes([width, height], [&x.ticks(), &y.ticks()], [&self.labels[0], &self.labels[1]], false))
+                g.cells transform=(format!("translate({} {TOP})", LEFT + width + 14.0)) {
+                    @for step in 0..STEPS {
+                        @let part = height / STEPS as f64;
+                        rect x="0" width="12" y=(format!("{:.1}", height - (step + 1) as f64 * part)) height=(format!("{:.1}", part + 0.4)) fill=(colour(step)) {}
+                    }
+                    @for (place, label) in bar.ticks() {
+                        text.tick x="17" y=(format!("{:.1}", (1.0 - place) * height + 3.7)) { (label.unwrap_or_default()) }
+                    }
+                }
+            },
+        )
+    }
+}
+
+/// Edges of the cells around the distinct places: half-way between neighbours.
+fn edges(places: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut places: Vec<f64> = places.filter(|place| place.is_finite()).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let (Some(first), Some(last)) = (places.first().copied(), places.last().copied()) else {
+        return vec![0.0, 1.0];
+    };
+    let half = |a: usize, b: usize| match (places.get(a), places.get(b)) {
+        (Some(a), Some(b)) => 0.5 * (b - a),
+        _ => 0.5,
+    };
+    let mut edges = vec![first - half(0, 1)];
+    edges.extend(places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])));
+    edges.push(last + half(places.len().wrapping_sub(2), places.len() - 1));
+    edges
+}
+
+fn colour(step: usize) -> String {
+    let place = step as f64 / (STEPS - 1) as f64 * (COLOURS.len() - 1) as f64;
+    let below = (place as usize).min(COLOURS.len() - 2);
+    let share = place - below as f64;
+    let mix = |i: usize| COLOURS[below][i] + share * (COLOURS[below + 1][i] - COLOURS[below][i]);
+    format!("rgb({:.0} {:.0} {:.0})", mix(0), mix(1), mix(2))
+}

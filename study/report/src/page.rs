@@ -1,0 +1,172 @@
+//! Parts of pages: the document, tables, figures, verdicts.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use stosszahl_results::{Cell, Role, Table, Verdict, VerdictKind};
+
+use crate::chart::{Curve, swatch};
+use crate::figure::{Drawn, cell_text};
+use crate::words::with_error;
+
+/// Style sheet of all pages.
+const STYLE: &str = include_str!("style.css");
+/// Rows of a table that a page shows; its file has all.
+const ROWS: usize = 300;
+/// Lines of a case file that are shown without folding.
+const LINES: usize = 60;
+
+/// A column of a table: its name, and whether it holds words.
+pub type Column<'a> = (&'a str, bool);
+
+/// A whole page around its content; nothing in it may load anything.
+pub fn document(title: &str, content: &Markup, script: Option<&str>) -> String {
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(policy);
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main { (content) }
+                @if let Some(script) = script { script { (PreEscaped(script)) } }
+            }
+        }
+    };
+    page.into_string()
+}
+
+/// A table that scrolls where it is wider than the page.
+pub fn table(columns: &[Column<'_>], rows: &[Vec<String>]) -> Markup {
+    let class = |words: bool| words.then_some("text");
+    let cell_class = |words: bool, cell: &str| match words {
+        true if cell.chars().count() > 40 => Some("text long"),
+        words => class(words),
+    };
+    html! {
+        div.scroll { table {
+            thead { tr { @for (name, words) in columns { th class=[class(*words)] scope="col" { (name) } } } }
+            tbody { @for row in rows { tr {
+                @for (cell, (_, words)) in row.iter().zip(columns) {
+                    td class=[cell_class(*words, cell)] { (cell) }
+                }
+            } } }
+        } }
+    }
+}
+
+/// One figure with its legend, panels and caption.
+pub fn figure(
+    number: usize,
+    title: &str,
+    caption: &str,
+    legend: &[Curve],
+    panels: &[(String, Markup)],
+) -> Markup {
+    let arrangement = match panels.len() {
+        1 => "one",
+        2 | 4 => "two",
+        _ => "many",
+    };
+    html! {
+        figure {
+            @if !legend.is_empty() { div.legend { @for curve in legend { span { (swatch(curve)) (curve.label) } } } }
+            div.panels.(arrangement) { @for (title, chart) in panels {
+                div { @if !title.is_empty() { h4 { (title) } } (chart) }
+            } }
+            figcaption { b { "Figure " (number) ". " (title.trim_end_matches('.')) "." } " " (caption) }
+        }
+    }
+}
+
+/// A figure of a table.
+pub(crate) fn drawn(number: usize, title: &str, caption: &str, drawn: &Drawn) -> Markup {
+    let caption = format!("{caption}{}", drawn.note);
+    figure(number, title, &caption, &drawn.legend, &drawn.panels)
+}
+
+/// A table of the results folder, folded, with what its columns mean.
+pub(crate) fn folded(source: &Table) -> Markup {
+    // A standard error stands in the cell of its value.
+    let places: Vec<usize> = (0..source.columns.len())
+        .filter(|place| *place == 0 || source.columns[*place].role != Role::StandardError)
+        .collect();
+    let error = |place: usize| {
+        let next = source.columns.get(place + 1)?;
+        (next.role == Role::StandardError).then_some(place + 1)
+    };
+    let cell = |row: &[Cell], place: usize| match (row[place].number(), error(place)) {
+        (Some(value), Some(error)) => with_error(value, row[error].number()),
+        _ => cell_text(&source.columns[place].name, &row[place]),
+    };
+    let columns: Vec<Column<'_>> = places
+        .iter()
+        .map(|place| {
+            (
+                &*source.columns[*place].name,
+                source.columns[*place].unit.is_empty(),
+            )
+        })
+        .collect();
+    let rows: Vec<Vec<String>> = (source.rows.iter().take(ROWS))
+        .map(|row| places.iter().map(|place| cell(row, *place)).collect())
+        .collect();
+    let count = source.rows.len();
+    html! {
+        details {
+            summary { "Table " code { (source.file()) } ", " (count) @if count == 1 { " row" } @else { " rows" } }
+            p { (source.about) @if count > ROWS { " The first " (ROWS) " rows; the file has all." } }
+            (table(&columns, &rows))
+            dl { @for column in &source.columns {
+                dt { code { (column.name) } @if !["", "1"].contains(&&*column.unit) { " [" (column.unit) "]" } }
+                dd { (column.meaning) }
+            } }
+        }
+    }
+}
+
+/// The conclusions, each with its kind as a word and a colour.
+pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
+    html! {
+        ul.verdicts { @for verdict in verdicts {
+            li {
+                (kind(verdict.kind))
+                span { strong { (verdict.topic) } ": " (verdict.sentence) }
+            }
+        } }
+    }
+}
+
+/// The kind of a conclusion as a word with a sign, in its colour.
+pub(crate) fn kind(kind: VerdictKind) -> Markup {
+    let sign = match kind {
+        VerdictKind::Agree => "✓",
+        VerdictKind::Differ => "≠",
+        VerdictKind::Undecided => "?",
+        VerdictKind::Warning => "!",
+        VerdictKind::Note => "·",
+    };
+    html! { span.kind.(kind.name()) { (sign) " " (kind.name()) } }
+}
+
+/// A box of warnings; nothing without any.
+pub(crate) fn warnings(warnings: &[Markup]) -> Markup {
+    html! {
+        @if !warnings.is_empty() {
+            div.warnings role="alert" { strong { "Warnings" } ul { @for warning in warnings { li { (warning) } } } }
+        }
+    }
+}
+
+/// The case file, folded where it is long.
+pub(crate) fn case_file(text: &str) -> Markup {
+    html! {
+        h2 { "Case file" }
+        @if text.lines().count() > LINES {
+            details { summary { "Case file, " (text.lines().count()) " lines" } pre { (text) } }
+        } @else { pre { (text) } }
+    }
+}

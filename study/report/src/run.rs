@@ -1,0 +1,284 @@
+//! The page of one run.
+
+use std::path::Path;
+
+use maud::{Markup, PreEscaped, html};
+use stosszahl_results::{Manifest, REPORT_FILE, Stored, VerdictKind, engine_title};
+
+use crate::ReportError;
+use crate::figure::draw;
+use crate::page::{self, Column};
+use crate::viewer::{self, Frames};
+use crate::words::number;
+
+/// Builds the page of a finished run.
+pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportError> {
+    let manifest = &stored.manifest;
+    let frames = viewer::frames(folder, manifest)?;
+    let (figures, drawn) = figures(stored);
+    let rest: Vec<_> = stored
+        .tables
+        .iter()
+        .zip(&drawn)
+        .filter(|(_, drawn)| !**drawn)
+        .collect();
+    let content = html! {
+        h1 { (manifest.title) }
+        nav {
+            a href="#verdicts" { "Verdicts" } a href="#figures" { "Figures" }
+            @if !manifest.snapshots.is_empty() { a href="#snapshots" { "Snapshots" } }
+            a href="#tables" { "Numbers" } a href="#provenance" { "Case and provenance" }
+        }
+        (summary(stored, &frames))
+        section id="figures" { h2 { "Figures" } (figures) }
+        (snapshots(&frames, manifest))
+        section id="tables" {
+            @if !rest.is_empty() { h2 { "More tables" } @for (table, _) in rest { (page::folded(table)) } }
+            (derived(manifest)) (work(manifest)) (start(manifest))
+        }
+        (provenance(manifest))
+    };
+    let script = (!frames.data.is_empty()).then_some(viewer::SCRIPT);
+    Ok(page::document(&manifest.title, &content, script))
+}
+
+/// What was run, in a few sentences, and what follows.
+fn summary(stored: &Stored, frames: &Frames) -> Markup {
+    let manifest = &stored.manifest;
+    let engines: Vec<&str> = manifest
+        .engines
+        .iter()
+        .map(|one| engine_title(&one.engine))
+        .collect();
+    let (urgent, verdicts): (Vec<_>, Vec<_>) = manifest
+        .verdicts
+        .iter()
+        .partition(|one| one.kind == VerdictKind::Warning);
+    let uneven = manifest
+        .start
+        .iter()
+        .filter(|start| !start.equilibrated)
+        .count();
+    let mut warnings: Vec<Markup> = Vec::new();
+    if uneven > 0 {
+        warnings.push(html! {
+            strong { "The start was not in equilibrium" } " in " (uneven) " of " (manifest.start.len())
+            " replicas. Differences may come from the start; see " a href="#start" { "its tests" } "."
+        });
+    }
+    for file in &stored.changed {
+        warnings.push(html! { code { (file) } " is not the file that the run wrote." });
+    }
+    for file in &frames.missing {
+        warnings.push(html! { "The snapshot " code { (file) } " is missing." });
+    }
+    warnings.extend(
+        urgent
+            .iter()
+            .map(|one| html! { strong { (one.topic) } ": " (one.sentence) }),
+    );
+    warnings.extend(manifest.warnings.iter().map(|text| html! { (text) }));
+    html! {
+        section id="verdicts" {
+            p.lead {
+                @match engines.as_slice() {
+                    [] => {}
+                    [one] => { "Engine: " (one) ". " }
+                    several => { "Engines: " (several.join(", ")) ". " }
+                }
+                (manifest.replicas) @if manifest.replicas == 1 { " replica, so standard errors over replicas are unknown" } @else { " replicas" } ". "
+                "Unit of time: " (manifest.time_unit.name)
+                @if manifest.time_unit.size.is_finite() && manifest.time_unit.size != 1.0 {
+                    ", " (number(manifest.time_unit.size, 5)) " in units of the case"
+                }
+                "."
+            }
+            @if verdicts.is_empty() { p.absent { "This run has no verdict." } } @else { (page::verdicts(&verdicts)) }
+            (page::warnings(&warnings))
+            @if !manifest.choices.is_empty() {
+                p { "The program chose:" }
+                ul { @for choice in &manifest.choices { li { (choice) } } }
+            }
+        }
+    }
+}
+
+/// All figures, each with its table below, and which tables have one.
+fn figures(stored: &Stored) -> (Markup, Vec<bool>) {
+    let mut count = 0;
+    let mut parts = Vec::new();
+    let mut shown = Vec::new();
+    for table in &stored.tables {
+        for figure in &table.figures {
+            parts.push(if let Some(drawn) = draw(table, figure) {
+                count += 1;
+                page::drawn(count, &figure.title, &figure.caption, &drawn)
+            } else {
+                html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } }
+            });
+        }
+        if !table.figures.is_empty() {
+            parts.push(page::folded(table));
+        }
+        shown.push(!table.figures.is_empty());
+    }
+    let markup = html! {
+        @if parts.is_empty() { p.absent { "No table of this run is drawn." } }
+        @for part in parts { (part) }
+    };
+    (markup, shown)
+}
+
+/// The viewer of the particles.
+fn snapshots(frames: &Frames, manifest: &Manifest) -> Markup {
+    html! {
+        @if !manifest.snapshots.is_empty() {
+            section id="snapshots" {
+                h2 { "Snapshots" }
+                @if frames.data.is_empty() {
+                    p.absent { "No snapshot of this run is small enough, or left, to be shown." }
+                } @else {
+                    p {
+                        "Particles of the first replica, coloured by the direction of their velocity. Drag to move; click a picture and "
+                        "turn the wheel to magnify; double-click to return."
+                        @if frames.shown < frames.available { " Shown are " (frames.shown) " of " (frames.available) " times." }
+                    }
+                    div.controls {
+                        @if frames.shown > 1 {
+                            input id="viewer-time" type="range" min="0" max=(frames.shown - 1) step="1" aria-label="time";
+                        }
+                        output id="viewer-label" {}
+                        span.compass role="img" aria-label="colour of each direction" {}
+                    }
+                    div id="viewer" {}
+                    noscript { p.absent { "The viewer needs JavaScript." } }
+                    script type="application/json" id="frames" { (PreEscaped(&frames.data)) }
+                }
+            }
+        }
+    }
+}
+
+fn derived(manifest: &Manifest) -> Markup {
+    let rows = manifest.derived.iter().map(|one| {
+        let unit = if one.unit == "1" {
+            String::new()
+        } else {
+            one.unit.clone()
+        };
+        vec![one.name.replace('_', " "), number(one.value, 6), unit]
+    });
+    let columns: [Column<'_>; 3] = [("quantity", true), ("value", false), ("unit", true)];
+    html! {
+        @if !manifest.derived.is_empty() { h2 { "What follows from the case" } (page::table(&columns, &rows.collect::<Vec<_>>())) }
+    }
+}
+
+/// Work of the engines: one column for each.
+fn work(manifest: &Manifest) -> Markup {
+    let engines = &manifest.engines;
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut add = |name: &str, value: &dyn Fn(usize) -> Option<String>| {
+        let cells = (0..engines.len()).map(|i| value(i).unwrap_or("–".into()));
+        rows.push(
+            std::iter::once(name.replace('_', " "))
+                .chain(cells)
+                .collect(),
+        );
+    };
+    add("computing time [s]", &|i| {
+        Some(number(engines[i].seconds, 4))
+    });
+    add("collisions", &|i| Some(engines[i].collisions.to_string()));
+    add("collisions per second", &|i| {
+        let rate = engines[i].collisions as f64 / engines[i].seconds;
+        Some(number(rate, 3))
+    });
+    add("memory [MiB]", &|i| {
+        Some(number(engines[i].bytes as f64 / 1_048_576.0, 3))
+    });
+    let mut names: Vec<&String> = engines.iter().flat_map(|one| one.work.keys()).collect();
+    names.sort();
+    names.dedup();
+    for name in names {
+        add(name, &|i| Some(number(*engines[i].work.get(name)?, 6)));
+    }
+    let mut columns: Vec<Column<'_>> = vec![("quantity", true)];
+    columns.extend(engines.iter().map(|one| (engine_title(&one.engine), false)));
+    html! {
+        @if !engines.is_empty() {
+            h2 { "Work of the engines" }
+            p { "Over all replicas. The run took " (number(manifest.wall_seconds, 4)) " s on " (manifest.machine.cores) " cores." }
+            (page::table(&columns, &rows))
+        }
+    }
+}
+
+/// How the replicas began.
+fn start(manifest: &Manifest) -> Markup {
+    let mut rows = Vec::new();
+    for start in &manifest.start {
+        for test in &start.tests {
+            let passed = test
+                .passed
+                .map_or("–", |passed| if passed { "yes" } else { "no" });
+            rows.push(vec![
+                start.replica.to_string(),
+                test.name.clone(),
+                number(test.statistic, 4),
+                test.p_value.map_or("–".into(), |p| number(p, 3)),
+                passed.to_owned(),
+                test.detail.clone(),
+            ]);
+        }
+    }
+    let passed = manifest
+        .start
+        .iter()
+        .filter(|start| start.equilibrated)
+        .count();
+    let columns: [Column<'_>; 6] = [
+        ("replica", false),
+        ("test", true),
+        ("statistic", false),
+        ("p", false),
+        ("passed", true),
+        ("detail", true),
+    ];
+    html! {
+        @if let Some(first) = manifest.start.first() {
+            h2 id="start" { "Start" }
+            p {
+                "Placement: " (first.placement) ", then " (number(first.collisions_per_particle, 4))
+                " elastic collisions per particle. " (passed) " of " (manifest.start.len()) " replicas began in equilibrium."
+            }
+            @if !rows.is_empty() {
+                details { summary { "Tests of the start, " (rows.len()) } (page::table(&columns, &rows)) }
+            }
+        }
+    }
+}
+
+/// Case file, citation, versions and machine.
+fn provenance(manifest: &Manifest) -> Markup {
+    let program = format!("{} {}", manifest.program.name, manifest.program.version);
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    html! {
+        section id="provenance" {
+            (page::case_file(&manifest.case_text))
+            h2 { "Provenance" }
+            p { "To cite, name the program, its version and the seed, and publish the case file: “computed with " (program) ", seed " (manifest.seed) "”." }
+            (page::table(&[("what", true), ("value", true)], &[
+                row("program", program.clone()),
+                row("kind of case", manifest.kind.clone()),
+                row("seed", manifest.seed.to_string()),
+                row("replicas", manifest.replicas.to_string()),
+                row("processor", manifest.machine.processor.clone()),
+                row("cores", manifest.machine.cores.to_string()),
+                row("system", manifest.machine.system.clone()),
+                row("fingerprint", manifest.fingerprint.numbers.chars().take(16).collect()),
+            ]))
+        }
+        footer { p { "This page loads nothing. It can be rebuilt from the tables that stand beside " code { (REPORT_FILE) } "." } }
+    }
+}

@@ -1,0 +1,236 @@
+//! Scales of axes: where a value stands, and which ticks a person would draw.
+
+use stosszahl_results::Scale;
+
+use crate::words::{number, power};
+
+/// Largest size of a number that is drawn, so that sums and squares stay finite.
+const LARGEST: f64 = 1e100;
+
+/// A scale with its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Frame {
+    scale: Scale,
+    /// Ends; on a logarithmic scale those of the decimal logarithm.
+    low: f64,
+    high: f64,
+}
+
+/// A tick: its place from 0 to 1, and its label unless it is a minor one.
+pub(crate) type Tick = (f64, Option<String>);
+
+/// Whether a value has a place on a scale.
+pub(crate) fn shows(scale: Scale, value: f64) -> bool {
+    value.abs() <= LARGEST && (scale == Scale::Linear || value >= 1.0 / LARGEST)
+}
+
+/// Smallest and largest of the values that have a place.
+pub(crate) fn extent(scale: Scale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let shown = values.filter(|value| shows(scale, *value));
+    shown.fold(None, |range, value| {
+        let (low, high) = range.unwrap_or((value, value));
+        Some((value.min(low), value.max(high)))
+    })
+}
+
+impl Frame {
+    /// A frame around data, with a little room; `exact` is without.
+    pub fn around(scale: Scale, (low, high): (f64, f64), exact: bool) -> Self {
+        if exact && high > low {
+            return match scale {
+                Scale::Linear => Self { scale, low, high },
+                Scale::Logarithmic => Self {
+                    scale,
+                    low: low.log10(),
+                    high: high.log10(),
+                },
+            };
+        }
+        match scale {
+            Scale::Linear => {
+                // A single value gets a frame of a fifth of its size.
+                let least = if high > low { 1e-6 } else { 0.2 };
+                let span = (high - low)
+                    .max(least * high.abs().max(low.abs()))
+                    .max(1e-12);
+                let middle = 0.5 * (low + high);
+                let mut ends = [middle - 0.56 * span, middle + 0.56 * span];
+                // Zero is worth some room, and is not crossed for it.
+                if low >= 0.0 && ends[0] < 0.25 * span {
+                    ends[0] = 0.0;
+                } else if high <= 0.0 && ends[1] > -0.25 * span {
+                    ends[1] = 0.0;
+                }
+                Self {
+                    scale,
+                    low: ends[0],
+                    high: ends[1],
+                }
+            }
+            Scale::Logarithmic => {
+                let (mut low, mut high) = (low.log10() - 0.08, high.log10() + 0.08);
+                // A power of ten close by gets a label.
+                if low - low.floor() < 0.2 {
+                    low = low.floor();
+                }
+                if high.ceil() - high < 0.2 {
+                    high = high.ceil();
+                }
+                let missing = (0.8 - (high - low)).max(0.0);
+                Self {
+                    scale,
+                    low: low - 0.5 * missing,
+                    high: high + 0.5 * missing,
+                }
+            }
+        }
+    }
+
+    /// The place of a value from 0 to 1, outside of them if it is; `None` if it has none.
+    pub fn place(&self, value: f64) -> Option<f64> {
+        let value = match self.scale {
+            _ if !shows(self.scale, value) => return None,
+            Scale::Linear => value,
+            Scale::Logarithmic => value.log10(),
+        };
+        Some((value - self.low) / (self.high - self.low))
+    }
+
+    /// The place of a value; what lies beyond an end, or has no place, stands at that end.
+    pub fn clamped(&self, value: f64) -> f64 {
+        self.place(value).unwrap_or(0.0).clamp(0.0, 1.0)
+    }
+
+    /// Its ticks.
+    pub fn ticks(&self) -> Vec<Tick> {
+        match self.scale {
+            Scale::Linear => self.linear_ticks(),
+            Scale::Logarithmic => self.logarithmic_ticks(),
+        }
+    }
+
+    fn linear_ticks(&self) -> Vec<Tick> {
+        let span = self.high - self.low;
+        let step = step(span);
+        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        let plain = decimals <= 4 && self.high.abs().max(self.low.abs()) < 1e5;
+        let first = (self.low / step - 1e-9).ceil();
+        let count = ((self.high / step + 1e-9).floor() - first).clamp(0.0, 20.0) as usize;
+        let ticks = (0..=count).map(|i| (first + i as f64) * step);
+        let label = |value: f64| {
+            if value.abs() < 1e-6 * step {
+                return "0".to_owned();
+            }
+            if plain {
+                return format!("{value:.decimals$}").replace('-', "−");
+            }
+            // As many digits as tell neighbours apart.
+            let digits = (value.abs() / step).log10().floor().clamp(0.0, 12.0) as usize + 2;
+            number(value, digits)
+        };
+        ticks
+            .map(|value| ((value - self.low) / span, Some(label(value))))
+            .collect()
+    }
+
+    fn logarithmic_ticks(&self) -> Vec<Tick> {
+        let span = self.high - self.low;
+        let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
+        let stride = ((span / 7.0).ceil() as i32).max(1);
+        let plain = self.low > -2.1 && self.high < 4.1;
+        let factors: &[u8] = match () {
+            () if span < 1.1 => &[1, 2, 3, 4, 5, 6, 7, 8, 9],
+            () if span < 2.2 => &[1, 2, 5],
+            () => &[1],
+        };
+        let mut ticks = Vec::new();
+        for exponent in first..=last {
+            for factor in 1..=9_u8 {
+                if factor > 1 && span > 8.0 {
+                    break;
+                }
+                let place = (f64::from(exponent) + f64::from(factor).log10() - self.low) / span;
+                if !(-1e-9..=1.0 + 1e-9).contains(&place) {
+                    continue;
+                }
+                let crowded = span > 0.6 && [7, 9].contains(&factor);
+                let labelled = factors.contains(&factor)
+                    && !crowded
+                    && (factor > 1 || exponent.rem_euclid(stride) == 0);
+                let label = || {
+                    let value = f64::from(factor) * 10_f64.powi(exponent);
+                    match factor {
+                        _ if plain => number(value, 1),
+                        1 if exponent == 0 => "1".to_owned(),
+                        1 => power(exponent),
+                        _ => format!("{factor}·{}", power(exponent)),
+                    }
+                };
+                if labelled || span < 30.0 {
+                    ticks.push((place, labelled.then(label)));
+                }
+            }
+        }
+        ticks
+    }
+}
+
+/// A step of 1, 2 or 5 times a power of ten that divides `span` into three to eight parts.
+fn step(span: f64) -> f64 {
+    let raw = span / 5.0;
+    let power = 10_f64.powf(raw.log10().floor());
+    let multiple = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|multiple| multiple * power >= raw * 0.999);
+    multiple.unwrap_or(10.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(scale: Scale, low: f64, high: f64) -> Vec<String> {
+        let ticks = Frame::around(scale, (low, high), false).ticks();
+        ticks.into_iter().filter_map(|tick| tick.1).collect()
+    }
+
+    #[test]
+    fn ticks_are_those_that_one_would_draw() {
+        assert_eq!(labels(Scale::Linear, 0.0, 1.0), ["0", "0.5", "1.0"]);
+        assert_eq!(
+            labels(Scale::Linear, -1.0, 1.0),
+            ["−1.0", "−0.5", "0", "0.5", "1.0"]
+        );
+        assert_eq!(
+            labels(Scale::Logarithmic, 1e-5, 1.0),
+            ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
+        );
+        assert_eq!(
+            labels(Scale::Logarithmic, 1.0, 30.0),
+            ["1", "2", "5", "10", "20"]
+        );
+    }
+
+    #[test]
+    fn no_data_breaks_a_frame() {
+        for scale in [Scale::Linear, Scale::Logarithmic] {
+            for (low, high) in [(1.0, 1.0), (1e-100, 1e100), (1e-12, 2e-12), (1e99, 1e100)] {
+                let frame = Frame::around(scale, (low, high), false);
+                let ticks = frame.ticks();
+                assert!((2..100).contains(&ticks.len()), "{low} {high}: {ticks:?}");
+                for (place, _) in ticks {
+                    assert!((-0.01..=1.01).contains(&place));
+                }
+                assert!(
+                    frame
+                        .place(low)
+                        .is_some_and(|place| (0.0..=1.0).contains(&place))
+                );
+            }
+        }
+        assert_eq!(
+            Frame::around(Scale::Linear, (0.0, 0.0), false).clamped(f64::NAN),
+            0.0
+        );
+    }
+}

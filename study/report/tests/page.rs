@@ -1,0 +1,464 @@
+//! Pages of made-up results: what must be in them, and what must not.
+#![allow(clippy::unwrap_used, reason = "a test may stop at what it cannot read")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use serde_json::json;
+use stosszahl_report::write_report;
+use stosszahl_results::{
+    Axis, Derived, EngineWork, Estimate, Existing, Figure, Folder, Keys, Line, Machine, Manifest,
+    Mark, Place, Program, RunId, Snapshot, Start, StartTest, Sweep, SweepPoint, Table, TimeUnit,
+    Verdict, VerdictKind,
+};
+
+const ENGINES: [&str; 2] = ["ed", "dsmc-contact-point"];
+
+fn energy(shift: f64) -> Table {
+    let mut table = Table::new("energy", "Energy of the gas")
+        .key("engine", "", "The engine")
+        .key("time", "time unit", "When")
+        .with_theory(
+            "energy_ratio",
+            "1",
+            "Kinetic energy over that of the start, <K> & co",
+        )
+        .note("replicas", "1", "Replicas");
+    for (engine, factor) in ENGINES.iter().zip([1.0, 1.1]) {
+        for step in 0..25 {
+            let time = 0.01 * 10_f64.powf(f64::from(step) / 6.0);
+            let law = (1.0 + time).powi(-2);
+            let value = law * (1.0 + (factor - 1.0 + shift) * time / 20.0);
+            let estimate = Estimate {
+                value: Some(value),
+                // One error that is as large as the value, and one that is not known.
+                standard_error: (step != 3).then_some(if step == 22 {
+                    value
+                } else {
+                    0.04 * value
+                }),
+                theory: Some(law),
+                theory_error: None,
+            };
+            table
+                .row()
+                .text(*engine)
+                .number(time)
+                .estimate(estimate)
+                .count(4);
+        }
+    }
+    let axes = (
+        Axis::logarithmic("time", "t / t₀"),
+        Axis::logarithmic("energy_ratio", "K(t) / K(0)"),
+    );
+    let mut figure = Figure::curves("Cooling", axes.0, axes.1);
+    figure.caption = "Energy against time.".into();
+    table.figure(figure)
+}
+
+fn impact() -> Table {
+    let mut table = Table::new("impact_parameter", "Impact parameters")
+        .key("engine", "", "The engine")
+        .key("window_start", "time unit", "Begin")
+        .key("window_end", "time unit", "End")
+        .key("bin_low", "1", "Lower edge")
+        .key("bin_high", "1", "Upper edge")
+        .estimate("density", "1", "P(b/d)");
+    for (engine, slope) in ENGINES.iter().zip([0.5, 0.0]) {
+        for window in 0..3 {
+            for bin in 0..10 {
+                let low = f64::from(bin) / 10.0;
+                let density = 1.0 + slope * f64::from(window) * (low - 0.45);
+                let estimate = Estimate {
+                    value: Some(density),
+                    standard_error: Some(0.05),
+                    ..Estimate::default()
+                };
+                table
+                    .row()
+                    .text(*engine)
+                    .number(f64::from(window))
+                    .number(f64::from(window + 1))
+                    .number(low)
+                    .number(low + 0.1)
+                    .estimate(estimate);
+            }
+        }
+    }
+    let axes = (
+        Axis::linear("bin_low", "b / d"),
+        Axis::linear("density", "P(b/d)"),
+    );
+    table.figure(Figure {
+        caption: "Flat under chaos.".into(),
+        panels: vec!["window_start".into(), "window_end".into()],
+        mark: Mark::Bars,
+        lines: vec![Line {
+            label: "molecular chaos".into(),
+            y: 1.0,
+        }],
+        ..Figure::curves("Impact parameter", axes.0, axes.1)
+    })
+}
+
+fn fields() -> Table {
+    let mut table = Table::new("fields", "Means over cells")
+        .key("engine", "", "The engine")
+        .key("x", "length", "Place")
+        .key("y", "length", "Place")
+        .value("density", "1/length²", "Number density")
+        .value("temperature", "energy", "Temperature");
+    for engine in ENGINES {
+        for place in 0..240 {
+            let (x, y) = (f64::from(place % 20) + 0.5, f64::from(place / 20) + 0.5);
+            let density = (place != 7).then_some(1.0 + (x / 5.0).sin() * (y / 4.0).cos());
+            table
+                .row()
+                .text(engine)
+                .number(x)
+                .number(y)
+                .number(density)
+                .number(if place == 8 { f64::NAN } else { x });
+        }
+    }
+    let figure = Figure {
+        mark: Mark::Map,
+        ..Figure::curves("Density", Axis::linear("x", "x"), Axis::linear("y", "y"))
+    };
+    let coloured = Figure {
+        title: "Temperature".into(),
+        colour: Some(Axis::logarithmic("temperature", "T")),
+        ..figure.clone()
+    };
+    table.figure(figure).figure(coloured)
+}
+
+fn species() -> Table {
+    let mut table = Table::new("species", "Temperatures of the species")
+        .key("time", "time unit", "When")
+        .key("species", "", "Which")
+        .with_theory("temperature", "1", "T/T(0)");
+    for name in ["small", "large", "<b>"] {
+        for step in 0..200 {
+            let time = f64::from(step) * 0.05;
+            let value = (-time / name.len() as f64).exp();
+            let estimate = Estimate {
+                value: Some(value),
+                theory: Some(value * 1.02),
+                ..Estimate::default()
+            };
+            table.row().number(time).text(name).estimate(estimate);
+        }
+    }
+    table.figure(Figure {
+        curves: vec!["engine".into(), "species".into()],
+        ..Figure::curves(
+            "Species",
+            Axis::linear("time", "time"),
+            Axis::linear("temperature", "T / T(0)"),
+        )
+    })
+}
+
+fn checks() -> Table {
+    let mut table = Table::new("checks", "Comparisons")
+        .key("quantity", "", "What")
+        .value("measured", "1", "Value")
+        .note("verdict", "", "Word");
+    table
+        .row()
+        .text("energy")
+        .number(f64::INFINITY)
+        .text("agree");
+    let axes = (
+        Axis::linear("quantity", "quantity"),
+        Axis::logarithmic("measured", "measured"),
+    );
+    table.figure(Figure {
+        mark: Mark::Points,
+        ..Figure::curves("Nothing to draw", axes.0, axes.1)
+    })
+}
+
+fn verdict(kind: VerdictKind) -> Verdict {
+    Verdict {
+        topic: format!("topic {}", kind.name()),
+        sentence: "ED (exact) and DSMC contact point: <script>alert(1)</script> within 2 %.".into(),
+        kind,
+    }
+}
+
+fn manifest() -> Manifest {
+    let kinds = [
+        VerdictKind::Agree,
+        VerdictKind::Differ,
+        VerdictKind::Undecided,
+        VerdictKind::Warning,
+        VerdictKind::Note,
+    ];
+    Manifest {
+        program: Program {
+            name: "stosszahl".into(),
+            version: "0.1.0".into(),
+        },
+        title: "Cooling & <i>chaos</i>".into(),
+        case_text: "title = \"Cooling\" # </pre><script>".into(),
+        kind: "comparison".into(),
+        time_unit: TimeUnit {
+            name: "Haff's cooling time".into(),
+            size: 12.5,
+        },
+        derived: vec![
+            Derived {
+                name: "mean free path".into(),
+                value: 0.73,
+                unit: "length".into(),
+            },
+            Derived {
+                name: "haff_time".into(),
+                value: f64::INFINITY,
+                unit: "time".into(),
+            },
+        ],
+        machine: Machine {
+            cores: 2,
+            processor: "a & b".into(),
+            system: "linux".into(),
+        },
+        seed: 7,
+        replicas: 4,
+        wall_seconds: 12.0,
+        start: vec![Start {
+            replica: 0,
+            placement: "disordered".into(),
+            collisions_per_particle: 10.0,
+            equilibrated: false,
+            tests: vec![StartTest {
+                name: "impact".into(),
+                statistic: f64::NAN,
+                p_value: Some(0.4),
+                passed: Some(false),
+                detail: "x < y".into(),
+            }],
+        }],
+        engines: ENGINES
+            .map(|engine| EngineWork {
+                engine: engine.into(),
+                seconds: if engine == "ed" { 0.0 } else { 3.0 },
+                collisions: 1_234_567,
+                bytes: 10_000_000,
+                work: [("predictions".to_owned(), f64::NAN)].into(),
+            })
+            .to_vec(),
+        verdicts: kinds.map(verdict).to_vec(),
+        choices: vec!["cells of 1.2 d".into()],
+        warnings: vec!["few particles".into()],
+        ..Manifest::default()
+    }
+}
+
+/// A finished run with two snapshots.
+fn write(place: &Place<'_>, shift: f64) {
+    let mut manifest = manifest();
+    for engine in ENGINES {
+        for (index, time) in [0.5, 5.0].into_iter().enumerate() {
+            let mut text = "60\nLattice=\"10 0 0 0 10 0 0 0 1\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1\n".to_owned();
+            for i in 0..60 {
+                let _ = writeln!(
+                    text,
+                    "{i} {} {} 0 {} {} 0 0.4 1",
+                    0.5 + f64::from(i % 10),
+                    0.5 + 1.5 * f64::from(i / 10),
+                    (f64::from(i) * time).cos(),
+                    (f64::from(i)).sin()
+                );
+            }
+            let file = format!("snapshots/{engine}-{index}.xyz");
+            place.write(&file, text.as_bytes()).unwrap();
+            manifest.snapshots.push(Snapshot {
+                engine: engine.into(),
+                time,
+                file,
+                blake3: String::new(),
+            });
+        }
+    }
+    place
+        .finish(
+            manifest,
+            &[energy(shift), impact(), fields(), species(), checks()],
+        )
+        .unwrap();
+}
+
+fn run(path: &Path) -> String {
+    let runs = vec![RunId::new("", &json!({"seed": 7}), Keys::default(), &[]).unwrap()];
+    let folder = Folder::open(path, Existing::Refuse, &[], runs).unwrap();
+    write(&folder.places().next().unwrap(), 0.0);
+    fs::read_to_string(write_report(path).unwrap()).unwrap()
+}
+
+/// Whether each tag is closed in the right order; scripts and styles hold no tags.
+fn balanced(page: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    let mut rest = page;
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        let end = rest.find('>').unwrap();
+        let (tag, after) = (&rest[..end], &rest[end + 1..]);
+        assert!(!tag.contains('<'), "a tag inside of a tag: {tag}");
+        rest = after;
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "closed too early");
+        } else if !tag.starts_with('!') {
+            let name = tag.split_whitespace().next().unwrap();
+            if ["meta", "input"].contains(&name) {
+                continue;
+            }
+            open.push(name);
+            if ["script", "style"].contains(&name) {
+                rest = &rest[rest.find(&format!("</{name}>")).unwrap()..];
+            }
+        }
+    }
+    assert!(open.is_empty(), "not closed: {open:?}");
+}
+
+fn sound(page: &str) {
+    balanced(page);
+    for never in [
+        "http://", "https://", "NaN", "inf ", "inf<", "\"inf", "<i>chaos", "<b><", "src=",
+        "@import", "url(",
+    ] {
+        assert!(!page.contains(never), "{never}");
+    }
+    assert!(!page.contains("<script>alert"));
+}
+
+#[test]
+fn the_page_of_a_run_has_all_that_the_folder_holds() {
+    let place = tempfile::tempdir().unwrap();
+    let page = run(place.path());
+    sound(&page);
+    // One chart of energies, three windows, two maps of two engines, and the species.
+    assert_eq!(page.matches("class=\"plot\"").count(), 1 + 3 + 4 + 1);
+    for figure in [
+        "Figure 1. Cooling.",
+        "Figure 2. Impact parameter.",
+        "Figure 3. Density.",
+        "Figure 4. Temperature.",
+        "Figure 5. Species.",
+    ] {
+        let (number, title) = figure.trim_end_matches('.').split_once(". ").unwrap();
+        assert!(page.contains(&format!("{number}. {title}.")), "{figure}");
+    }
+    for word in [
+        "✓ agree",
+        "≠ differ",
+        "? undecided",
+        "· note",
+        "ED (exact)",
+        "DSMC contact point",
+        "molecular chaos",
+        "theory",
+        "window 0 to 1",
+        "species small",
+        "holds no value that could be drawn",
+        "mean free path",
+        "Haff's cooling time, 12.5",
+        "The start was not in equilibrium",
+        "few particles",
+        "cells of 1.2 d",
+        "Cooling &amp; &lt;i&gt;chaos",
+        "id=\"frames\"",
+        "energy.csv",
+        "fields.csv",
+        "480 rows",
+        "id=\"viewer\"",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    let again = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
+    assert_eq!(page, again);
+}
+
+#[test]
+fn what_is_lost_or_changed_is_said() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path());
+    fs::remove_file(place.path().join("snapshots/ed-0.xyz")).unwrap();
+    let file = place.path().join("energy.csv");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replace(",4\n", ",5\n")).unwrap();
+    let page = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
+    assert!(page.contains("The snapshot <code>snapshots/ed-0.xyz</code> is missing."));
+    assert!(page.contains("<code>energy.csv</code> is not the file that the run wrote."));
+    fs::remove_file(&file).unwrap();
+    assert!(
+        write_report(place.path())
+            .unwrap_err()
+            .to_string()
+            .contains("energy.csv is missing")
+    );
+}
+
+#[test]
+fn a_folder_without_results_is_an_error() {
+    let place = tempfile::tempdir().unwrap();
+    let error = write_report(place.path()).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("neither manifest.json nor sweep.json")
+    );
+}
+
+#[test]
+fn the_page_of_a_sweep_compares_its_points() {
+    let place = tempfile::tempdir().unwrap();
+    let points: Vec<SweepPoint> = [(0.9, 100), (0.8, 100), (0.7, 200), (0.6, 200)]
+        .iter()
+        .map(|(r, n)| SweepPoint {
+            name: format!("r {r}"),
+            values: [
+                ("gas.restitution".to_owned(), json!(r)),
+                ("species.1.number".to_owned(), json!(n)),
+            ]
+            .into(),
+        })
+        .collect();
+    let runs = points
+        .iter()
+        .map(|point| RunId::new(&point.name, &json!(point.values), Keys::default(), &[]).unwrap());
+    let folder = Folder::open(place.path(), Existing::Refuse, &[], runs.collect()).unwrap();
+    folder
+        .write_sweep(&Sweep {
+            format: 2,
+            title: "A <sweep>".into(),
+            case_text: "x".into(),
+            kind: "comparison".into(),
+            points,
+        })
+        .unwrap();
+    for (point, number) in folder.places().zip(0..3) {
+        write(&point, f64::from(number));
+    }
+    let page = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
+    sound(&page);
+    for word in [
+        "gas.restitution",
+        "not finished",
+        "./r%200.9/report.html",
+        "Cooling, at each point",
+        "K(t) / K(0) at the end, against gas.restitution",
+        "species.1.number 100",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert!(
+        place.path().join("r 0.8/report.html").exists()
+            && !place.path().join("r 0.6/report.html").exists()
+    );
+}

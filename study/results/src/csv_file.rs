@@ -1,0 +1,160 @@
+//! Tables as CSV: numbers in the shortest form that reads back the same, nothing where nothing is known.
+//!
+//! A column with a unit (`1` for pure numbers) holds numbers, one without holds words. Numbers with a point or an
+//! exponent are read as numbers, all others as counts, so a table that is written and read is the same table, but for
+//! numbers that are not finite and empty words, which are written as nothing.
+
+use std::path::Path;
+
+use csv::{ReaderBuilder, StringRecord, WriterBuilder};
+use serde::{Serialize, Serializer};
+
+use crate::error::ResultsError;
+use crate::table::{Cell, Column, Table};
+
+impl Serialize for Cell {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Text(text) => serializer.serialize_str(text),
+            Self::Number(number) if number.is_finite() => serializer.serialize_f64(*number),
+            Self::Count(count) => serializer.serialize_u64(*count),
+            Self::Number(_) | Self::Empty => serializer.serialize_none(),
+        }
+    }
+}
+
+impl Cell {
+    /// Its number, if it holds one that is finite.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number).filter(|number| number.is_finite()),
+            Self::Count(count) => Some(*count as f64),
+            Self::Text(_) | Self::Empty => None,
+        }
+    }
+
+    fn read(text: &str, column: &Column) -> Option<Self> {
+        if text.is_empty() {
+            return Some(Self::Empty);
+        }
+        if column.unit.is_empty() {
+            return Some(Self::Text(text.to_owned()));
+        }
+        let number = || text.parse().ok().filter(|number: &f64| number.is_finite());
+        let count = text.parse().ok().map(Self::Count);
+        count.or_else(|| number().map(Self::Number))
+    }
+}
+
+impl Table {
+    /// Name of its file.
+    pub fn file(&self) -> String {
+        format!("{}.csv", self.name)
+    }
+
+    /// The table as CSV: a line of names, and a line for each row.
+    ///
+    /// # Errors
+    /// A row has more or fewer cells than the table has columns, or words stand where a unit is named. Both are errors of
+    /// the program.
+    pub fn to_csv(&self) -> Result<Vec<u8>, ResultsError> {
+        let path = || self.file().into();
+        for (row, line) in self.rows.iter().zip(2..) {
+            if row.len() != self.columns.len() {
+                return Err(ResultsError::Length {
+                    path: path(),
+                    line,
+                    what: "cells",
+                    found: row.len() as u64,
+                    expected: self.columns.len() as u64,
+                });
+            }
+            for (cell, column) in row.iter().zip(&self.columns) {
+                if let (Cell::Text(text), false) = (cell, column.unit.is_empty()) {
+                    return Err(ResultsError::Cell {
+                        path: path(),
+                        line,
+                        column: column.name.to_string(),
+                        found: text.clone(),
+                        expected: "a number, for the column has a unit",
+                    });
+                }
+            }
+        }
+        let write = || -> Result<Vec<u8>, csv::Error> {
+            let mut writer = WriterBuilder::new().has_headers(false).from_writer(vec![]);
+            writer.write_record(self.columns.iter().map(|column| &*column.name))?;
+            for row in &self.rows {
+                writer.serialize(row)?;
+            }
+            let bytes = writer.into_inner();
+            bytes.map_err(|error| error.into_error().into())
+        };
+        write().map_err(|error| fault(&path(), &error))
+    }
+
+    /// Reads the rows of this table, which has columns but no rows yet.
+    pub(crate) fn read_rows(&mut self, path: &Path) -> Result<(), ResultsError> {
+        let mut reader = ReaderBuilder::new()
+            .flexible(true)
+            .from_path(path)
+            .map_err(|error| fault(path, &error))?;
+        let header = reader.headers().map_err(|error| fault(path, &error))?;
+        let expected = self.columns.iter().map(|column| &*column.name);
+        if header.iter().ne(expected.clone()) {
+            return Err(ResultsError::Columns {
+                path: path.to_owned(),
+                found: header.iter().map(str::to_owned).collect(),
+                expected: expected.map(str::to_owned).collect(),
+            });
+        }
+        let mut record = StringRecord::new();
+        while (reader.read_record(&mut record)).map_err(|error| fault(path, &error))? {
+            let line = record.position().map_or(0, csv::Position::line);
+            if record.len() != self.columns.len() {
+                return Err(ResultsError::Length {
+                    path: path.to_owned(),
+                    line,
+                    what: "cells",
+                    found: record.len() as u64,
+                    expected: self.columns.len() as u64,
+                });
+            }
+            let cells = record.iter().zip(&self.columns).map(|(text, column)| {
+                Cell::read(text, column).ok_or_else(|| ResultsError::Cell {
+                    path: path.to_owned(),
+                    line,
+                    column: column.name.to_string(),
+                    found: text.chars().take(80).collect(),
+                    expected: "a finite number",
+                })
+            });
+            self.rows.push(cells.collect::<Result<_, _>>()?);
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with a table as a whole.
+fn fault(path: &Path, error: &csv::Error) -> ResultsError {
+    let line = error.position().map_or(0, csv::Position::line);
+    match error.kind() {
+        csv::ErrorKind::Utf8 { .. } => ResultsError::Cell {
+            path: path.to_owned(),
+            line,
+            column: "unknown".into(),
+            found: "bytes that are not UTF-8".into(),
+            expected: "text",
+        },
+        csv::ErrorKind::Io(source) => ResultsError::System {
+            path: path.to_owned(),
+            action: "read",
+            source: std::io::Error::new(source.kind(), source.to_string()),
+        },
+        other => ResultsError::System {
+            path: path.to_owned(),
+            action: "read",
+            source: std::io::Error::other(format!("{other:?}")),
+        },
+    }
+}

@@ -1,0 +1,182 @@
+//! What can be wrong with a results folder.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why results cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ResultsError {
+    /// There are results already.
+    #[error("{} exists; use --resume to continue it, --force to replace it, or --out for another folder", path.display())]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Something else is there.
+    #[error("{} is no results folder (it has no run.json of this program) and is not replaced; use --out for another folder", path.display())]
+    NotResults {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder is of another version, which kept no list of its files.
+    #[error("{}: run.json has format {found}, this program knows format {expected}; use --out for another folder, or delete this one", path.display())]
+    OtherVersion {
+        /// The folder.
+        path: PathBuf,
+        /// Format of its `run.json`.
+        found: String,
+        /// Format that this program knows.
+        expected: u32,
+    },
+    /// The case or start file is inside.
+    #[error("{} lies in the folder {} that would be replaced", input.display(), path.display())]
+    InputInside {
+        /// The folder.
+        path: PathBuf,
+        /// The file.
+        input: PathBuf,
+    },
+    /// There is nothing to continue.
+    #[error("{}: nothing to resume here; expected a results folder of this case", path.display())]
+    NothingToResume {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder belongs to another case.
+    #[error("{} belongs to another run ({differences}); use --force to replace it, or --out for another folder", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// What differs.
+        differences: String,
+    },
+    /// The run is finished, but the case now asks for another output of the same numbers.
+    #[error("{} is finished, but the case has changed since ({differences}); use --force to run it again, or --out for another folder", path.display())]
+    Changed {
+        /// The folder.
+        path: PathBuf,
+        /// What differs.
+        differences: String,
+    },
+    /// Another process writes there.
+    #[error("{}: another process is writing here; wait for it, or use --out for another folder", path.display())]
+    Locked {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Files that the run has written are gone.
+    #[error("{}: {} is missing, which this run has written; use --force to run it again", path.display(), files.join(", "))]
+    Lost {
+        /// The folder.
+        path: PathBuf,
+        /// The files, relative to it.
+        files: Vec<String>,
+    },
+    /// A run without results.
+    #[error("{}: {found}", path.display())]
+    NoResults {
+        /// The folder.
+        path: PathBuf,
+        /// What was found.
+        found: &'static str,
+    },
+    /// A file name that leads out of the folder.
+    #[error("{name:?} is no name of a file inside the results folder")]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// The system refused.
+    #[error("{}: cannot be {action}: {source}", path.display())]
+    System {
+        /// Where.
+        path: PathBuf,
+        /// What was tried: `written`, `read`, `removed`.
+        action: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A JSON file cannot be understood.
+    #[error("{}, line {line}, key {key}: {source}", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// Path of the key inside the file.
+        key: String,
+        /// Line, from one.
+        line: usize,
+        /// What was found and what was expected.
+        source: serde_json::Error,
+    },
+    /// A manifest or an index of another format.
+    #[error("{}: found format {found}, this program reads format {expected}; use the version that wrote it, or run the case again", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Format in the file.
+        found: String,
+        /// Format that this program reads.
+        expected: u32,
+    },
+    /// The header line of a table is not that of the manifest.
+    #[error("{}: found the columns {}; the manifest has {}", path.display(), found.join(","), expected.join(","))]
+    Columns {
+        /// The table.
+        path: PathBuf,
+        /// Columns in the file.
+        found: Vec<String>,
+        /// Columns in the manifest.
+        expected: Vec<String>,
+    },
+    /// A table has too few or too many rows, or a row has too few or too many cells.
+    #[error("{}, line {line}: found {found} {what}; expected {expected}", path.display())]
+    Length {
+        /// The table.
+        path: PathBuf,
+        /// Line, from one.
+        line: u64,
+        /// What is counted: `cells`, `rows`.
+        what: &'static str,
+        /// How many were found.
+        found: u64,
+        /// How many belong there.
+        expected: u64,
+    },
+    /// A cell cannot be understood.
+    #[error("{}, line {line}, column {column}: found {found:?}; expected {expected}", path.display())]
+    Cell {
+        /// The table.
+        path: PathBuf,
+        /// Line, from one.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// What was found.
+        found: String,
+        /// What the column holds.
+        expected: &'static str,
+    },
+}
+
+impl ResultsError {
+    /// Whether the system is at fault, and not what was asked. A place where nothing may be written is what was asked.
+    pub fn is_system(&self) -> bool {
+        use io::ErrorKind::{AlreadyExists, NotADirectory, PermissionDenied, ReadOnlyFilesystem};
+        let refused = [
+            AlreadyExists,
+            NotADirectory,
+            PermissionDenied,
+            ReadOnlyFilesystem,
+        ];
+        matches!(self, Self::System { source, .. } if !refused.contains(&source.kind()))
+    }
+
+    pub(crate) fn system(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::System {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Which run a folder is for: `run.json` and the fingerprints in it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::error::ResultsError;
+use crate::manifest::Fingerprint;
+
+/// Marks a results folder.
+pub(crate) const RUN_FILE: &str = "run.json";
+/// Version of `run.json`.
+const RUN_FORMAT: u32 = 2;
+/// Differences that a message names.
+const NAMED: usize = 3;
+
+/// Which run a folder is for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunId {
+    /// Name of the point of a sweep, which is that of its subfolder; empty without a sweep.
+    pub name: String,
+    /// Hash of all that decides the numbers: version, case, input files.
+    pub numbers: [u8; 32],
+    /// Hash of the whole case but for `ignored` keys.
+    pub output: [u8; 32],
+    pub(crate) case: Value,
+}
+
+/// Keys of a case that do not decide the numbers, with dots between the names of tables.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Keys<'a> {
+    /// Keys that change nothing in the folder, such as `run.checkpoint_seconds`.
+    pub ignored: &'a [&'a str],
+    /// Keys that change only how the same numbers are shown and judged, such as `title` and `verdict`.
+    pub output: &'a [&'a str],
+}
+
+/// Contents of `run.json`.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Mark {
+    program: String,
+    format: u32,
+    version: String,
+    /// By subfolder; one with an empty name without a sweep.
+    pub(crate) runs: BTreeMap<String, MarkedRun>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct MarkedRun {
+    pub(crate) fingerprint: Fingerprint,
+    pub(crate) case: Value,
+}
+
+impl RunId {
+    /// Identifies a run by its case, with every default filled in and the values of the point of a sweep, and the files
+    /// that it reads: their bytes count, not their names.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn new(
+        name: &str,
+        case: &Value,
+        keys: Keys<'_>,
+        inputs: &[&Path],
+    ) -> Result<Self, ResultsError> {
+        let mut case = case.clone();
+        keys.ignored
+            .iter()
+            .for_each(|key| remove_key(&mut case, key));
+        let output = *blake3::hash(case.to_string().as_bytes()).as_bytes();
+        let mut physics = case.clone();
+        keys.output
+            .iter()
+            .for_each(|key| remove_key(&mut physics, key));
+        let mut hash = blake3::Hasher::new();
+        hash.update(env!("CARGO_PKG_VERSION").as_bytes())
+            .update(b"\n")
+            .update(physics.to_string().as_bytes());
+        for path in inputs {
+            let bytes = fs::read(path).map_err(ResultsError::system(path, "read"))?;
+            hash.update(blake3::hash(&bytes).as_bytes());
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            numbers: hash.finalize().into(),
+            output,
+            case,
+        })
+    }
+
+    pub(crate) fn fingerprint(&self) -> Fingerprint {
+        let hex = |bytes| blake3::Hash::from_bytes(bytes).to_string();
+        Fingerprint {
+            numbers: hex(self.numbers),
+            output: hex(self.output),
+        }
+    }
+}
+
+/// Removes a key from nested tables.
+fn remove_key(case: &mut Value, key: &str) {
+    let (first, rest) = key
+        .split_once('.')
+        .map_or((key, None), |(a, b)| (a, Some(b)));
+    let Some(table) = case.as_object_mut() else {
+        return;
+    };
+    match (rest, table.get_mut(first)) {
+        (Some(rest), Some(inner)) => remove_key(inner, rest),
+        (None, Some(_)) => drop(table.remove(first)),
+        _ => {}
+    }
+}
+
+impl Mark {
+    pub(crate) fn new(runs: &[RunId]) -> Self {
+        let marked = |run: &RunId| MarkedRun {
+            fingerprint: run.fingerprint(),
+            case: run.case.clone(),
+        };
+        Self {
+            program: "stosszahl".into(),
+            format: RUN_FORMAT,
+            version: env!("CARGO_PKG_VERSION").into(),
+            runs: runs
+                .iter()
+                .map(|run| (run.name.clone(), marked(run)))
+                .collect(),
+        }
+    }
+
+    /// The mark of a folder; `None` without one of this program.
+    pub(crate) fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
+        let read = fs::read(folder.join(RUN_FILE)).ok();
+        let value = read.and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
+        let Some(value) = value.filter(|value| value["program"] == "stosszahl") else {
+            return Ok(None);
+        };
+        if value["format"] != RUN_FORMAT {
+            let found = value.get("format");
+            return Err(ResultsError::OtherVersion {
+                path: folder.to_owned(),
+                found: found.map_or("1".into(), ToString::to_string),
+                expected: RUN_FORMAT,
+            });
+        }
+        Ok(serde_json::from_value(value).ok())
+    }
+
+    /// What differs from some runs in what decides the numbers; `None` if nothing does.
+    pub(crate) fn differences(&self, runs: &[RunId]) -> Option<String> {
+        let names = runs.iter().map(|run| &run.name);
+        if !self
+            .runs
+            .keys()
+            .collect::<BTreeSet<_>>()
+            .into_iter()
+            .eq(names.collect::<BTreeSet<_>>())
+        {
+            return Some("the points of the sweep differ".into());
+        }
+        let foreign = runs
+            .iter()
+            .find(|run| self.runs[&run.name].fingerprint.numbers != run.fingerprint().numbers)?;
+        if self.version != env!("CARGO_PKG_VERSION") {
+            return Some(format!("version {} of the program wrote it", self.version));
+        }
+        let named = differences(&self.runs[&foreign.name].case, &foreign.case);
+        Some(if named.is_empty() {
+            "the files that the case reads have changed".into()
+        } else {
+            named
+        })
+    }
+}
+
+/// The first keys in which two cases differ, in words.
+pub(crate) fn differences(there: &Value, here: &Value) -> String {
+    fn flatten(value: &Value, key: &str, into: &mut BTreeMap<String, String>) {
+        let inner = |name: &str| match key {
+            "" => name.to_owned(),
+            _ => format!("{key}.{name}"),
+        };
+        match value {
+            Value::Object(map) => {
+                map.iter()
+                    .for_each(|(name, value)| flatten(value, &inner(name), into));
+            }
+            Value::Array(list) if list.iter().any(Value::is_object) => {
+                let numbered = list.iter().zip(1..);
+                numbered
+                    .for_each(|(value, number)| flatten(value, &inner(&format!("{number}")), into));
+            }
+            Value::Null => {}
+            other => drop(into.insert(key.to_owned(), other.to_string())),
+        }
+    }
+    let (mut old, mut new) = (BTreeMap::new(), BTreeMap::new());
+    flatten(there, "", &mut old);
+    flatten(here, "", &mut new);
+    let keys: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    let differ: Vec<&String> = keys
+        .into_iter()
+        .filter(|key| old.get(*key) != new.get(*key))
+        .collect();
+    let shown = |values: &BTreeMap<String, String>, key: &str| {
+        let text = values.get(key).map_or("not set", String::as_str);
+        text.chars().take(60).collect::<String>()
+    };
+    let named = differ.iter().take(NAMED).map(|key| {
+        format!(
+            "{key}: {} there, {} here",
+            shown(&old, key),
+            shown(&new, key)
+        )
+    });
+    let mut text = named.collect::<Vec<_>>().join("; ");
+    if differ.len() > NAMED {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "; {} more", differ.len() - NAMED);
+    }
+    text
+}

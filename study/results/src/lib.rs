@@ -1,0 +1,30 @@
+//! What a run leaves: tables that know their columns, verdicts in one vocabulary, a manifest, and the folder that holds them.
+//!
+//! A [`Table`] is described once, where it is measured: each column has a name, a unit and a meaning, each estimate its
+//! standard error and its theory, each figure its axes. CSV files, the manifest, the report and the docs of the results
+//! folder are derived from that description, so a new observable touches one place.
+//!
+//! A run opens its [`Folder`], which no other process can write into meanwhile, claims each file before it is written, and
+//! ends with [`Place::finish`]. Readers start from [`Stored::read`].
+
+mod csv_file;
+mod engines;
+mod error;
+mod folder;
+mod identity;
+mod list;
+mod manifest;
+mod table;
+mod verdict;
+
+pub use engines::{ENGINES, engine_rank, engine_title};
+pub use error::ResultsError;
+pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, write_file};
+pub use identity::{Keys, RunId};
+pub use manifest::{
+    Derived, EngineWork, FORMAT, Fingerprint, MANIFEST_FILE, Machine, Manifest, Program,
+    REPORT_FILE, SWEEP_FILE, Snapshot, Start, StartTest, Stored, Sweep, SweepPoint, TableEntry,
+    TimeUnit,
+};
+pub use table::{Axis, Cell, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
+pub use verdict::{Verdict, VerdictKind};

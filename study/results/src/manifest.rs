@@ -1,0 +1,423 @@
+//! The manifest of a results folder (`manifest.json`) and the index of a sweep (`sweep.json`).
+//!
+//! The manifest says what was run, from which start, on which machine, with which work, what follows from it in words, and
+//! what each table means. JSON has no NaN: a number that is not finite is written as `null` and read back as NaN.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::error::ResultsError;
+use crate::table::{Column, Figure, Table};
+use crate::verdict::Verdict;
+
+/// Version of the manifest and of the index that this program writes and reads.
+pub const FORMAT: u32 = 2;
+/// Name of the manifest inside a results folder.
+pub const MANIFEST_FILE: &str = "manifest.json";
+/// Name of the index inside a sweep folder.
+pub const SWEEP_FILE: &str = "sweep.json";
+/// Name of the page inside a results folder or a sweep folder.
+pub const REPORT_FILE: &str = "report.html";
+
+/// Contents of `manifest.json`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the format, [`FORMAT`].
+    pub format: u32,
+    /// Program that wrote the folder.
+    pub program: Program,
+    /// Which run this is; set when the run is finished.
+    pub fingerprint: Fingerprint,
+    /// Title of the run, plain text.
+    pub title: String,
+    /// The case file, verbatim.
+    pub case_text: String,
+    /// The case as it was run, with every default filled in.
+    pub case: serde_json::Value,
+    /// What the case is about: `comparison`, `homogeneous` or `flow`.
+    pub kind: String,
+    /// The unit of all times.
+    pub time_unit: TimeUnit,
+    /// What follows from the case in numbers.
+    pub derived: Vec<Derived>,
+    /// Machine that the run was made on.
+    pub machine: Machine,
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Replicas that were run.
+    pub replicas: u64,
+    /// Duration of the whole run \[s\].
+    #[serde(deserialize_with = "null_is_nan")]
+    pub wall_seconds: f64,
+    /// How each replica began.
+    pub start: Vec<Start>,
+    /// Work of each engine.
+    pub engines: Vec<EngineWork>,
+    /// Conclusions in words, the most important first.
+    pub verdicts: Vec<Verdict>,
+    /// What the program chose, and why.
+    pub choices: Vec<String>,
+    /// What a reader should know.
+    pub warnings: Vec<String>,
+    /// Snapshots of replica 0.
+    pub snapshots: Vec<Snapshot>,
+    /// The tables; set when the run is finished.
+    pub tables: Vec<TableEntry>,
+}
+
+/// Name and version of a program.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    /// Name.
+    pub name: String,
+    /// Version.
+    pub version: String,
+}
+
+/// Which run a folder holds, as hexadecimal BLAKE3 hashes.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fingerprint {
+    /// Of all that decides the numbers.
+    pub numbers: String,
+    /// Of what decides only how they are shown and judged.
+    pub output: String,
+}
+
+/// The unit of all times of a case.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TimeUnit {
+    /// What it is, such as `Haff's cooling time`.
+    pub name: String,
+    /// How long it is, in units of the case.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub size: f64,
+}
+
+/// A number that follows from the case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Derived {
+    /// Its name, in words.
+    pub name: String,
+    /// Its value.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub value: f64,
+    /// Its unit; `1` for pure numbers.
+    pub unit: String,
+}
+
+/// Machine that a run was made on.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Cores that the run could use.
+    pub cores: u64,
+    /// Name of the processor.
+    pub processor: String,
+    /// Name of the operating system.
+    pub system: String,
+}
+
+/// How a replica began.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// Number of the replica, from zero.
+    pub replica: u64,
+    /// How the particles were placed.
+    pub placement: String,
+    /// Elastic collisions per particle before the start \[1\].
+    #[serde(deserialize_with = "null_is_nan")]
+    pub collisions_per_particle: f64,
+    /// Whether the start passed as an equilibrium state.
+    pub equilibrated: bool,
+    /// Tests of the start.
+    pub tests: Vec<StartTest>,
+}
+
+/// One test of the initial state against equilibrium.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StartTest {
+    /// Name of the test.
+    pub name: String,
+    /// Value of the statistic \[1\].
+    #[serde(deserialize_with = "null_is_nan")]
+    pub statistic: f64,
+    /// Probability of so extreme a statistic in equilibrium \[1\].
+    pub p_value: Option<f64>,
+    /// Whether the test was passed; `None` where it only informs.
+    pub passed: Option<bool>,
+    /// What was measured, in words.
+    pub detail: String,
+}
+
+/// Work of one engine, over all replicas.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EngineWork {
+    /// Engine.
+    pub engine: String,
+    /// Computing time \[s\].
+    #[serde(deserialize_with = "null_is_nan")]
+    pub seconds: f64,
+    /// Collisions.
+    pub collisions: u64,
+    /// Largest memory of one replica \[bytes\].
+    pub bytes: u64,
+    /// Counts of work by name, such as `predictions`.
+    #[serde(deserialize_with = "finite_or_null")]
+    pub work: BTreeMap<String, f64>,
+}
+
+/// A snapshot file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Engine.
+    pub engine: String,
+    /// Time, in the unit of time of the case.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub time: f64,
+    /// Path of the file, relative to the results folder, with `/` between names.
+    pub file: String,
+    /// BLAKE3 hash of the file, hexadecimal; set when the run is finished.
+    #[serde(default)]
+    pub blake3: String,
+}
+
+/// A table of the folder, all but its rows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TableEntry {
+    /// Its name; its file is `NAME.csv`.
+    pub name: String,
+    /// What it holds.
+    pub about: String,
+    /// Its columns.
+    pub columns: Vec<Column>,
+    /// How it is drawn.
+    pub figures: Vec<Figure>,
+    /// Number of its rows.
+    pub rows: u64,
+    /// BLAKE3 hash of its file, hexadecimal.
+    pub blake3: String,
+}
+
+/// Contents of `sweep.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sweep {
+    /// Version of the format, [`FORMAT`].
+    pub format: u32,
+    /// Title of the sweep, plain text.
+    pub title: String,
+    /// The case file, verbatim.
+    pub case_text: String,
+    /// What the case is about.
+    pub kind: String,
+    /// Points of the sweep, in the order of the case file.
+    pub points: Vec<SweepPoint>,
+}
+
+/// One point of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepPoint {
+    /// Name of the point, which is that of its folder inside the sweep folder.
+    pub name: String,
+    /// Values of the swept keys.
+    pub values: BTreeMap<String, serde_json::Value>,
+}
+
+/// A finished run as its folder holds it, except the particles of its snapshots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored {
+    /// The manifest.
+    pub manifest: Manifest,
+    /// The tables, in the order of the manifest.
+    pub tables: Vec<Table>,
+    /// Files that are not the ones that the run wrote.
+    pub changed: Vec<String>,
+}
+
+impl TableEntry {
+    /// Describes a table whose file has the given bytes.
+    pub(crate) fn new(table: &Table, bytes: &[u8]) -> Self {
+        Self {
+            name: table.name.to_string(),
+            about: table.about.to_string(),
+            columns: table.columns.clone(),
+            figures: table.figures.clone(),
+            rows: table.rows.len() as u64,
+            blake3: blake3::hash(bytes).to_string(),
+        }
+    }
+
+    /// Name of the file.
+    pub fn file(&self) -> String {
+        format!("{}.csv", self.name)
+    }
+
+    /// Reads the table.
+    ///
+    /// # Errors
+    /// Its file is absent or damaged, or has other columns or another number of rows.
+    pub fn read(&self, folder: &Path) -> Result<Table, ResultsError> {
+        let mut table = Table {
+            name: self.name.clone().into(),
+            about: self.about.clone().into(),
+            columns: self.columns.clone(),
+            rows: Vec::new(),
+            figures: self.figures.clone(),
+        };
+        let path = folder.join(self.file());
+        table.read_rows(&path)?;
+        let found = table.rows.len() as u64;
+        if found == self.rows {
+            return Ok(table);
+        }
+        Err(ResultsError::Length {
+            path,
+            line: found + 1,
+            what: "rows",
+            found,
+            expected: self.rows,
+        })
+    }
+}
+
+impl Manifest {
+    /// Reads the manifest of a folder; `None` where there is none.
+    ///
+    /// # Errors
+    /// It cannot be read, or has another format.
+    pub fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
+        read_json(&folder.join(MANIFEST_FILE))
+    }
+
+    /// Files of the finished run with their hashes: tables and snapshots.
+    pub fn files(&self) -> impl Iterator<Item = (String, &str)> {
+        let tables = self
+            .tables
+            .iter()
+            .map(|entry| (entry.file(), entry.blake3.as_str()));
+        let snapshots = (self.snapshots.iter()).map(|one| (one.file.clone(), one.blake3.as_str()));
+        tables.chain(snapshots)
+    }
+
+    /// Files that are absent, and files with other contents than the run wrote.
+    ///
+    /// # Errors
+    /// A file that is there cannot be read.
+    pub fn damage(&self, folder: &Path) -> Result<(Vec<String>, Vec<String>), ResultsError> {
+        let (mut absent, mut changed) = (Vec::new(), Vec::new());
+        for (file, expected) in self.files() {
+            match hash_of(&folder.join(&file))? {
+                None => absent.push(file),
+                Some(found) if found != expected => changed.push(file),
+                Some(_) => {}
+            }
+        }
+        Ok((absent, changed))
+    }
+}
+
+impl Sweep {
+    /// Reads the index of a folder; `None` where there is none.
+    ///
+    /// # Errors
+    /// It cannot be read, or has another format.
+    pub fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
+        read_json(&folder.join(SWEEP_FILE))
+    }
+}
+
+impl Stored {
+    /// Reads a finished run; `None` where there is no manifest.
+    ///
+    /// # Errors
+    /// The manifest or a table is damaged, a table is absent, or the run has none.
+    pub fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
+        let Some(manifest) = Manifest::read(folder)? else {
+            return Ok(None);
+        };
+        let (absent, changed) = manifest.damage(folder)?;
+        let tables: Vec<String> = absent
+            .into_iter()
+            .filter(|file| manifest.tables.iter().any(|entry| entry.file() == *file))
+            .collect();
+        if !tables.is_empty() {
+            return Err(ResultsError::Lost {
+                path: folder.to_owned(),
+                files: tables,
+            });
+        }
+        if manifest.tables.is_empty() {
+            return Err(ResultsError::NoResults {
+                path: folder.to_owned(),
+                found: "the manifest names no table; run the case again",
+            });
+        }
+        let read = manifest.tables.iter().map(|entry| entry.read(folder));
+        Ok(Some(Self {
+            tables: read.collect::<Result<_, _>>()?,
+            manifest,
+            changed,
+        }))
+    }
+}
+
+/// The hash of a file; `None` where there is none.
+pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
+    let read = || -> std::io::Result<String> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(fs::File::open(path)?)?;
+        Ok(hasher.finalize().to_string())
+    };
+    match read() {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        other => other.map(Some).map_err(ResultsError::system(path, "read")),
+    }
+}
+
+/// Reads a JSON file with a format number; `None` where there is no file.
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ResultsError> {
+    let bytes = match fs::read(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        other => other.map_err(ResultsError::system(path, "read"))?,
+    };
+    // A file of another format may lack the fields of this one, so its number is read first.
+    let stamp: serde_json::Value = parse(path, &bytes)?;
+    let format = stamp.get("format");
+    if format.and_then(serde_json::Value::as_u64) != Some(FORMAT.into()) {
+        return Err(ResultsError::Format {
+            path: path.to_owned(),
+            found: format.map_or("nothing".into(), ToString::to_string),
+            expected: FORMAT,
+        });
+    }
+    parse(path, &bytes).map(Some)
+}
+
+fn parse<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, ResultsError> {
+    let mut source = serde_json::Deserializer::from_slice(bytes);
+    serde_path_to_error::deserialize(&mut source).map_err(|error| {
+        let key = error.path().to_string();
+        let source = error.into_inner();
+        ResultsError::Json {
+            path: path.to_owned(),
+            key,
+            line: source.line(),
+            source,
+        }
+    })
+}
+
+/// Reads a map of numbers in which `null` stands for NaN.
+fn finite_or_null<'de, D: Deserializer<'de>>(source: D) -> Result<BTreeMap<String, f64>, D::Error> {
+    let read = BTreeMap::<String, Option<f64>>::deserialize(source)?;
+    let number = |(name, value): (String, Option<f64>)| (name, value.unwrap_or(f64::NAN));
+    Ok(read.into_iter().map(number).collect())
+}
+
+/// Reads a number that is `null` where it was not finite.
+fn null_is_nan<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(source)?.unwrap_or(f64::NAN))
+}

@@ -1,0 +1,321 @@
+//! `[accuracy] target`: the resolution of the Monte Carlo engines, chosen from a pilot.
+//!
+//! The pilot is a small box of the same gas, too small for growing waves of shear, followed to `t_0`. There theory is exact:
+//! Haff's law with the relaxation of a2 for the energy of a gas that cools, Enskog's rate for the collisions of an elastic
+//! one. For each engine simulators per disk are doubled until the energy (or rate) is sure to be within the target, then steps
+//! are halved as long as it stays so. Runs have fixed seeds and the choice follows from their values and from the order of
+//! the work alone, so it is the same on any machine.
+//!
+//! What is bounded is the error of the scheme against Enskog's theory, not the difference to exact disks, which break chaos.
+
+use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
+use stosszahl_analysis::accuracy::{Accuracy, Known};
+use stosszahl_case::format::{self, MonteCarlo, Placement, Start};
+use stosszahl_case::{Case, CaseFile};
+use stosszahl_dsmc::Parameters;
+use stosszahl_model::{Particles, transport};
+
+use crate::check::Planned;
+use crate::follow::PartError;
+
+use crate::measure::Measure;
+use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
+use crate::run::{Options, RunError};
+use crate::unsaved::{Unsaved, collision_rate, energies, measures, resized};
+use crate::words::percent;
+
+/// Most and fewest disks of the pilot, and the side of its box over the shortest growing wave.
+const MOST_DISKS: usize = 400;
+const FEWEST_DISKS: usize = 24;
+const STABLE: f64 = 0.7;
+/// Runs of each candidate.
+const RUNS: u64 = 200;
+/// Simulators for each disk that are tried, in turn.
+const SIMULATORS: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
+/// First replica of the pilot: none that a run has.
+const FIRST: u64 = 1 << 34;
+/// When the pilot ends: in Haff's times, and in mean free times of an elastic gas.
+const COOLING: f64 = 1.0;
+const ELASTIC: f64 = 20.0;
+
+/// Refuses a target where theory does not say what the error is.
+///
+/// # Errors
+/// [`PlanError`] names what the case has.
+pub(crate) fn check(plan: &Plan) -> Result<(), PlanError> {
+    let found = if plan.case.accuracy.is_none() {
+        return Ok(());
+    } else if plan.dimension != 2 {
+        "spheres"
+    } else if plan.case.drive.is_some() {
+        "a driven gas"
+    } else if !plan.has_theory() {
+        "several sizes or masses, or a restitution that depends on the speed"
+    } else if plan.engines.iter().all(|one| one.parameters().is_none()) {
+        "no Monte Carlo engine in cells"
+    } else {
+        return Ok(());
+    };
+    let allowed = "equal disks with one coefficient of restitution, cooling freely or elastic";
+    Err(PlanError::new("accuracy.target", found, allowed))
+}
+
+/// Chooses the resolution of all points that ask for an accuracy.
+///
+/// # Errors
+/// [`RunError`] if the pilot fails or is stopped.
+pub(crate) fn settle<'a>(
+    file: &CaseFile,
+    planned: Vec<Planned<'a>>,
+    options: &Options<'_>,
+    threads: usize,
+) -> Result<Vec<Planned<'a>>, RunError> {
+    if planned.iter().all(|one| one.plan.case.accuracy.is_none()) {
+        return Ok(planned);
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let one = |one: Planned<'a>| {
+        let target = one.plan.case.accuracy.as_ref();
+        let Some(target) = target.and_then(format::Accuracy::share) else {
+            return Ok(one);
+        };
+        options
+            .progress
+            .note("a pilot chooses simulators and time steps for accuracy.target");
+        let found = pool.install(|| choose(&one.plan, target, options.stop));
+        let (case, choices) = found.map_err(RunError::Pilot)?;
+        let mut settled = Planned::of(file, one.point, &case)?;
+        settled.plan.choices.extend(choices);
+        Ok(settled)
+    };
+    planned.into_iter().map(one).collect()
+}
+
+/// The case with its resolution chosen, and the reasons in words.
+fn choose(plan: &Plan, target: f64, stop: &AtomicBool) -> Result<(Case, Vec<String>), PartError> {
+    let small = Plan::new(&pilot(plan), &plan.folder)?;
+    let measures = measures(&["energy", "impact_parameters"]);
+    let run = |replica| Unsaved {
+        plan: &small,
+        measures: &measures,
+        replica,
+        stop,
+    };
+    let starts = (FIRST..FIRST + RUNS).into_par_iter();
+    let search = Search {
+        plan: &small,
+        measures: &measures,
+        stop,
+        starts: starts
+            .map(|replica| run(replica).start())
+            .collect::<Result<_, _>>()?,
+        target,
+    };
+    let (mut case, mut words) = (plan.case.clone(), Vec::new());
+    for engine in &small.engines {
+        let (Some(asked), Some(written)) = (engine.parameters(), written(&mut case, engine.name))
+        else {
+            continue;
+        };
+        let choice = search.choose(engine, *asked)?;
+        written.simulators_per_particle = Some(u64::from(choice.parameters.simulators_per_disk));
+        let steps = Some(choice.parameters.steps_per_crossing);
+        if choice.parameters.scheme.is_across() {
+            written.steps_per_mean_free_time = steps;
+        } else {
+            written.steps_per_crossing = steps;
+        }
+        words.push(choice.words(engine.name, &small, target));
+    }
+    Ok((case, words))
+}
+
+/// What a case says of an engine in cells.
+fn written<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut MonteCarlo> {
+    let engines = &mut case.engine;
+    match name {
+        "dsmc-boltzmann" => engines.boltzmann.as_mut(),
+        "dsmc-free-volume" => engines.free_volume.as_mut(),
+        "dsmc-enskog" => engines.enskog.as_mut(),
+        "dsmc-esmc" => engines.esmc.as_mut(),
+        "dsmc-stochastic-disks" => engines.stochastic_disks.as_mut(),
+        "dsmc-contact-point" => engines.contact_point.as_mut(),
+        _ => None,
+    }
+}
+
+/// The small box.
+fn pilot(plan: &Plan) -> Case {
+    let density = plan.packing_fraction / std::f64::consts::FRAC_PI_4;
+    let side = STABLE
+        * transport::critical_length(plan.packing_fraction, plan.contact_value, plan.restitution);
+    let stable = (density * side * side).min(MOST_DISKS as f64);
+    let disks = (stable as usize).clamp(FEWEST_DISKS, plan.count().max(FEWEST_DISKS));
+    let mut case = plan.case.clone();
+    if case.start.placement == Placement::File {
+        // A file says one place of all disks, and not of fewer.
+        case.start = Start {
+            equilibration: case.start.equilibration,
+            longest_equilibration: case.start.longest_equilibration,
+            ..Start::default()
+        };
+        case.gas.number = Some(disks as u64);
+    }
+    let mut case = resized(&case, disks, plan.packing_fraction);
+    case.accuracy = None;
+    case.measure.clear();
+    case.engine.ed = None;
+    case.run.until = if plan.law.is_elastic() {
+        ELASTIC
+    } else {
+        COOLING
+    };
+    case.run.time_unit = None;
+    case.run.first_sample = Some(0.5 * case.run.until);
+    case.run.samples_per_decade = Some(1);
+    case.run.samples = None;
+    let window = toml::Value::from(vec![toml::Value::from(vec![0.0, case.run.until])]);
+    let windows = toml::Table::from_iter([("windows".to_owned(), window)]);
+    case.measure.insert("impact_parameters".into(), windows);
+    case
+}
+
+/// A resolution with what the pilot found of it.
+struct Choice {
+    parameters: Parameters,
+    found: Accuracy,
+    met: bool,
+}
+
+impl Choice {
+    fn words(&self, engine: &str, small: &Plan, target: f64) -> String {
+        let what = if small.law.is_elastic() {
+            "the collision rate over Enskog's"
+        } else {
+            "K at t0 over Haff's law"
+        };
+        let reason = if self.met {
+            format!(
+                "sure to be within {} and the cheapest that is",
+                percent(target)
+            )
+        } else {
+            let target = percent(target);
+            format!(
+                "no resolution that was tried is sure to keep {target}, and this one errs least"
+            )
+        };
+        format!(
+            "{engine}: {} simulators per particle and {} steps, because a pilot of {} disks and {RUNS} runs found an error of \
+             {} ± {} in {what}; {reason}",
+            self.parameters.simulators_per_disk,
+            self.parameters.steps_per_crossing,
+            small.count(),
+            percent(self.found.systematic),
+            percent(self.found.systematic_error),
+        )
+    }
+}
+
+/// Looks for the cheapest resolution of one engine.
+struct Search<'a> {
+    plan: &'a Plan,
+    measures: &'a [&'static dyn Measure],
+    stop: &'a AtomicBool,
+    starts: Vec<Particles>,
+    target: f64,
+}
+
+impl Search<'_> {
+    fn measure(&self, engine: &EnginePlan, parameters: Parameters) -> Result<Choice, PartError> {
+        let plan = self.plan;
+        let elastic = plan.law.is_elastic();
+        let reference = if elastic {
+            (1.0 - 1.0 / plan.count() as f64).sqrt()
+        } else {
+            transport::relaxing_haff_law(plan.restitution, COOLING)
+        };
+        let engine = EnginePlan {
+            kind: EngineKind::MonteCarlo(parameters),
+            ..engine.clone()
+        };
+        let value = |(index, start): (usize, &Particles)| {
+            let run = Unsaved {
+                plan,
+                measures: self.measures,
+                replica: FIRST + index as u64,
+                stop: self.stop,
+            };
+            let done = run.run(&engine, start)?;
+            Ok::<_, PartError>(if elastic {
+                collision_rate(plan, &done)
+            } else {
+                energies(&done).last().copied().unwrap_or(f64::NAN)
+            })
+        };
+        let values = self.starts.par_iter().enumerate().map(value);
+        let values: Vec<f64> = values.collect::<Result<_, _>>()?;
+        let known = Known {
+            value: reference,
+            standard_error: 0.0,
+        };
+        let found = Accuracy::new(&values, known, reference).ok_or_else(|| {
+            PlanError::new(
+                "accuracy.target",
+                "a pilot whose values are no numbers",
+                "numbers",
+            )
+        })?;
+        Ok(Choice {
+            parameters,
+            found,
+            // All of what is not known of the bias, at 99 %.
+            met: found.assured(u64::MAX) <= self.target,
+        })
+    }
+
+    fn choose(&self, engine: &EnginePlan, asked: Parameters) -> Result<Choice, PartError> {
+        let mut best: Option<Choice> = None;
+        for simulators_per_disk in SIMULATORS {
+            let parameters = Parameters {
+                simulators_per_disk,
+                ..asked
+            };
+            let choice = self.measure(engine, parameters)?;
+            if choice.met {
+                return self.fewer_steps(engine, choice);
+            }
+            let size = |choice: &Choice| choice.found.systematic.abs();
+            if best
+                .as_ref()
+                .is_none_or(|known| size(&choice) < size(known))
+            {
+                best = Some(choice);
+            }
+        }
+        best.map_or_else(|| self.measure(engine, asked), Ok)
+    }
+
+    /// Halves the steps while the target is kept.
+    fn fewer_steps(&self, engine: &EnginePlan, mut choice: Choice) -> Result<Choice, PartError> {
+        while choice.parameters.steps_per_crossing >= 2.0 {
+            let steps_per_crossing = 0.5 * choice.parameters.steps_per_crossing;
+            let coarser = self.measure(
+                engine,
+                Parameters {
+                    steps_per_crossing,
+                    ..choice.parameters
+                },
+            )?;
+            if !coarser.met {
+                break;
+            }
+            choice = coarser;
+        }
+        Ok(choice)
+    }
+}

@@ -1,0 +1,137 @@
+//! What a case means before it is run, as data.
+
+use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
+
+use crate::accuracy;
+use crate::measure::{BadOption, Measure};
+use crate::measures;
+use crate::plan::{Cost, Plan, PlanError, Quantity};
+
+/// A point of a case with all that follows from it.
+pub struct Planned<'a> {
+    /// The point.
+    pub point: &'a Point,
+    /// Its plan.
+    pub plan: Plan,
+    /// What is measured, in the order of tables.
+    pub measures: Vec<&'static dyn Measure>,
+}
+
+/// What a case means.
+#[derive(Clone, Debug)]
+pub struct Outline {
+    /// The title of the case.
+    pub title: String,
+    /// Name of the point of a sweep; empty without one.
+    pub point: String,
+    /// Quantities that follow from the case, in its units.
+    pub derived: Vec<Quantity>,
+    /// Names of the engines.
+    pub engines: Vec<&'static str>,
+    /// Names of the measures.
+    pub measures: Vec<&'static str>,
+    /// Replicas.
+    pub replicas: u64,
+    /// Memory and time.
+    pub cost: Cost,
+    /// What a reader should know.
+    pub warnings: Vec<String>,
+}
+
+/// The case format with the options of all measures.
+pub fn format() -> Format {
+    let all = measures::ALL.iter();
+    let named: Vec<_> = all.map(|one| (one.name(), one.schema())).collect();
+    Format::new(&named)
+}
+
+impl<'a> Planned<'a> {
+    /// Plans a point of a case.
+    ///
+    /// # Errors
+    /// [`CaseError`] shows where the key is written that is to blame.
+    pub fn new(file: &CaseFile, point: &'a Point) -> Result<Self, CaseError> {
+        Self::of(file, point, &point.case)
+    }
+
+    /// Plans a point with a case in which choices are made that the point leaves open.
+    ///
+    /// # Errors
+    /// As [`Planned::new`].
+    pub fn of(file: &CaseFile, point: &'a Point, case: &Case) -> Result<Self, CaseError> {
+        let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
+        let plan = Plan::new(case, folder).map_err(|error| refused(point, &error))?;
+        accuracy::check(&plan).map_err(|error| refused(point, &error))?;
+        let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
+        Ok(Self {
+            point,
+            plan,
+            measures,
+        })
+    }
+
+    /// What it means on so many threads.
+    pub fn outline(&self, threads: usize) -> Outline {
+        Outline {
+            title: self.plan.case.title.clone(),
+            point: self.point.name.clone(),
+            derived: self.plan.derived(),
+            engines: self.plan.engines.iter().map(|one| one.name).collect(),
+            measures: self.measures.iter().map(|one| one.name()).collect(),
+            replicas: self.plan.case.replicas,
+            cost: self.plan.cost(threads),
+            warnings: self.plan.warnings.clone(),
+        }
+    }
+}
+
+/// Plans all points of a case.
+///
+/// # Errors
+/// As [`Planned::new`].
+pub fn check(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
+    let points = file.points.iter();
+    points.map(|point| Planned::new(file, point)).collect()
+}
+
+/// The measures of a case: those that it names, and those that are made without being named.
+///
+/// # Errors
+/// [`PlanError`] names the option, or the measure that does not exist.
+pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
+    let known = |name: &str| measures::ALL.iter().any(|measure| measure.name() == name);
+    if let Some(name) = plan.case.measure.keys().find(|name| !known(name)) {
+        let names: Vec<&str> = measures::ALL.iter().map(|measure| measure.name()).collect();
+        let allowed = format!("one of {}", names.join(", "));
+        return Err(PlanError::new(
+            format!("measure.{name}"),
+            "no such measure",
+            allowed,
+        ));
+    }
+    let asked = |measure: &&&'static dyn Measure| {
+        plan.case.measure.contains_key(measure.name()) || measure.by_default(plan)
+    };
+    let list: Vec<&'static dyn Measure> = measures::ALL.iter().filter(asked).copied().collect();
+    for measure in &list {
+        measure.check(plan).map_err(|BadOption { key, allowed }| {
+            let dot = if key.is_empty() { "" } else { "." };
+            PlanError::new(
+                format!("measure.{}{dot}{key}", measure.name()),
+                "as written",
+                allowed,
+            )
+        })?;
+    }
+    Ok(list)
+}
+
+/// The error that shows where a key is written.
+fn refused(point: &Point, error: &PlanError) -> CaseError {
+    let PlanError {
+        key,
+        found,
+        allowed,
+    } = error;
+    point.refuse(key, format!("{allowed}; found: {found}"))
+}

@@ -1,0 +1,128 @@
+//! Checkpoints, interruption and progress of one part of a run.
+
+use std::io;
+use std::marker::PhantomData;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
+
+/// What a run tells while it goes on; libraries print nothing.
+pub trait Progress: Sync {
+    /// A point of a sweep, or the only one, begins: its name or title, and the number of its parts.
+    fn begin(&self, _point: usize, _name: &str, _parts: usize) {}
+
+    /// A part has done a share of its work, and this many collisions since it last told.
+    fn tell(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
+
+    /// A point is finished.
+    fn end(&self, _point: usize) {}
+
+    /// What a user should know.
+    fn note(&self, _text: &str) {}
+}
+
+/// Tells nothing.
+impl Progress for () {}
+
+/// Saves, stops and tells about one part of one replica. `T` is what is saved.
+pub struct Control<'a, T> {
+    /// The checkpoint; none if nothing is kept.
+    path: Option<PathBuf>,
+    fingerprint: Fingerprint,
+    interval: Duration,
+    last: Mutex<Instant>,
+    stop: &'a AtomicBool,
+    tell: &'a (dyn Fn(f64, u64) + Sync),
+    content: PhantomData<fn(T)>,
+}
+
+/// The run was asked to stop; its checkpoint is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interrupted;
+
+impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
+    /// The control of a part, with `seconds` of computing between two checkpoints.
+    pub fn new(
+        path: Option<PathBuf>,
+        fingerprint: Fingerprint,
+        seconds: f64,
+        stop: &'a AtomicBool,
+        tell: &'a (dyn Fn(f64, u64) + Sync),
+    ) -> Self {
+        Self {
+            path,
+            fingerprint,
+            interval: Duration::from_secs_f64(seconds.clamp(0.0, 1e9)),
+            last: Mutex::new(Instant::now()),
+            stop,
+            tell,
+            content: PhantomData,
+        }
+    }
+
+    /// Tells the share that is done, and the collisions since the last time.
+    pub fn tell(&self, share: f64, collisions: u64) {
+        (self.tell)(share, collisions);
+    }
+
+    /// The last checkpoint, if there is one.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it is damaged or of another run.
+    pub fn load(&self) -> Result<Option<T>, SnapshotError> {
+        let Some(path) = &self.path else {
+            return Ok(None);
+        };
+        match snapshot::read(path, &self.fingerprint) {
+            Ok(content) => Ok(Some(content)),
+            Err(SnapshotError::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Writes a checkpoint.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it cannot.
+    pub fn save(&self, content: &T) -> Result<(), SnapshotError> {
+        match &self.path {
+            Some(path) => snapshot::write(path, &self.fingerprint, content),
+            None => Ok(()),
+        }
+    }
+
+    /// After a leg: saves when it is time to, and stops when asked to. Only whether a checkpoint is written depends on the
+    /// clock, never what is in it.
+    ///
+    /// # Errors
+    /// Those of `gather` and of [`Self::save`]; [`Interrupted`] when asked to stop.
+    pub fn pause<E: From<SnapshotError> + From<Interrupted>>(
+        &self,
+        gather: impl FnOnce() -> Result<T, E>,
+    ) -> Result<(), E> {
+        let stop = self.stop.load(Ordering::Relaxed);
+        let due = {
+            let mut last = (self.last.lock()).unwrap_or_else(std::sync::PoisonError::into_inner);
+            let due = last.elapsed() >= self.interval;
+            if due {
+                *last = Instant::now();
+            }
+            due
+        };
+        if self.path.is_some() && (stop || due) {
+            self.save(&gather()?)?;
+        }
+        if stop {
+            Err(Interrupted.into())
+        } else {
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! The one place where a plan and a start become engines.
+
+use stosszahl_analysis::theory;
+use stosszahl_case::Kind;
+use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
+use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Order, Part, Pick, Rule, Threshold};
+use stosszahl_dsmc::{Gas, Scheme};
+use stosszahl_ed::Dissipation;
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Particles, Simulation, Volume};
+
+use crate::measure::Needs;
+use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
+use crate::start::{self, StartError};
+
+/// Monte Carlo in a flow draws other numbers than the walls of exact dynamics.
+const FLOW: u64 = 2;
+
+/// Why an engine cannot start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BeginError {
+    /// The plan has no such engine.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A further set of simulators cannot be placed.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// Exact dynamics.
+    #[error(transparent)]
+    EventDriven(#[from] stosszahl_ed::EngineError),
+    /// Monte Carlo in cells.
+    #[error(transparent)]
+    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
+    /// Monte Carlo without positions.
+    #[error(transparent)]
+    Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
+}
+
+/// What an engine goes on from.
+#[derive(Clone, Copy)]
+pub enum From<'a> {
+    /// The start of the replica; without positions there is none.
+    Start(Option<&'a Particles>),
+    /// The bytes of [`Simulation::checkpoint`].
+    Checkpoint(&'a [u8]),
+}
+
+/// Starts an engine of a replica with these streams, or goes on.
+///
+/// # Errors
+/// [`BeginError`] if it cannot.
+pub fn begin(
+    plan: &Plan,
+    engine: &EnginePlan,
+    streams: Streams,
+    needs: Needs,
+    from: From<'_>,
+) -> Result<Box<dyn Simulation>, BeginError> {
+    match &engine.kind {
+        EngineKind::EventDriven { contact_time, .. } => {
+            let dissipation = if *contact_time > 0.0 {
+                Dissipation::ContactTime(*contact_time)
+            } else {
+                Dissipation::Scene
+            };
+            let boundaries = plan.exact_boundaries(streams)?;
+            Ok(match from {
+                From::Start(start) => {
+                    let own = owned(plan, start, streams)?;
+                    stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &own)?
+                }
+                From::Checkpoint(bytes) => {
+                    let count = plan.count();
+                    stosszahl_ed::resume(&plan.grains, count, dissipation, &boundaries, bytes)?
+                }
+            })
+        }
+        EngineKind::MonteCarlo(parameters) => {
+            let boundaries = plan.boundaries::<Volume>(engine)?;
+            let gas = Gas {
+                grains: &plan.grains,
+                parameters: *parameters,
+                boundaries: &boundaries,
+                streams: streams.branch(branch(plan, parameters.scheme)),
+                displacements: needs.displacements,
+            };
+            Ok(match from {
+                From::Start(start) => {
+                    let mut sets = vec![owned(plan, start, streams)?];
+                    // In a flow, sets are starts of the same gas; a periodic gas may be moved and turned instead.
+                    let more = if plan.kind == Kind::Flow {
+                        engine.copies() as u64
+                    } else {
+                        1
+                    };
+                    for set in 1..more {
+                        sets.push(start::placed(plan, set, streams)?.0);
+                    }
+                    stosszahl_dsmc::simulate(&gas, &sets)?
+                }
+                From::Checkpoint(bytes) => {
+                    stosszahl_dsmc::resume(&gas, plan.count(), plan.lengths, bytes)?
+                }
+            })
+        }
+        EngineKind::Homogeneous(selection) => {
+            let temperatures = plan.kind_temperatures();
+            let groups = plan.groups();
+            let gas = Homogeneous {
+                dimension: plan.dimension,
+                grains: &plan.grains,
+                count: plan.count(),
+                volume: plan.volume,
+                contact: match plan.contact() {
+                    theory::Contact::Dilute => Contact::Dilute,
+                    theory::Contact::Enskog => Contact::Enskog,
+                },
+                temperatures: &temperatures,
+                pick: match selection {
+                    Selection::AliasTables => Pick::AliasTables,
+                    Selection::LowRank => Pick::LowRank,
+                    Selection::SingleMajorant => Pick::SingleMajorant,
+                },
+                tracer: plan
+                    .species
+                    .iter()
+                    .position(|one| one.tracer)
+                    .map(|one| one as u32),
+                sticking: rule(plan),
+                displacements: needs.displacements,
+                paths: (needs.trajectories, &groups),
+                streams,
+            };
+            Ok(match from {
+                From::Start(_) => gas.simulate()?,
+                From::Checkpoint(bytes) => gas.resume(bytes)?,
+            })
+        }
+    }
+}
+
+/// The start of the replica, made now where it was not prepared.
+fn owned(
+    plan: &Plan,
+    start: Option<&Particles>,
+    streams: Streams,
+) -> Result<Particles, StartError> {
+    match start {
+        Some(start) => Ok(start.clone()),
+        None => Ok(start::placed(plan, 0, streams)?.0),
+    }
+}
+
+/// Different schemes of one replica draw different numbers.
+fn branch(plan: &Plan, scheme: Scheme) -> u64 {
+    if plan.kind == Kind::Flow {
+        return FLOW;
+    }
+    match scheme {
+        Scheme::Collisionless => 0,
+        Scheme::Boltzmann => 1,
+        Scheme::FreeVolume => 2,
+        Scheme::Enskog(_) => 3,
+        Scheme::Esmc(_) => 4,
+        Scheme::StochasticDisks { .. } => 5,
+        Scheme::ContactPoint { .. } => 6,
+    }
+}
+
+/// When particles stick or break.
+fn rule(plan: &Plan) -> Option<Rule> {
+    let written = plan.case.sticking.as_ref()?;
+    let threshold = |energy: Option<f64>, part| Threshold {
+        energy: energy.unwrap_or(f64::INFINITY),
+        part: match part {
+            EnergyPart::Full => Part::Full,
+            EnergyPart::Normal => Part::Normal,
+        },
+    };
+    Some(Rule {
+        stick: threshold(written.stick_below, written.stick_part),
+        shatter: threshold(written.break_above, written.break_part),
+        order: match written.first {
+            FirstTest::Stick => Order::StickFirst,
+            FirstTest::Break => Order::BreakFirst,
+        },
+        retained: written.speed_kept_in_breaking,
+        // Monomers are never more than at the start.
+        most: plan.count(),
+    })
+}

@@ -1,0 +1,373 @@
+//! One engine of one replica, from its start to the end of the run: the only loop over moments, for every kind of case.
+//!
+//! A run is cut into legs. A leg is a function of the checkpoint before it, and the cuts are where counts of work say, never
+//! where a clock says, so it does not matter at which of them a run is stopped.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use stosszahl_case::Kind;
+use stosszahl_model::random::Streams;
+use stosszahl_model::snapshot::SnapshotError;
+use stosszahl_model::{Budget, Failure, Observer, Particles, Simulation, Work};
+
+use crate::control::{Control, Interrupted};
+use crate::engines::{self, BeginError, From as Source};
+use crate::kicks::Kicks;
+use crate::measure::{Finished, Measure, Moment, Needs, Probe, Stop};
+use crate::measures::extended_xyz;
+use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
+use crate::schedule::{Due, schedule};
+use crate::start::{Preparation, StartError, StartReport};
+
+/// Why a part of a run ended early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PartError {
+    /// The plan is impossible after all.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The start cannot be made.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// The engine cannot start.
+    #[error(transparent)]
+    Begin(#[from] BeginError),
+    /// The engine cannot go on, as in inelastic collapse.
+    #[error("{failure}")]
+    Stopped {
+        /// Why.
+        failure: Failure,
+        /// The gas at that moment as extended XYZ; empty where it is not known.
+        state: String,
+    },
+    /// More collisions than the case allows.
+    #[error("{collisions} collisions have reached engine.ed.collision_limit")]
+    CollisionLimit {
+        /// How many happened.
+        collisions: u64,
+    },
+    /// A checkpoint cannot be written or read.
+    #[error(transparent)]
+    Checkpoint(#[from] SnapshotError),
+    /// A record of a measurement cannot be written or read.
+    #[error("the record of a measurement: {0}")]
+    Record(#[from] postcard::Error),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Results(#[from] stosszahl_results::ResultsError),
+    /// The user asked to stop; checkpoints are written.
+    #[error("stopped; continue with --resume")]
+    Interrupted,
+}
+
+impl From<Failure> for PartError {
+    fn from(failure: Failure) -> Self {
+        let state = String::new();
+        Self::Stopped { failure, state }
+    }
+}
+
+impl From<Interrupted> for PartError {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
+impl PartError {
+    /// Whether the gas itself cannot go on, which says nothing of other replicas.
+    pub fn is_of_gas(&self) -> bool {
+        matches!(self, Self::Stopped { .. } | Self::CollisionLimit { .. })
+    }
+}
+
+/// Makes the start of a replica, equilibrated; goes on from the checkpoint where there is one.
+///
+/// # Errors
+/// [`PartError`]; the checkpoint stays.
+pub fn prepare(
+    plan: &Plan,
+    replica: u64,
+    control: &Control<'_, Preparation>,
+) -> Result<(StartReport, Particles), PartError> {
+    let streams = Streams::new(plan.case.seed, replica);
+    let mut start = match control.load()? {
+        Some(start) => start,
+        None => Preparation::new(plan, streams)?,
+    };
+    while !start.leg(plan, streams)? {
+        control.tell(start.share(plan), 0);
+        control.pause(|| Ok::<_, PartError>(start.clone()))?;
+    }
+    control.save(&start)?;
+    control.tell(1.0, 0);
+    let report = start.report().cloned().unwrap_or_default();
+    Ok((report, start.particles(plan, streams)?))
+}
+
+/// A part on its way: what a checkpoint holds.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Saved {
+    /// The engine; none once finished: the records are all that is kept.
+    engine: Option<Vec<u8>>,
+    next: usize,
+    kicks: u64,
+    heated: f64,
+    records: Vec<Vec<u8>>,
+    seconds: f64,
+    bytes: usize,
+    collisions: u64,
+    numbers: BTreeMap<String, f64>,
+}
+
+/// One engine of one replica.
+pub struct Part<'a> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// The engine.
+    pub engine: &'a EnginePlan,
+    /// The measures of the case.
+    pub measures: &'a [&'static dyn Measure],
+    /// The number of the replica.
+    pub replica: u64,
+    /// The start that engines share; none where each makes it for itself.
+    pub start: Option<&'a Particles>,
+}
+
+/// What moves while a part is followed.
+struct Course<'a> {
+    part: &'a Part<'a>,
+    gas: Box<dyn Simulation>,
+    probes: Vec<Box<dyn Probe>>,
+    next: usize,
+    kicks: u64,
+    heated: f64,
+    seconds: f64,
+    bytes: usize,
+    began: Instant,
+}
+
+impl Part<'_> {
+    /// Random streams of the replica.
+    pub fn streams(&self) -> Streams {
+        Streams::new(self.plan.case.seed, self.replica)
+    }
+
+    /// What the measures ask of the engine.
+    fn needs(&self) -> Needs {
+        let all = self.measures.iter().map(|measure| measure.needs(self.plan));
+        all.fold(Needs::default(), |sum, one| Needs {
+            displacements: sum.displacements || one.displacements,
+            trajectories: sum.trajectories.max(one.trajectories),
+        })
+    }
+
+    fn probes(&self) -> Vec<Box<dyn Probe>> {
+        let one = |measure: &&dyn Measure| measure.probe(self.plan, self.engine);
+        self.measures.iter().map(one).collect()
+    }
+
+    /// Runs to the end; goes on from the checkpoint where there is one.
+    ///
+    /// # Errors
+    /// [`PartError`]; the checkpoint stays.
+    pub fn run(&self, control: &Control<'_, Saved>) -> Result<Finished, PartError> {
+        let (plan, streams) = (self.plan, self.streams());
+        let schedule = schedule(plan, self.measures);
+        let mut probes = self.probes();
+        let begin = |source| engines::begin(plan, self.engine, streams, self.needs(), source);
+        let mut course = if let Some(saved) = control.load()? {
+            for (probe, record) in probes.iter_mut().zip(&saved.records) {
+                probe.load(record)?;
+            }
+            let Some(engine) = &saved.engine else {
+                control.tell(1.0, 0);
+                return Ok(saved.finished(probes));
+            };
+            Course {
+                part: self,
+                gas: begin(Source::Checkpoint(engine))?,
+                probes,
+                next: saved.next,
+                kicks: saved.kicks,
+                heated: saved.heated,
+                seconds: saved.seconds,
+                bytes: saved.bytes,
+                began: Instant::now(),
+            }
+        } else {
+            let mut gas = begin(Source::Start(self.start))?;
+            for (probe, measure) in probes.iter_mut().zip(self.measures) {
+                if self.replica == 0 || !measure.only_first_replica() {
+                    probe.begin(&mut Moment::new(0.0, &mut *gas));
+                }
+            }
+            Course {
+                part: self,
+                bytes: gas.bytes(),
+                gas,
+                probes,
+                next: 0,
+                kicks: 0,
+                heated: 0.0,
+                seconds: 0.0,
+                began: Instant::now(),
+            }
+        };
+        let drive = Kicks::new(plan, streams)?;
+        while let Some(due) = schedule.get(course.next) {
+            let before = course.gas.work().collisions;
+            course.leg(due, drive.as_ref())?;
+            let time = course.gas.time() / plan.time;
+            control.tell(
+                plan.share(time),
+                course.gas.work().collisions.saturating_sub(before),
+            );
+            if course.next < schedule.len() {
+                course.lap();
+                control.pause(|| course.save(false))?;
+            }
+        }
+        course.lap();
+        let saved = course.save(true)?;
+        control.save(&saved)?;
+        control.tell(1.0, 0);
+        Ok(saved.finished(course.probes))
+    }
+}
+
+impl Course<'_> {
+    /// One leg towards what is due next, and what is due there.
+    fn leg(&mut self, due: &Due, drive: Option<&Kicks>) -> Result<(), PartError> {
+        let plan = self.part.plan;
+        if let EngineKind::EventDriven {
+            collision_limit: Some(limit),
+            ..
+        } = self.part.engine.kind
+        {
+            let collisions = self.gas.work().collisions;
+            if collisions >= limit {
+                return Err(PartError::CollisionLimit { collisions });
+            }
+        }
+        // What is measured at the time of a kick is measured before it.
+        let interval = plan.case.drive.map(|drive| drive.interval);
+        let kick = interval.map(|interval| (self.kicks + 1) as f64 * interval);
+        let until = kick.map_or(due.time, |kick| kick.min(due.time));
+        let end = plan.engine_time(until);
+        // Flows begin at their start itself; elsewhere a leg of no length comes first.
+        let there = plan.kind == Kind::Flow && self.gas.time() >= end;
+        let reached = there || {
+            let observers = self.probes.iter_mut().filter_map(|probe| probe.observer());
+            let mut all = observers.collect::<Vec<&mut dyn Observer>>();
+            let gas = &mut self.gas;
+            let advanced = gas.advance(end, Budget::Leg, &mut all.as_mut_slice());
+            advanced.map_err(|failure| {
+                // That state is what one wants to see.
+                let (particles, name) = (gas.particles(), self.part.engine.name);
+                let time = particles.time / plan.time;
+                let state = extended_xyz(&particles, plan.scale, name, time);
+                PartError::Stopped { failure, state }
+            })?
+        };
+        self.bytes = self.bytes.max(self.gas.bytes());
+        if reached && until == due.time {
+            self.look(due)?;
+            self.next += 1;
+        } else if let (true, Some(drive)) = (reached, drive) {
+            let before = self.gas.temperature();
+            let (count, weight) = (self.gas.count(), self.gas.weight());
+            self.gas.kick(&drive.changes(self.kicks, count, weight))?;
+            self.kicks += 1;
+            self.stop(Some(before));
+        }
+        Ok(())
+    }
+
+    fn stop(&mut self, kicked_from: Option<f64>) {
+        let stop = Stop {
+            time: self.gas.time(),
+            temperature: self.gas.temperature(),
+            kicked_from,
+        };
+        self.probes.iter_mut().for_each(|probe| probe.stop(&stop));
+    }
+
+    /// Scales velocities, if that is due, and lets the probes look that look now.
+    fn look(&mut self, due: &Due) -> Result<(), PartError> {
+        let plan = self.part.plan;
+        if due.heating {
+            let (start, now) = (start_energy(plan), kinetic_energy(&*self.gas));
+            // A gas of one cluster at rest cannot be heated.
+            if now > 0.0 {
+                self.gas.scale_velocities((start / now).sqrt())?;
+                self.heated += start - now;
+            }
+        }
+        if due.measures.is_empty() {
+            return Ok(());
+        }
+        self.stop(None);
+        let mut moment = Moment::new(due.time, &mut *self.gas);
+        moment.heated = self.heated;
+        for &number in &due.measures {
+            if self.part.replica == 0 || !self.part.measures[number].only_first_replica() {
+                self.probes[number].sample(&mut moment);
+            }
+        }
+        Ok(())
+    }
+
+    fn lap(&mut self) {
+        self.seconds += self.began.elapsed().as_secs_f64();
+        self.began = Instant::now();
+    }
+
+    fn save(&self, finished: bool) -> Result<Saved, PartError> {
+        let work = self.gas.work();
+        let records = self.probes.iter().map(|probe| probe.save());
+        Ok(Saved {
+            engine: if finished {
+                None
+            } else {
+                Some(self.gas.checkpoint()?)
+            },
+            next: self.next,
+            kicks: self.kicks,
+            heated: self.heated,
+            records: records.collect::<Result<_, _>>()?,
+            seconds: self.seconds,
+            bytes: self.bytes,
+            collisions: work.collisions,
+            numbers: work.numbers,
+        })
+    }
+}
+
+impl Saved {
+    fn finished(self, probes: Vec<Box<dyn Probe>>) -> Finished {
+        Finished {
+            probes,
+            work: Work {
+                collisions: self.collisions,
+                numbers: self.numbers,
+            },
+            bytes: self.bytes,
+            seconds: self.seconds,
+        }
+    }
+}
+
+/// Kinetic energy of the start.
+fn start_energy(plan: &Plan) -> f64 {
+    let species = plan.species.iter();
+    let twice: f64 = species.map(|one| one.count as f64 * one.temperature).sum();
+    0.5 * plan.dimension as f64 * twice
+}
+
+fn kinetic_energy(gas: &dyn Simulation) -> f64 {
+    let mut twice = 0.0;
+    gas.visit(&mut |one| twice += one.weight * one.mass * one.velocity.norm_squared());
+    0.5 * twice
+}

@@ -1,0 +1,108 @@
+//! How a budget of computing time is shared out: reference, settings, and the test of what is recommended.
+//!
+//! The shares rest on counts of work and nominal speeds, never on a clock, so the same case and budget give the same runs
+//! on any machine. A machine slower than the nominal one by more than [`PATIENCE`] leaves out what is then too costly,
+//! and says so.
+
+use super::setting::Setting;
+use crate::plan::Plan;
+
+/// Share of the budget that goes to the reference.
+const REFERENCE: f64 = 0.2;
+/// Share that goes to the settings.
+const SETTINGS: f64 = 0.5;
+/// Share that is kept for testing what is recommended.
+pub(crate) const TESTS: f64 = 0.3;
+/// Fewest and most runs of the reference.
+const REFERENCE_RUNS: [usize; 2] = [16, 1000];
+/// Fewest and most repetitions of a setting.
+const REPETITIONS: [u64; 2] = [4, 256];
+/// CPU time over the budget at which no further run is begun.
+pub(crate) const PATIENCE: f64 = 4.0;
+
+/// How often each setting is run; none for those that are left out.
+pub(crate) struct Shares {
+    /// In the order of the settings.
+    pub repetitions: Vec<Option<u64>>,
+    /// Runs of the reference.
+    pub reference: usize,
+}
+
+/// Repetitions of a setting that gets so much time.
+fn repetitions(share: f64, seconds: f64) -> u64 {
+    ((share / seconds) as u64).clamp(REPETITIONS[0], REPETITIONS[1])
+}
+
+/// Shares out a budget of CPU time \[s\].
+///
+/// Each setting gets the same time, and at least four repetitions; the costliest are left out until that is possible.
+pub(crate) fn shared(plan: &Plan, settings: &[Setting], budget: f64) -> Shares {
+    let costs: Vec<f64> = settings
+        .iter()
+        .map(|one| one.nominal_seconds(plan))
+        .collect();
+    let exact = Setting::exact(plan.count());
+    let reference = REFERENCE * budget / exact.nominal_seconds(plan);
+    let reference = (reference as usize).clamp(REFERENCE_RUNS[0], REFERENCE_RUNS[1]);
+    let mut repetitions = shares(&costs, SETTINGS * budget);
+    for (setting, count) in settings.iter().zip(&mut repetitions) {
+        // The method of the reference is judged by its spread, which must be known well.
+        if setting.is_reference(plan.count()) {
+            let least = reference as u64 / 8;
+            *count = Some(count.unwrap_or(0).max(least).max(REPETITIONS[0]));
+        }
+    }
+    Shares {
+        repetitions,
+        reference,
+    }
+}
+
+fn shares(costs: &[f64], budget: f64) -> Vec<Option<u64>> {
+    let mut kept: Vec<usize> = (0..costs.len()).collect();
+    kept.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+    let total = |kept: &[usize], share: f64| -> f64 {
+        let cost = |&index: &usize| costs[index] * repetitions(share, costs[index]) as f64;
+        kept.iter().map(cost).sum()
+    };
+    while kept.len() > 1 && total(&kept, 0.0) > budget {
+        kept.pop();
+    }
+    // The share at which the whole is spent, by bisection: time rises with it.
+    let [mut low, mut high] = [0.0, budget];
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if total(&kept, middle) > budget {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    let mut all = vec![None; costs.len()];
+    for index in kept {
+        all[index] = Some(repetitions(low, costs[index]));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_shared_equally_and_the_costliest_are_left_out() {
+        let shares = shares(&[0.1, 1.0, 10.0, 1000.0], 300.0);
+        assert_eq!(shares[0], Some(REPETITIONS[1]), "no more than is useful");
+        assert_eq!(shares[3], None);
+        let [one, ten] = [1, 2].map(|index: usize| shares[index].unwrap_or(0) as f64);
+        let spent = 0.1 * 256.0 + one + 10.0 * ten;
+        assert!(spent <= 300.0 && spent > 250.0, "{spent}: {shares:?}");
+        assert!((one / (10.0 * ten) - 1.0).abs() < 0.1, "{shares:?}");
+    }
+
+    #[test]
+    fn a_tiny_budget_keeps_the_cheapest() {
+        assert_eq!(shares(&[2.0, 1.0], 0.5), [None, Some(REPETITIONS[0])]);
+        assert_eq!(shares(&[], 1.0), []);
+    }
+}

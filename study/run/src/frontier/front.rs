@@ -1,0 +1,330 @@
+//! Error against cost: every measured setting with its replicas, and the settings that no cheaper one beats.
+
+use stosszahl_analysis::accuracy::Accuracy;
+use stosszahl_results::{Estimate, Table};
+
+use super::measure::{Sample, median};
+use super::quantity::{Kind, Quantity};
+use super::reference::Reference;
+use super::setting::Setting;
+use crate::plan::Plan;
+
+/// Replicas for which rows are derived from the repetitions of one run.
+pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
+
+/// A setting with what its repetitions showed.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    /// The setting.
+    pub setting: Setting,
+    /// Its choices in words.
+    pub label: String,
+    /// Bias and noise of each quantity; none where a run does not have it.
+    pub accuracies: Vec<Option<Accuracy>>,
+    /// CPU time of one run, its start included, median over the repetitions \[s\].
+    pub core_seconds: f64,
+    /// Wall time of one run on one thread, median \[s\].
+    pub wall_seconds: f64,
+    /// Largest memory of the engine \[bytes\].
+    pub bytes: usize,
+    /// Pair collisions of one run, mean.
+    pub collisions: f64,
+    /// Monte Carlo steps of one run, mean.
+    pub steps: f64,
+}
+
+impl Measured {
+    /// From the runs of a setting.
+    pub(crate) fn new(
+        setting: Setting,
+        plan: &Plan,
+        samples: &[Sample],
+        quantities: &[Quantity],
+        references: &[Reference],
+    ) -> Self {
+        let accuracies = quantities.iter().zip(references).enumerate();
+        let accuracies = accuracies.map(|(index, (quantity, reference))| {
+            let values: Vec<f64> = samples.iter().map(|sample| sample.values[index]).collect();
+            let unit = quantity.kind.unit(reference.known.value);
+            Accuracy::new(&values, reference.known, unit)
+        });
+        let mean = |of: fn(&Sample) -> f64| {
+            samples.iter().map(of).sum::<f64>() / samples.len().max(1) as f64
+        };
+        Self {
+            label: setting.label(plan),
+            accuracies: accuracies.collect(),
+            core_seconds: median(samples.iter().map(|sample| sample.core_seconds)),
+            wall_seconds: median(samples.iter().map(|sample| sample.wall_seconds)),
+            bytes: samples.iter().map(|sample| sample.bytes).max().unwrap_or(0),
+            collisions: mean(|sample| sample.collisions as f64),
+            steps: mean(|sample| sample.steps as f64),
+            setting,
+        }
+    }
+
+    /// The quantity of a kind whose total error is largest with so many replicas, and its accuracy; none if one of the kind
+    /// has none.
+    pub(crate) fn worst(
+        &self,
+        kind: Kind,
+        quantities: &[Quantity],
+        replicas: u64,
+    ) -> Option<(usize, Accuracy)> {
+        let of_kind = (0..quantities.len()).filter(|&index| quantities[index].kind == kind);
+        let all: Option<Vec<(usize, Accuracy)>> = of_kind
+            .map(|index| self.accuracies[index].map(|accuracy| (index, accuracy)))
+            .collect();
+        all?.into_iter()
+            .max_by(|a, b| a.1.total(replicas).total_cmp(&b.1.total(replicas)))
+    }
+}
+
+/// A row of `frontier.csv`.
+#[derive(Clone, Debug)]
+pub(crate) struct Row<'a> {
+    /// The setting.
+    pub one: &'a Measured,
+    /// Name of the quantity; `largest-` for that of the kind whose error is largest.
+    pub name: String,
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Its reference.
+    pub reference: Reference,
+    /// Replicas that a mean is taken over.
+    pub replicas: u64,
+    /// Bias and noise.
+    pub found: Accuracy,
+    /// Whether no cheaper setting has a smaller error.
+    pub on_front: bool,
+}
+
+impl Row<'_> {
+    /// CPU time of all replicas \[s\].
+    pub(crate) fn core_seconds(&self) -> f64 {
+        self.replicas as f64 * self.one.core_seconds
+    }
+
+    /// Total error of the mean of the replicas.
+    pub(crate) fn error(&self) -> f64 {
+        self.found.total(self.replicas)
+    }
+}
+
+/// Which of some points of (cost, error) no other one beats in both. Of equal ones the first stays; a point with a number
+/// that is none is never on the front.
+pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
+    let mut order: Vec<usize> = (0..points.len())
+        .filter(|&index| points[index].0.is_finite() && points[index].1.is_finite())
+        .collect();
+    order.sort_by(|&a, &b| {
+        let (a, b) = (points[a], points[b]);
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let mut on = vec![false; points.len()];
+    let mut least = f64::INFINITY;
+    for index in order {
+        if points[index].1 < least {
+            least = points[index].1;
+            on[index] = true;
+        }
+    }
+    on
+}
+
+/// All rows of one quantity, or of the worst of a kind: every setting with every number of replicas.
+fn rows_of<'a>(
+    measured: &'a [Measured],
+    references: &[Reference],
+    name: &str,
+    quantities: &[Quantity],
+    pick: impl Fn(&Measured, u64) -> Option<(usize, Accuracy)>,
+) -> Vec<Row<'a>> {
+    let all = measured
+        .iter()
+        .flat_map(|one| REPLICAS.map(|replicas| (one, replicas)));
+    let row = |(one, replicas)| {
+        let (index, found) = pick(one, replicas)?;
+        Some(Row {
+            one,
+            name: name.to_owned(),
+            quantity: quantities[index],
+            reference: references[index],
+            replicas,
+            found,
+            on_front: false,
+        })
+    };
+    let mut rows: Vec<Row<'a>> = all.filter_map(row).collect();
+    let points: Vec<_> = rows
+        .iter()
+        .map(|row| (row.core_seconds(), row.error()))
+        .collect();
+    for (row, on) in rows.iter_mut().zip(front(&points)) {
+        row.on_front = on;
+    }
+    rows
+}
+
+/// The table of all rows.
+pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
+    let mut table = Table::new("frontier", "Error against cost of every measured setting.")
+        .key("engine", "", "Engine")
+        .key("setting", "", "Setting in words")
+        .key("disks", "1", "Disks")
+        .key(
+            "quantity",
+            "",
+            "Quantity; largest- for that of its kind whose error is largest",
+        )
+        .key("time", "time", "When")
+        .key("replicas", "1", "Replicas that a mean is taken over")
+        .note("repetitions", "1", "Runs that the row rests on")
+        .note(
+            "reference_source",
+            "",
+            "theory, or an ensemble of exact dynamics",
+        )
+        .estimate("reference", "", "Reference")
+        .value("mean", "", "Mean of the runs")
+        .estimate(
+            "systematic_error",
+            "1",
+            "Systematic error in units of the reference, or absolute where that may vanish",
+        )
+        .value("statistical_error", "1", "Statistical error of one run")
+        .note("statistical_error_low", "1", "Its range of 95 %")
+        .note("statistical_error_high", "1", "Its range of 95 %")
+        .value("error", "1", "Total error of the mean of the replicas")
+        .note("error_low", "1", "Its range of 95 %")
+        .note("error_high", "1", "Its range of 95 %")
+        .note("collisions", "1", "Pair collisions of one run")
+        .note("steps", "1", "Time steps of one run")
+        .note("bytes", "B", "Memory of one run")
+        .value("core_seconds", "s", "CPU time of all replicas")
+        .value(
+            "wall_seconds",
+            "s",
+            "Wall time of all replicas, one after the other on one thread",
+        )
+        .note(
+            "on_front",
+            "",
+            "Whether no cheaper setting has a smaller error",
+        );
+    for row in rows {
+        let (one, found) = (row.one, &row.found);
+        let [low, high] = found.total_range(row.replicas);
+        let [quiet, loud] = found.statistical_range();
+        let estimate = |value, error| Estimate {
+            value: Some(value),
+            standard_error: Some(error),
+            ..Estimate::default()
+        };
+        let known = row.reference.known;
+        table
+            .row()
+            .text(one.setting.engine.name)
+            .text(&*one.label)
+            .count(one.setting.disks as u64)
+            .text(&*row.name)
+            .number(row.quantity.time)
+            .count(row.replicas)
+            .count(found.repetitions as u64)
+            .text(if row.reference.is_ensemble {
+                "ensemble"
+            } else {
+                "theory"
+            })
+            .estimate(estimate(known.value, known.standard_error))
+            .number(found.mean)
+            .estimate(estimate(found.systematic, found.systematic_error))
+            .number(found.statistical)
+            .number(quiet)
+            .number(loud)
+            .number(row.error())
+            .number(low)
+            .number(high)
+            .number(one.collisions)
+            .number(one.steps)
+            .count(one.bytes as u64)
+            .number(row.core_seconds())
+            .number(row.replicas as f64 * one.wall_seconds)
+            .text(if row.on_front { "true" } else { "false" });
+    }
+    table
+}
+
+/// The name of the rows of the worst quantity of a kind.
+pub(crate) fn largest(kind: Kind) -> String {
+    format!("largest-{}", kind.name())
+}
+
+/// All rows: each quantity, and for kinds of several quantities the worst of them.
+pub(crate) fn rows<'a>(
+    measured: &'a [Measured],
+    quantities: &[Quantity],
+    references: &[Reference],
+) -> Vec<Row<'a>> {
+    let mut rows = Vec::new();
+    for kind in Kind::ALL {
+        for (index, quantity) in quantities.iter().enumerate() {
+            if quantity.kind == kind {
+                let pick = |one: &Measured, _| Some((index, one.accuracies[index]?));
+                rows.extend(rows_of(measured, references, kind.name(), quantities, pick));
+            }
+        }
+        let pick = |one: &Measured, replicas| one.worst(kind, quantities, replicas);
+        rows.extend(rows_of(
+            measured,
+            references,
+            &largest(kind),
+            quantities,
+            pick,
+        ));
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_front_has_no_point_that_another_beats() {
+        let points = [
+            (1.0, 0.5),
+            (2.0, 0.6),
+            (2.0, 0.3),
+            (3.0, 0.3),
+            (4.0, 0.1),
+            (0.5, f64::NAN),
+            (f64::INFINITY, 0.0),
+        ];
+        assert_eq!(
+            front(&points),
+            [true, false, true, false, true, false, false]
+        );
+    }
+
+    /// Every point off the front is beaten by one on it, whatever the points.
+    #[test]
+    fn the_front_beats_all_others() {
+        let points: Vec<(f64, f64)> = (0..200_u32)
+            .map(|i| (f64::from(i * 7919 % 211), f64::from(i * 104_729 % 199)))
+            .collect();
+        let on = front(&points);
+        for (point, _) in points.iter().zip(&on).filter(|(_, on)| !**on) {
+            let beats = |other: &(f64, f64)| other.0 <= point.0 && other.1 <= point.1;
+            assert!(
+                points
+                    .iter()
+                    .zip(&on)
+                    .any(|(other, on)| *on && beats(other))
+            );
+        }
+        let mut chosen: Vec<_> = points.iter().zip(&on).filter(|(_, on)| **on).collect();
+        chosen.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+        assert!(chosen.windows(2).all(|pair| pair[0].0.1 > pair[1].0.1));
+    }
+}

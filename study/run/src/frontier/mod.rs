@@ -1,0 +1,171 @@
+//! Speed against error: what `stosszahl frontier` measures around a case, and what it recommends.
+//!
+//! | module | owns |
+//! |---|---|
+//! | `setting` | which numerical choices are varied, and in which sequences |
+//! | `quantity` | what is measured of a run, and where theory is exact |
+//! | `budget` | how a budget is shared out, by counts of work |
+//! | `measure` | runs on all cores, each on one thread |
+//! | `reference` | the ensemble of exact dynamics, kept on disk |
+//! | `front` | bias, noise, cost, and the Pareto front |
+//! | `orders` | whether errors fall as theory says |
+//! | `recommend` | the cheapest setting for a target, tested on fresh seeds |
+//! | `sweep` | all of it, one after the other, and the words |
+//!
+//! A setting is never measured against itself: the reference is theory where that is exact, and otherwise exact dynamics
+//! with seeds of its own. Replicas are not swept, for n of them lower the noise of one by √n and leave its bias.
+
+mod budget;
+mod front;
+mod measure;
+mod orders;
+mod quantity;
+mod recommend;
+mod reference;
+mod setting;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+
+use stosszahl_case::{CaseError, CaseFile};
+use stosszahl_model::snapshot::SnapshotError;
+use stosszahl_results::{ResultsError, Table, write_file};
+
+use crate::plan::PlanError;
+
+pub use quantity::Kind;
+
+/// How a frontier is measured.
+pub struct Options<'a> {
+    /// What must be within the target; all kinds are measured.
+    pub kinds: Vec<Kind>,
+    /// Largest error that a recommended setting may have.
+    pub target: f64,
+    /// Core time for the whole sweep, planned at nominal speeds \[s\].
+    pub budget: f64,
+    /// Results folder.
+    pub folder: PathBuf,
+    /// Folder of kept references.
+    pub cache: PathBuf,
+    /// Threads.
+    pub threads: usize,
+    /// Most times that a recommendation is tested on fresh seeds.
+    pub tests: u64,
+    /// Replaces the tables of a folder that is not empty.
+    pub force: bool,
+    /// Told now and then which run has ended.
+    pub tell: &'a (dyn Fn(&str) + Sync),
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Frontier {
+    /// Title of the case.
+    pub title: String,
+    /// Provenance, what was left out, recommendations.
+    pub sentences: Vec<String>,
+    /// The largest error of each kind against core time, with its figure: single runs, and the front with replicas.
+    pub figure: Table,
+    /// What a page lists.
+    pub lists: Vec<List>,
+}
+
+/// A table in words.
+#[derive(Clone, Debug)]
+pub struct List {
+    /// What it shows.
+    pub title: String,
+    /// Its columns: the name, and whether it holds words.
+    pub columns: &'static [(&'static str, bool)],
+    /// Its rows.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// Why a frontier cannot be measured.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrontierError {
+    /// The case is refused.
+    #[error(transparent)]
+    Invalid(#[from] CaseError),
+    /// The case cannot be swept.
+    #[error("{found}; a frontier needs {expected}")]
+    Case {
+        /// What the case has.
+        found: String,
+        /// What is needed.
+        expected: &'static str,
+    },
+    /// A system size cannot be planned.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// Threads cannot be started.
+    #[error("threads: {0}")]
+    Pool(#[from] rayon::ThreadPoolBuildError),
+    /// The kept ensemble is not usable.
+    #[error("{0}; remove the file, or name another folder with --cache")]
+    Kept(#[source] SnapshotError),
+    /// There is no reference.
+    #[error("no reference: {reason}")]
+    NoReference {
+        /// Why.
+        reason: String,
+    },
+    /// A recommendation could not be tested.
+    #[error("the recommended setting failed: {reason}")]
+    NoTest {
+        /// Why.
+        reason: String,
+    },
+    /// There are results already.
+    #[error("{} exists and is not empty; use --force to replace its tables, or --out for another folder", path.display())]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A folder cannot be made.
+    #[error("{}: {source}", path.display())]
+    Folder {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// The kept ensemble cannot be written.
+    #[error(transparent)]
+    Write(#[from] SnapshotError),
+}
+
+impl FrontierError {
+    /// Whether what was asked for is at fault, and not the system or a run.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Invalid(_)
+                | Self::Case { .. }
+                | Self::Plan(_)
+                | Self::Kept(_)
+                | Self::Exists { .. }
+        )
+    }
+}
+
+/// Measures the settings around a case, tests what it recommends, and writes `frontier.csv`, `orders.csv` and
+/// `recommendation.md`. Numbers are the same for the same case, seed and budget, but for timings and what follows from them.
+///
+/// # Errors
+/// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be written.
+pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
+    let (found, tables) = sweep::sweep(file, options)?;
+    for table in &tables {
+        write_file(&options.folder.join(table.file()), &table.to_csv()?)?;
+    }
+    let words = sweep::markdown(&found);
+    write_file(&options.folder.join("recommendation.md"), words.as_bytes())?;
+    Ok(found)
+}

@@ -1,0 +1,270 @@
+//! Whether errors fall at the orders that theory predicts.
+//!
+//! Each sequence of settings is fitted with `limit + slope h^order`, the order being theory's, and with the order free. The
+//! runs of a sequence share their starts, so their common noise goes into the limit, and the fit of the differences is at
+//! worst too careful. Where the order of theory describes only the finer settings, the fit is told of those.
+
+use stosszahl_analysis::fit::{self, Line, Point};
+use stosszahl_results::{Estimate, Table};
+
+use super::front::Measured;
+use super::quantity::Quantity;
+use super::reference::Reference;
+
+/// Standard errors from which a slope is seen.
+const SEEN: f64 = 3.0;
+/// Standard deviations of chi-squared beyond its degrees of freedom from which an order does not hold.
+const BAD: f64 = 3.0;
+
+/// What a sequence shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// The order of theory describes the values, and there is an error to describe.
+    Holds,
+    /// It does not describe them.
+    DoesNotHold,
+    /// No error is seen within the noise.
+    NotSeen,
+}
+
+impl Verdict {
+    /// In words.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::DoesNotHold => "does not hold",
+            Self::NotSeen => "no error seen",
+        }
+    }
+}
+
+/// A row of `orders.csv`.
+#[derive(Clone, Debug)]
+pub(crate) struct OrderRow {
+    /// What is refined.
+    pub sequence: &'static str,
+    /// Quantity.
+    pub quantity: &'static str,
+    /// When, in the unit of time of the case.
+    pub time: f64,
+    /// Settings of the fit, the finest ones.
+    pub settings: usize,
+    /// Largest h among them.
+    pub coarsest: f64,
+    /// Order by theory.
+    pub order: f64,
+    /// Order that fits best; empty where no error is seen or three settings are lacking.
+    pub found_order: Option<f64>,
+    /// Range of one standard error of it.
+    pub found_order_low: Option<f64>,
+    /// Range of one standard error of it.
+    pub found_order_high: Option<f64>,
+    /// Limit at h = 0 less the reference, over the unit of the error.
+    pub limit_error: f64,
+    /// Its standard error.
+    pub limit_error_se: f64,
+    /// Slope over the unit of the error.
+    pub slope: f64,
+    /// Its standard error.
+    pub slope_se: f64,
+    /// Sum of the squared deviations over the squared errors.
+    pub chi_squared: f64,
+    /// Degrees of freedom.
+    pub degrees_of_freedom: usize,
+    /// Whether the order holds.
+    pub verdict: Verdict,
+}
+
+/// The table of all sequences.
+pub(crate) fn table(rows: &[OrderRow]) -> Table {
+    let mut table = Table::new(
+        "orders",
+        "Whether errors fall at the orders that theory predicts.",
+    )
+    .key("sequence", "", "What is refined")
+    .key("quantity", "", "Quantity")
+    .key("time", "time", "When")
+    .note("settings", "1", "Settings of the fit, the finest ones")
+    .note("coarsest", "", "Largest h among them")
+    .value("order", "1", "Order by theory")
+    .value(
+        "found_order",
+        "1",
+        "Order that fits best; empty where no error is seen or three settings are lacking",
+    )
+    .note("found_order_low", "1", "Range of one standard error of it")
+    .note("found_order_high", "1", "Range of one standard error of it")
+    .estimate(
+        "limit_error",
+        "1",
+        "Limit at h = 0 less the reference, over the unit of the error",
+    )
+    .estimate("slope", "", "Slope over the unit of the error")
+    .note(
+        "chi_squared",
+        "1",
+        "Sum of the squared deviations over the squared errors",
+    )
+    .note("degrees_of_freedom", "1", "Degrees of freedom")
+    .note("verdict", "", "Whether the order of theory holds");
+    for row in rows {
+        let estimate = |value, error| Estimate {
+            value: Some(value),
+            standard_error: Some(error),
+            ..Estimate::default()
+        };
+        table
+            .row()
+            .text(row.sequence)
+            .text(row.quantity)
+            .number(row.time)
+            .count(row.settings as u64)
+            .number(row.coarsest)
+            .number(row.order)
+            .number(row.found_order)
+            .number(row.found_order_low)
+            .number(row.found_order_high)
+            .estimate(estimate(row.limit_error, row.limit_error_se))
+            .estimate(estimate(row.slope, row.slope_se))
+            .number(row.chi_squared)
+            .count(row.degrees_of_freedom as u64)
+            .text(row.verdict.name());
+    }
+    table
+}
+
+/// All sequences of the measured settings that can be fitted, with all quantities.
+pub(crate) fn orders(
+    measured: &[Measured],
+    quantities: &[Quantity],
+    references: &[Reference],
+) -> Vec<OrderRow> {
+    let mut sequences: Vec<(&'static str, f64)> = Vec::new();
+    for refinement in measured.iter().flat_map(|one| &one.setting.refinements) {
+        let known = sequences
+            .iter()
+            .any(|(name, _)| *name == refinement.sequence);
+        if !known {
+            sequences.push((refinement.sequence, refinement.order));
+        }
+    }
+    let mut rows = Vec::new();
+    for (sequence, order) in sequences {
+        for (index, quantity) in quantities.iter().enumerate() {
+            let unit = quantity.kind.unit(references[index].known.value).abs();
+            let points: Vec<Point> = measured
+                .iter()
+                .filter_map(|one| {
+                    let mut members = one.setting.refinements.iter();
+                    let here = members.find(|member| member.sequence == sequence)?;
+                    let found = one.accuracies[index]?;
+                    let count = found.repetitions as f64;
+                    Some(Point {
+                        x: here.h,
+                        y: (found.mean - references[index].known.value) / unit,
+                        error: found.statistical / count.sqrt(),
+                    })
+                })
+                .collect();
+            rows.extend(row(
+                sequence,
+                *quantity,
+                order,
+                &points,
+                references[index].known.standard_error / unit,
+            ));
+        }
+    }
+    rows
+}
+
+/// Fits one sequence. Theory is about small h: while its order does not describe the values, the coarsest setting is left out as
+/// long as three are left.
+fn row(
+    sequence: &'static str,
+    quantity: Quantity,
+    order: f64,
+    points: &[Point],
+    reference_error: f64,
+) -> Option<OrderRow> {
+    /// Fewest settings of a fit.
+    const FEWEST: usize = 3;
+    let mut points = points.to_vec();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let all = points.clone();
+    while points.len() > FEWEST && fit::richardson(&points, order).is_ok_and(|line| is_bad(&line)) {
+        points.pop();
+    }
+    if fit::richardson(&points, order).is_ok_and(|line| is_bad(&line)) {
+        // Not even then: all of them are told.
+        points = all;
+    }
+    let line = fit::richardson(&points, order).ok()?;
+    if line.degrees_of_freedom == 0 {
+        return None;
+    }
+    let bad = is_bad(&line);
+    let seen = line.slope.abs() > SEEN * line.slope_error;
+    let verdict = match (bad, seen) {
+        (true, _) => Verdict::DoesNotHold,
+        (false, true) => Verdict::Holds,
+        (false, false) => Verdict::NotSeen,
+    };
+    let free = (seen || bad).then(|| fit::order(&points).ok()).flatten();
+    Some(OrderRow {
+        sequence,
+        quantity: quantity.kind.name(),
+        time: quantity.time,
+        settings: points.len(),
+        coarsest: points.last()?.x,
+        order,
+        found_order: free.map(|free| free.value),
+        found_order_low: free.map(|free| free.range[0]),
+        found_order_high: free.map(|free| free.range[1]),
+        limit_error: line.intercept,
+        limit_error_se: line.intercept_error.hypot(reference_error),
+        slope: line.slope,
+        slope_se: line.slope_error,
+        chi_squared: line.chi_squared,
+        degrees_of_freedom: line.degrees_of_freedom,
+        verdict,
+    })
+}
+
+/// Whether a fit does not describe its values.
+fn is_bad(line: &Line) -> bool {
+    let freedom = line.degrees_of_freedom as f64;
+    line.chi_squared > freedom + BAD * (2.0 * freedom).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::quantity::Kind;
+    use super::*;
+
+    fn verdict(order: f64, values: impl Fn(f64) -> f64) -> Verdict {
+        let points = [0.25, 0.5, 1.0, 2.0].map(|x| Point {
+            x,
+            y: values(x),
+            error: 0.01,
+        });
+        let quantity = Quantity {
+            kind: Kind::Energy,
+            time: 1.0,
+        };
+        row("cells", quantity, order, &points, 0.0)
+            .expect("a fit")
+            .verdict
+    }
+
+    #[test]
+    fn orders_hold_only_where_they_describe_the_values() {
+        assert_eq!(verdict(2.0, |h| 0.1 + 0.3 * h * h), Verdict::Holds);
+        assert_eq!(verdict(1.0, |h| 0.1 + 3.0 * h * h), Verdict::DoesNotHold);
+        assert_eq!(verdict(2.0, |h| 0.1 + 3.0 * h), Verdict::DoesNotHold);
+        assert_eq!(verdict(2.0, |h| 0.1 + 1e-4 * h), Verdict::NotSeen);
+        // The coarsest setting is beyond the range of the leading order.
+        let bent = |h: f64| 0.1 + 0.3 * h * h + if h > 1.5 { 0.5 } else { 0.0 };
+        assert_eq!(verdict(2.0, bent), Verdict::Holds);
+    }
+}

@@ -1,0 +1,185 @@
+//! What is measured of a run, all at once, and what theory says of it where it is exact.
+
+use std::str::FromStr;
+
+use stosszahl_analysis::accuracy::Known;
+use stosszahl_analysis::energy::EnergySample;
+use stosszahl_analysis::relaxation::unbiased_cumulant;
+use stosszahl_analysis::structure_factor::StructureFactor;
+use stosszahl_analysis::windows::Window;
+use stosszahl_case::Case;
+use stosszahl_model::transport;
+use toml::{Table, Value};
+
+use crate::measure::Finished;
+use crate::plan::{EnginePlan, Plan};
+use crate::unsaved::{collision_rate, energies, window};
+
+/// Decades of time before the end of the run in which the energy is taken, and times in each.
+const DECADES: i32 = 2;
+const TIMES_PER_DECADE: u64 = 3;
+/// Longest wave number `k = L/wavelength` of the structure factor at low k, and the shells up to it.
+const LOW_WAVE_NUMBERS: i64 = 4;
+/// The measures that runs make.
+pub(crate) const MEASURES: [&str; 3] = ["energy", "impact_parameters", "structure_factor"];
+
+/// A kind of quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// K(t)/K(0) at seven times, the last the end of the run; relative.
+    Energy,
+    /// Collisions over the whole run, over Enskog's at the temperature measured; relative.
+    CollisionRate,
+    /// Fourth cumulant a2 at the end; absolute.
+    Cumulant,
+    /// Slope of P(b/d) over the whole run; absolute.
+    ImpactSlope,
+    /// S(k) at the end, mean over the modes of up to four waves in the box; relative.
+    Structure,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Energy,
+        Self::CollisionRate,
+        Self::Cumulant,
+        Self::ImpactSlope,
+        Self::Structure,
+    ];
+
+    /// Its name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Energy => "energy",
+            Self::CollisionRate => "collision-rate",
+            Self::Cumulant => "cumulant",
+            Self::ImpactSlope => "impact-slope",
+            Self::Structure => "structure",
+        }
+    }
+
+    /// What errors are divided by: the reference, or one where it may vanish.
+    pub(crate) fn unit(self, reference: f64) -> f64 {
+        match self {
+            Self::Energy | Self::CollisionRate | Self::Structure => reference,
+            Self::Cumulant | Self::ImpactSlope => 1.0,
+        }
+    }
+}
+
+impl FromStr for Kind {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == text);
+        let names = Self::ALL.map(Self::name).join(", ");
+        found.ok_or_else(|| format!("allowed is one of {names}"))
+    }
+}
+
+/// One number of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Quantity {
+    /// What it is.
+    pub kind: Kind,
+    /// When it is taken, or up to when, in the unit of time of the case.
+    pub time: f64,
+}
+
+/// The case as it is measured: its gas and start, sampled and observed in the same way whatever it asks for itself.
+pub(crate) fn measured(case: &Case) -> Case {
+    let mut case = case.clone();
+    let until = case.run.until;
+    case.accuracy = None;
+    case.run.first_sample = Some(until / 10_f64.powi(DECADES));
+    case.run.samples_per_decade = Some(TIMES_PER_DECADE);
+    case.run.samples = None;
+    let list = |values: Vec<Value>| Value::Array(values);
+    let window = list(vec![Value::Float(0.0), Value::Float(until)]);
+    let windows = [("windows".to_owned(), list(vec![window]))];
+    let structure = [
+        ("times".to_owned(), list(vec![Value::Float(until)])),
+        (
+            "largest_wave_number".to_owned(),
+            Value::Integer(LOW_WAVE_NUMBERS),
+        ),
+    ];
+    case.measure.clear();
+    let tables: [(&str, Table); 2] = [
+        ("impact_parameters", windows.into_iter().collect()),
+        ("structure_factor", structure.into_iter().collect()),
+    ];
+    case.measure
+        .extend(tables.map(|(name, table)| (name.to_owned(), table)));
+    case
+}
+
+/// All quantities of a measured case.
+pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
+    let kind = Kind::Energy;
+    let times = plan.sample_times().into_iter().skip(1);
+    let energies = times.map(|time| Quantity { kind, time });
+    let time = plan.case.run.until;
+    let others = Kind::ALL[1..].iter();
+    energies
+        .chain(others.map(|&kind| Quantity { kind, time }))
+        .collect()
+}
+
+/// Their values in a finished run, in the same order; not a number where a run does not have one.
+///
+/// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a box of its size,
+/// `whole`.
+pub(crate) fn observe(plan: &Plan, engine: &EnginePlan, run: &Finished, whole: bool) -> Vec<f64> {
+    let last = run
+        .record::<Vec<(f64, EnergySample)>>()
+        .and_then(|all| all.last());
+    let count = plan.count() * engine.copies();
+    let cumulant = last.map(|(_, sample)| unbiased_cumulant(sample.fourth_cumulant, count));
+    let structure = run.record::<Vec<(f64, Option<StructureFactor>)>>();
+    let structure = structure
+        .filter(|_| whole)
+        .and_then(|all| all.last()?.1.as_ref());
+    let structure = structure.map(|factor| {
+        let low = || {
+            let shells = factor.shells.iter();
+            shells.filter(|shell| shell.wave_number < LOW_WAVE_NUMBERS as f64 + 0.5)
+        };
+        let modes: usize = low().map(|shell| shell.modes).sum();
+        let sum: f64 = low().map(|shell| shell.value * shell.modes as f64).sum();
+        sum / modes as f64
+    });
+    let mut values = energies(run);
+    values.extend([
+        collision_rate(plan, run),
+        cumulant.unwrap_or(f64::NAN),
+        window(run).and_then(Window::slope).unwrap_or(f64::NAN),
+        structure.unwrap_or(f64::NAN),
+    ]);
+    values
+}
+
+/// What theory says of a quantity, where it is exact in the limit of a large gas; none elsewhere.
+///
+/// An elastic gas keeps its energy, is Maxwellian, collides at Enskog's rate (the contact value is right to 0.1 % up
+/// to packing 0.5; N disks of momentum zero have `sqrt(1 - 1/N)` of the rate) and has uniform impact parameters. A gas
+/// that cools in a box too small for growing waves of shear follows Haff's law with the relaxation of a2.
+pub(crate) fn theory(plan: &Plan, quantity: Quantity) -> Option<Known> {
+    if !plan.has_theory() || plan.case.drive.is_some() {
+        return None;
+    }
+    let value = match (plan.law.is_elastic(), quantity.kind) {
+        (true, Kind::Energy) => 1.0,
+        (true, Kind::CollisionRate) => (1.0 - 1.0 / plan.count() as f64).sqrt(),
+        (true, Kind::Cumulant | Kind::ImpactSlope) => 0.0,
+        (false, Kind::Energy) if !plan.has_unstable_modes() => {
+            transport::relaxing_haff_law(plan.restitution, plan.time_over_haff(quantity.time)?)
+        }
+        _ => return None,
+    };
+    Some(Known {
+        value,
+        standard_error: 0.0,
+    })
+}

@@ -1,0 +1,146 @@
+//! What errors are measured against: theory where it is exact, and a large ensemble of exact dynamics elsewhere.
+//!
+//! The ensemble has replicas of its own, which no setting runs. It is kept in a file with its provenance, so that another
+//! sweep of the same case need not make it again; a file of another case, seed or version, or one that was changed, is
+//! refused.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use stosszahl_analysis::accuracy::Known;
+use stosszahl_analysis::statistics::Estimate;
+use stosszahl_case::format::Engines;
+use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
+
+use super::FrontierError;
+use super::measure::{Sample, Task, Workshop};
+use super::quantity::{Quantity, theory};
+use super::setting::Setting;
+use crate::plan::Plan;
+
+/// First replica of the ensemble; settings begin at zero.
+const FIRST: u64 = 1 << 32;
+
+/// A value that errors are measured against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reference {
+    /// The value with its error.
+    pub known: Known,
+    /// Whether it is from an ensemble of exact dynamics, and not exact theory.
+    pub is_ensemble: bool,
+}
+
+/// Where the runs of an ensemble are kept: a snapshot, which knows the case that it belongs to and whether it was changed.
+pub(crate) struct Cache {
+    /// The file.
+    pub path: PathBuf,
+    fingerprint: Fingerprint,
+}
+
+impl Cache {
+    /// The place of the ensemble of a measured case in a folder.
+    pub(crate) fn of(plan: &Plan, folder: &Path) -> Self {
+        let mut case = plan.case.clone();
+        case.engine = Engines::default();
+        case.replicas = 1;
+        case.title.clear();
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+        hasher.update(serde_json::to_string(&case).unwrap_or_default().as_bytes());
+        // The numbers of a start file, whatever it is called.
+        for place in plan.file.iter().flat_map(|file| &file.positions) {
+            for number in place {
+                hasher.update(&number.to_le_bytes());
+            }
+        }
+        let hash = hasher.finalize();
+        Self {
+            path: folder.join(format!("reference-{}.snapshot", &hash.to_hex()[..16])),
+            fingerprint: *hash.as_bytes(),
+        }
+    }
+
+    /// Identifies the case with its seed and the version of the program, in hexadecimal.
+    pub(crate) fn fingerprint(&self) -> String {
+        blake3::Hash::from_bytes(self.fingerprint).to_hex()[..16].to_owned()
+    }
+
+    fn read(&self) -> Result<Vec<Sample>, FrontierError> {
+        match snapshot::read(&self.path, &self.fingerprint) {
+            Ok(runs) => Ok(runs),
+            Err(SnapshotError::File { source, .. }) if source.kind() == ErrorKind::NotFound => {
+                Ok(Vec::new())
+            }
+            Err(error) => Err(FrontierError::Kept(error)),
+        }
+    }
+}
+
+/// The references of all quantities, and how many runs of exact dynamics are behind them and were made now.
+pub(crate) struct References {
+    /// In the order of the quantities.
+    pub values: Vec<Reference>,
+    /// Runs of the ensemble; none where theory knows everything.
+    pub runs: usize,
+    /// Those of them that were not found on disk.
+    pub made: usize,
+}
+
+/// Finds the references; an ensemble of `count` runs is made or continued where theory is not exact.
+///
+/// # Errors
+/// [`FrontierError`] if the kept ensemble is not of this case or damaged, or a run fails.
+pub(crate) fn find(
+    workshop: &Workshop<'_>,
+    quantities: &[Quantity],
+    count: usize,
+    cache: &Cache,
+) -> Result<References, FrontierError> {
+    let exact: Vec<Option<Known>> = quantities
+        .iter()
+        .map(|&one| theory(workshop.plan, one))
+        .collect();
+    let (mut runs, mut made) = (Vec::new(), 0);
+    if exact.iter().any(Option::is_none) {
+        runs = cache.read()?;
+        made = count.saturating_sub(runs.len());
+        if made > 0 {
+            let task = Task {
+                setting: Setting::exact(workshop.plan.count()),
+                replicas: FIRST + runs.len() as u64..FIRST + count as u64,
+            };
+            let more = workshop
+                .run(&[task])?
+                .pop()
+                .unwrap_or_else(|| Ok(Vec::new()));
+            runs.extend(more.map_err(|reason| FrontierError::NoReference { reason })?);
+            snapshot::write(&cache.path, &cache.fingerprint, &runs)?;
+        }
+        // As many as asked for, whatever is kept: the same sweep gives the same table.
+        runs.truncate(count);
+    }
+    let one = |(index, (quantity, exact)): (usize, (&Quantity, Option<Known>))| {
+        let of_runs = || {
+            let values: Vec<f64> = runs.iter().map(|run| run.values[index]).collect();
+            let estimate = Estimate::over_replicas(&values)?;
+            let known = Known {
+                value: estimate.value,
+                standard_error: estimate.standard_error?,
+            };
+            (known.value.is_finite() && known.standard_error.is_finite()).then_some(known)
+        };
+        let is_ensemble = exact.is_none();
+        let known = exact.or_else(of_runs);
+        known
+            .map(|known| Reference { known, is_ensemble })
+            .ok_or_else(|| FrontierError::NoReference {
+                reason: format!("{} is no number in some run", quantity.kind.name()),
+            })
+    };
+    let values = quantities.iter().zip(exact).enumerate().map(one);
+    Ok(References {
+        values: values.collect::<Result<_, _>>()?,
+        runs: runs.len(),
+        made,
+    })
+}

@@ -1,0 +1,418 @@
+//! The settings of a sweep: what buys accuracy, varied around a case one choice at a time.
+//!
+//! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error follows from that of one
+//! (see [`stosszahl_analysis::accuracy`]).
+
+use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
+use stosszahl_model::{kinetic, transport};
+
+use crate::plan::{EngineKind, EnginePlan, Plan};
+
+/// One step of a sequence of settings whose error theory says to fall as a power of h.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Refinement {
+    /// What is refined, and of what.
+    pub sequence: &'static str,
+    /// The small quantity.
+    pub h: f64,
+    /// The power.
+    pub order: f64,
+}
+
+/// Numerical choices of one run.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    /// The engine with its choices.
+    pub engine: EnginePlan,
+    /// Number of disks; the box is as large as the packing fraction says.
+    pub disks: usize,
+    /// The sequences that it belongs to.
+    pub refinements: Vec<Refinement>,
+}
+
+/// Fewest disks of a smaller system.
+const FEWEST: usize = 64;
+
+/// An engine with its choices, in a periodic box.
+fn engine(kind: EngineKind) -> EnginePlan {
+    let name = match &kind {
+        EngineKind::EventDriven { .. } => "ed",
+        EngineKind::Homogeneous(_) => "dsmc-homogeneous",
+        EngineKind::MonteCarlo(parameters) => match parameters.scheme {
+            Scheme::Collisionless | Scheme::Boltzmann => "dsmc-boltzmann",
+            Scheme::FreeVolume => "dsmc-free-volume",
+            Scheme::Enskog(_) => "dsmc-enskog",
+            Scheme::Esmc(_) => "dsmc-esmc",
+            Scheme::StochasticDisks { .. } => "dsmc-stochastic-disks",
+            Scheme::ContactPoint { .. } => "dsmc-contact-point",
+        },
+    };
+    EnginePlan {
+        name,
+        kind,
+        clearance: Clearance::Radius,
+        weights: Weights::uniform(),
+    }
+}
+
+fn event_driven(contact_time: f64) -> EngineKind {
+    EngineKind::EventDriven {
+        contact_time,
+        collision_limit: None,
+    }
+}
+
+impl Setting {
+    /// Exact dynamics as the case wants it: without the contact time of the TC model, which is an approximation.
+    pub(crate) fn exact(disks: usize) -> Self {
+        Self {
+            engine: engine(event_driven(0.0)),
+            disks,
+            refinements: Vec::new(),
+        }
+    }
+
+    /// Whether it is event-driven.
+    pub(crate) fn is_event_driven(&self) -> bool {
+        matches!(self.engine.kind, EngineKind::EventDriven { .. })
+    }
+
+    /// Whether it is what an ensemble of a case of so many disks is made of.
+    pub(crate) fn is_reference(&self, disks: usize) -> bool {
+        self.engine.kind == event_driven(0.0) && self.disks == disks
+    }
+
+    /// The choices in words.
+    pub(crate) fn label(&self, plan: &Plan) -> String {
+        let mut parts = Vec::new();
+        match &self.engine.kind {
+            EngineKind::EventDriven { contact_time, .. } => {
+                parts.push("ed".to_owned());
+                if *contact_time > 0.0 {
+                    // Twelve digits, for units of time are no round numbers.
+                    let time = format!("{:.11e}", contact_time / plan.time);
+                    let time: f64 = time.parse().unwrap_or(*contact_time);
+                    parts.push(format!("contact time {time} t0"));
+                }
+            }
+            EngineKind::MonteCarlo(parameters) => {
+                let name = self.engine.name;
+                parts.push(name.strip_prefix("dsmc-").unwrap_or(name).to_owned());
+                parts.extend(scheme_choices(parameters, plan, self.disks));
+                parts.push(format!("{} per disk", parameters.simulators_per_disk));
+                if let Some(size) = parameters.cell_size {
+                    parts.push(format!("cell {size} d"));
+                }
+                parts.push(format!("{} steps", parameters.steps_per_crossing));
+            }
+            EngineKind::Homogeneous(_) => parts.push("homogeneous".to_owned()),
+        }
+        if self.disks != plan.count() {
+            parts.push(format!("{} disks", self.disks));
+        }
+        parts.join(", ")
+    }
+
+    /// Rough seconds of one run with its start, from counts of work alone: shares of a budget must not depend on a clock.
+    pub(crate) fn nominal_seconds(&self, plan: &Plan) -> f64 {
+        /// Seconds for a pair collision of exact dynamics, and to place a disk.
+        const EXACT: f64 = 6e-7;
+        const PLACED: f64 = 1e-5;
+        /// Seconds for a simulator and step: flight and sorting alone, with collisions within cells, with partners from the
+        /// cell of the point of contact, with pairs that overlap.
+        const FLIGHT: f64 = 5e-8;
+        const WITHIN: f64 = 2.5e-8;
+        const ESMC: f64 = 4e-7;
+        const OVERLAP: f64 = 2.5e-7;
+        /// Seconds for a pair collision with a partner around the point of contact.
+        const AROUND: f64 = 3e-6;
+        let disks = self.disks as f64;
+        let collisions = 0.5 * disks * plan.expected_collisions(plan.case.run.until);
+        let start = 0.5 * disks * plan.equilibration();
+        let run = match self.engine.parameters() {
+            None => EXACT * collisions,
+            Some(parameters) => {
+                let copies = f64::from(parameters.simulators_per_disk);
+                let steps = plan.expected_steps(parameters) * disks * copies;
+                match parameters.scheme {
+                    Scheme::Esmc(_) => ESMC * steps,
+                    Scheme::StochasticDisks { .. } => OVERLAP * steps,
+                    Scheme::ContactPoint { .. } => FLIGHT * steps + AROUND * collisions * copies,
+                    _ => WITHIN * steps,
+                }
+            }
+        };
+        run + EXACT * start.max(2e4) + PLACED * disks
+    }
+}
+
+/// Choices of a scheme that are not its default.
+fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<String> {
+    let displaced = match parameters.displacement {
+        Displacement::None => "not displaced",
+        Displacement::Diameter => "displaced",
+        Displacement::Inelastic => "displaced inelastically",
+    };
+    let mean = |neighbourhood| (neighbourhood == Neighbourhood::Mean).then_some("mean density");
+    let words: Vec<String> = match parameters.scheme {
+        Scheme::Collisionless => vec!["no collisions".to_owned()],
+        Scheme::Boltzmann | Scheme::FreeVolume => vec![displaced.to_owned()],
+        Scheme::Enskog(around) => {
+            let words = mean(around).into_iter().chain([displaced]);
+            words.map(str::to_owned).collect()
+        }
+        Scheme::Esmc(around) => mean(around).map(str::to_owned).into_iter().collect(),
+        Scheme::StochasticDisks { stiffness } => vec![format!("stiffness {stiffness}")],
+        Scheme::ContactPoint { radius } => {
+            let radius = radius.map(|radius| format!("radius {radius} d"));
+            let copies = (parameters.copies != copies(plan, disks)).then(|| {
+                let word = match parameters.copies {
+                    Copies::Independent => "independent copies",
+                    Copies::Coherent => "coherent copies",
+                };
+                word.to_owned()
+            });
+            radius.into_iter().chain(copies).collect()
+        }
+    };
+    words
+}
+
+/// How copies start by default: with the long waves of the start where those grow.
+fn copies(plan: &Plan, disks: usize) -> Copies {
+    let (packing, chi) = (plan.packing_fraction, plan.contact_value);
+    let widest = plan.lengths[0].max(plan.lengths[1]);
+    let width = widest * (disks as f64 / plan.count() as f64).sqrt();
+    let cools = plan.restitution < 1.0 && plan.case.drive.is_none();
+    if cools && width > transport::critical_length(packing, chi, plan.restitution) {
+        Copies::Coherent
+    } else {
+        Copies::Independent
+    }
+}
+
+/// Settings without repetition: one that comes again only gets one more refinement.
+struct List<'a> {
+    plan: &'a Plan,
+    all: Vec<Setting>,
+}
+
+impl List<'_> {
+    fn add(&mut self, kind: EngineKind, disks: usize, refinement: Option<Refinement>) {
+        let mut known = self.all.iter_mut();
+        let known = known.find(|known| known.engine.kind == kind && known.disks == disks);
+        match known {
+            Some(known) => known.refinements.extend(refinement),
+            None => self.all.push(Setting {
+                engine: engine(kind),
+                disks,
+                refinements: refinement.into_iter().collect(),
+            }),
+        }
+    }
+
+    /// Adds a sequence of Monte Carlo settings, with h and the choice that it stands for.
+    fn sequence(
+        &mut self,
+        sequence: &'static str,
+        order: f64,
+        steps: impl IntoIterator<Item = (f64, Parameters)>,
+    ) {
+        for (h, parameters) in steps {
+            let refinement = Refinement { sequence, h, order };
+            let kind = EngineKind::MonteCarlo(parameters);
+            self.add(kind, self.plan.count(), Some(refinement));
+        }
+    }
+
+    /// Adds a Monte Carlo setting.
+    fn one(&mut self, parameters: Parameters) {
+        self.add(EngineKind::MonteCarlo(parameters), self.plan.count(), None);
+    }
+}
+
+/// A Monte Carlo engine with the choices that sweeps begin from.
+fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> Parameters {
+    Parameters {
+        cell_size,
+        simulators_per_disk: simulators,
+        steps_per_crossing: steps,
+        displacement: Displacement::None,
+        largest_contact_value: 10.0,
+        ..Parameters::for_scheme(scheme)
+    }
+}
+
+/// All settings around a case: its own engines first, then exact dynamics, then each Monte Carlo scheme.
+pub(crate) fn around(plan: &Plan) -> Vec<Setting> {
+    let mut list = List {
+        plan,
+        all: Vec::new(),
+    };
+    for engine in &plan.engines {
+        let kind = match &engine.kind {
+            EngineKind::EventDriven { contact_time, .. } => event_driven(*contact_time),
+            other => other.clone(),
+        };
+        list.add(kind, plan.count(), None);
+    }
+    exact(&mut list);
+    contact_point(&mut list);
+    within_cells(&mut list);
+    across(&mut list);
+    list.all
+}
+
+/// Smaller systems of the same density; none of a start that comes from a file, or of several species.
+fn smaller(plan: &Plan) -> impl Iterator<Item = usize> + use<> {
+    let (disks, placed) = (plan.count(), plan.file.is_none() && plan.species.len() == 1);
+    [4, 16]
+        .into_iter()
+        .map(move |part| disks / part)
+        .filter(move |&few| placed && few >= FEWEST)
+}
+
+/// System size, and the contact time of the TC model, whose error is of first order (2 ω `t_c` of the collisions do not
+/// dissipate).
+fn exact(list: &mut List<'_>) {
+    let plan = list.plan;
+    list.add(event_driven(0.0), plan.count(), None);
+    for disks in smaller(plan) {
+        list.add(event_driven(0.0), disks, None);
+    }
+    for h in [1e-4, 1e-3, 1e-2, 1e-1] {
+        let refinement = Refinement {
+            sequence: "contact time of ed",
+            h,
+            order: 1.0,
+        };
+        list.add(event_driven(h * plan.time), plan.count(), Some(refinement));
+    }
+}
+
+/// Simulators for each disk, step, partner radius, copies and size of the scheme with partners around the point of contact.
+fn contact_point(list: &mut List<'_>) {
+    let plan = list.plan;
+    let point = |radius, simulators, steps, disks| Parameters {
+        copies: copies(plan, disks),
+        largest_contact_value: 100.0,
+        ..dsmc(Scheme::ContactPoint { radius }, simulators, None, steps)
+    };
+    let disks = plan.count();
+    let simulators = [1, 2, 4, 8, 16, 32, 64].map(|copies| {
+        let h = f64::from(copies).recip();
+        (h, point(None, copies, 8.0, disks))
+    });
+    list.sequence("simulators of contact-point", 1.0, simulators);
+    let steps =
+        [1.0, 2.0, 4.0, 8.0, 16.0].map(|steps: f64| (steps.recip(), point(None, 4, steps, disks)));
+    list.sequence("step of contact-point", 2.0, steps);
+    let radii =
+        [0.0, 0.25, 1.0, 1.5, 2.0].map(|radius| (radius, point(Some(radius), 4, 8.0, disks)));
+    list.sequence("radius of contact-point", 2.0, radii);
+    for simulators in [4, 16] {
+        list.one(Parameters {
+            copies: Copies::Independent,
+            ..point(None, simulators, 8.0, disks)
+        });
+    }
+    for disks in smaller(plan) {
+        let kind = EngineKind::MonteCarlo(point(None, 4, 8.0, disks));
+        list.add(kind, disks, None);
+    }
+}
+
+/// Simulators, cells and steps of the schemes within cells.
+fn within_cells(list: &mut List<'_>) {
+    let plan = list.plan;
+    let path = kinetic::mean_free_path(plan.packing_fraction, plan.contact_value);
+    // Rounded, for labels that can be read.
+    let cell = (0.5 * path).max(2.0).round();
+    let plain = |simulators, cell, steps| {
+        dsmc(
+            Scheme::Enskog(Neighbourhood::Mean),
+            simulators,
+            Some(cell),
+            steps,
+        )
+    };
+    let displaced = |scheme, simulators| Parameters {
+        displacement: Displacement::Diameter,
+        ..dsmc(scheme, simulators, Some(cell), 4.0)
+    };
+    let over = |simulators: u32| f64::from(simulators).recip();
+    let many = [1, 4, 16, 64];
+    let enskog = Scheme::Enskog(Neighbourhood::Cells(2));
+    let steps = many.map(|n| (over(n), displaced(enskog, n)));
+    list.sequence("simulators of displaced enskog", 1.0, steps);
+    list.sequence(
+        "simulators of enskog",
+        1.0,
+        many.map(|n| (over(n), plain(n, cell, 4.0))),
+    );
+    let cells = [0.5, 1.0, 2.0, 4.0].map(|factor| {
+        let size = factor * cell;
+        (size, plain(16, size, 4.0))
+    });
+    list.sequence("cell of enskog", 2.0, cells);
+    let steps = [1.0, 2.0, 4.0, 8.0].map(|steps: f64| (steps.recip(), plain(16, cell, steps)));
+    list.sequence("step of enskog", 2.0, steps);
+    let free = [1, 4, 16].map(|n| (over(n), displaced(Scheme::FreeVolume, n)));
+    list.sequence("simulators of free-volume", 1.0, free);
+    list.one(dsmc(Scheme::Boltzmann, 4, Some(cell), 4.0));
+}
+
+/// The two other schemes with partners across cells.
+fn across(list: &mut List<'_>) {
+    let esmc = Scheme::Esmc(Neighbourhood::Cells(2));
+    let simulators = [4, 16].map(|copies| {
+        let h = f64::from(copies).recip();
+        (h, dsmc(esmc, copies, Some(1.0), 8.0))
+    });
+    list.sequence("simulators of esmc", 1.0, simulators);
+    for (stiffness, steps) in [(1.0, 20.0), (4.0, 40.0)] {
+        list.one(dsmc(Scheme::StochasticDisks { stiffness }, 1, None, steps));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::path::Path;
+
+    use stosszahl_case::CaseFile;
+
+    use super::*;
+
+    fn plan(disks: usize) -> Plan {
+        let text = format!(
+            "format = 2\ntitle = \"t\"\n[gas]\nnumber = {disks}\nrestitution = 0.8\n[box]\npacking_fraction = 0.25\n\
+             [run]\nuntil = 10\n[engine.ed]\n[engine.dsmc-free-volume]\ncell_size = 2.0\n"
+        );
+        let file = CaseFile::from_text(Path::new("t.toml"), &text, &[]).expect("a case");
+        Plan::new(&file.points[0].case, Path::new("")).expect("a plan")
+    }
+
+    #[test]
+    fn settings_are_many_no_two_alike_and_sequences_can_be_fitted() {
+        let plan = plan(10_000);
+        let settings = around(&plan);
+        assert!(settings.len() >= 40, "{}", settings.len());
+        let mut labels: Vec<_> = settings.iter().map(|s| s.label(&plan)).collect();
+        labels.sort();
+        labels.dedup();
+        assert_eq!(labels.len(), settings.len());
+        assert!(
+            labels.contains(&"ed, contact time 0.001 t0".to_owned()),
+            "{labels:?}"
+        );
+        let mut count = BTreeMap::new();
+        for refinement in settings.iter().flat_map(|s| &s.refinements) {
+            *count.entry(refinement.sequence).or_insert(0) += 1;
+        }
+        assert!(count.len() >= 8);
+        // Two settings give no order, but the sweep of esmc is too costly for more.
+        let enough = |(name, &n): (&&str, &i32)| n >= 3 || name.ends_with("esmc");
+        assert!(count.iter().all(enough), "{count:?}");
+    }
+}

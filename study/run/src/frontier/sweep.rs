@@ -1,0 +1,430 @@
+//! A whole frontier: reference, settings, front, orders, recommendations, and the words for them.
+
+use std::borrow::Cow;
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+
+use stosszahl_case::CaseFile;
+use stosszahl_case::Kind as CaseKind;
+use stosszahl_case::format::Velocities;
+use stosszahl_results::{Axis, Cell, Figure, Line, Mark, Table};
+
+use super::budget::{PATIENCE, TESTS, shared};
+use super::front::{self, Measured, Row, largest, rows};
+use super::measure::{Task, Workshop};
+use super::orders::{self, OrderRow, Verdict, orders};
+use super::quantity::{Kind, MEASURES, Quantity, measured as measured_case, quantities};
+use super::recommend::{Choice, Engines, Target, choose, finer_that_fails, nearest, test};
+use super::reference::{self, Cache, References};
+use super::setting::{Setting, around};
+use super::{Frontier, FrontierError, List, Options};
+use crate::check::Planned;
+use crate::plan::Plan;
+use crate::unsaved::measures;
+use crate::words::{percent, time};
+
+/// Refuses a case whose runs have no spread, or that is many cases.
+fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
+    let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
+    let [point] = &file.points[..] else {
+        let found = format!("the case has a sweep of {} points", file.points.len());
+        return refuse(found, "one point: fix the swept keys with --set");
+    };
+    let plan = Planned::new(file, point)?.plan;
+    if plan.kind != CaseKind::Comparison || plan.dimension != 2 {
+        let found = "the case has walls, spin, spheres or no positions";
+        return refuse(found.into(), "smooth disks in a periodic box");
+    }
+    if plan.case.start.velocities == Velocities::File {
+        let found = "start.velocities = \"file\" gives all replicas one start";
+        let expected = "replicas with a spread: start.velocities = \"maxwellian\"";
+        return refuse(found.into(), expected);
+    }
+    Ok(Plan::new(&measured_case(&plan.case), &plan.folder)?)
+}
+
+/// The folders, before any work: the results must be a new or empty one, or replaced on purpose.
+fn open(options: &Options<'_>) -> Result<(), FrontierError> {
+    let folder = &options.folder;
+    let full = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    if full && !options.force {
+        return Err(FrontierError::Exists {
+            path: folder.clone(),
+        });
+    }
+    let make = |path: &Path| {
+        fs::create_dir_all(path).map_err(|source| FrontierError::Folder {
+            path: path.to_owned(),
+            source,
+        })
+    };
+    make(folder)?;
+    make(&options.cache)
+}
+
+/// A sweep on its way.
+struct Sweep<'a> {
+    options: &'a Options<'a>,
+    workshop: &'a Workshop<'a>,
+    quantities: Vec<Quantity>,
+    references: References,
+    measured: Vec<Measured>,
+    /// Settings that were not measured, with the reason.
+    left_out: Vec<(String, String)>,
+}
+
+impl<'a> Sweep<'a> {
+    /// Finds the reference and measures all settings that the budget has time for.
+    fn new(
+        options: &'a Options<'a>,
+        workshop: &'a Workshop<'a>,
+        cache: &Cache,
+    ) -> Result<Self, FrontierError> {
+        let plan = workshop.plan;
+        let quantities = quantities(plan);
+        let settings = around(plan);
+        let shares = shared(plan, &settings, options.budget);
+        let references = reference::find(workshop, &quantities, shares.reference, cache)?;
+        let (mut tasks, mut left_out) = (Vec::new(), Vec::new());
+        for (setting, repetitions) in settings.into_iter().zip(shares.repetitions) {
+            match repetitions {
+                Some(repetitions) => tasks.push(Task {
+                    setting,
+                    replicas: 0..repetitions,
+                }),
+                None => left_out.push((setting.label(plan), "too costly for the budget".into())),
+            }
+        }
+        let (outcomes, mut measured) = (workshop.run(&tasks)?, Vec::new());
+        for (Task { setting, .. }, outcome) in tasks.into_iter().zip(outcomes) {
+            match outcome {
+                Ok(samples) => measured.push(Measured::new(
+                    setting,
+                    plan,
+                    &samples,
+                    &quantities,
+                    &references.values,
+                )),
+                Err(reason) => left_out.push((Setting::label(&setting, plan), reason)),
+            }
+        }
+        Ok(Self {
+            options,
+            workshop,
+            quantities,
+            references,
+            measured,
+            left_out,
+        })
+    }
+
+    fn target(&self) -> Target<'_> {
+        Target {
+            error: self.options.target,
+            kinds: &self.options.kinds,
+            disks: self.workshop.plan.count(),
+            tests: self.options.tests,
+        }
+    }
+
+    /// What was measured against what, and what was left out.
+    fn provenance(&self, cache: &Cache) -> Vec<String> {
+        let plan = self.workshop.plan;
+        let of = format!(
+            "{} settings of {} disks at packing {:.4}, restitution {:.4}, up to t = {} in the unit of time of the case.",
+            self.measured.len(),
+            plan.count(),
+            plan.packing_fraction,
+            plan.restitution,
+            plan.case.run.until
+        );
+        let against = if self.references.runs == 0 {
+            "Reference: theory, which is exact here.".to_owned()
+        } else {
+            format!(
+                "Reference: {} runs of exact dynamics ({} made now), seed {}, version {}, fingerprint {}, kept in {}.",
+                self.references.runs,
+                self.references.made,
+                plan.case.seed,
+                env!("CARGO_PKG_VERSION"),
+                cache.fingerprint(),
+                cache.path.display()
+            )
+        };
+        let left_out = self.left_out.iter();
+        let left_out = left_out.map(|(label, reason)| format!("Left out: {label}: {reason}."));
+        let first = [format!("{of} {against}")];
+        first.into_iter().chain(left_out).collect()
+    }
+
+    /// Chooses a setting for each engine, tests it, and says what came of it.
+    fn recommendations(&self) -> Result<Vec<String>, FrontierError> {
+        let (target, references) = (self.target(), &self.references.values);
+        let choices = Engines::ALL.map(|engines| {
+            choose(
+                engines,
+                &self.measured,
+                &self.quantities,
+                references,
+                &target,
+            )
+        });
+        // Time is kept for tests of what there is to test.
+        let count = choices.iter().flatten().count().max(1);
+        let share = TESTS * self.options.budget / count as f64;
+        let said = Engines::ALL.into_iter().zip(choices);
+        said.map(|(engines, choice)| match choice {
+            Some(choice) => self.recommendation(engines, &choice, share),
+            None => Ok(self.unmet(engines)),
+        })
+        .collect()
+    }
+
+    /// Tests a choice, and says what was predicted and found.
+    fn recommendation(
+        &self,
+        engines: Engines,
+        choice: &Choice,
+        share: f64,
+    ) -> Result<String, FrontierError> {
+        let target = self.target();
+        let tested = test(
+            self.workshop,
+            choice,
+            &self.measured,
+            &self.quantities,
+            &self.references.values,
+            &target,
+            share,
+        )?;
+        let one = &self.measured[choice.index];
+        let wanted = percent(target.error);
+        let predicted = format!(
+            "{}: for {wanted} in {}, the cheapest setting is **{}** with {} replicas: predicted {} of core time, {:.1} MiB and \
+             an error of {}.",
+            engines.name(),
+            names(target.kinds),
+            one.label,
+            choice.replicas,
+            time(choice.core_seconds),
+            one.bytes as f64 / f64::from(1 << 20),
+            percent(choice.error),
+        );
+        let found = format!(
+            "On fresh seeds {} of {} tests were within {wanted}; found {} of core time and an error of {}.",
+            tested.kept,
+            tested.tests,
+            time(tested.core_seconds),
+            percent(tested.error),
+        );
+        let finer = finer_that_fails(choice, &self.measured, &self.quantities, &target);
+        let finer = finer.map(|(finer, error)| {
+            format!(
+                " Its errors cancel: the finer {} is off by {}, so this holds for this case alone.",
+                finer.label,
+                percent(error)
+            )
+        });
+        Ok(format!("{predicted} {found}{}", finer.unwrap_or_default()))
+    }
+
+    /// The sentence on an engine that cannot meet the target.
+    fn unmet(&self, engines: Engines) -> String {
+        let target = self.target();
+        let least = nearest(engines, &self.measured, &self.quantities, &target);
+        let least = least.map(|(index, [error, uncertainty])| {
+            format!(
+                "; the least biased is {}, whose systematic error is {} ± {}",
+                self.measured[index].label,
+                percent(error),
+                percent(uncertainty)
+            )
+        });
+        format!(
+            "{}: no setting is sure to keep {} in {}{}.",
+            engines.name(),
+            percent(target.error),
+            names(target.kinds),
+            least.unwrap_or_default()
+        )
+    }
+}
+
+fn names(kinds: &[Kind]) -> String {
+    let names: Vec<_> = kinds.iter().map(|kind| kind.name()).collect();
+    names.join(", ")
+}
+
+/// Measures a case; the tables of all rows beside what is shown of them.
+pub(crate) fn sweep(
+    file: &CaseFile,
+    options: &Options<'_>,
+) -> Result<(Frontier, [Table; 2]), FrontierError> {
+    let plan = check(file)?;
+    open(options)?;
+    let workshop = Workshop {
+        plan: &plan,
+        measures: measures(&MEASURES),
+        threads: options.threads,
+        limit: PATIENCE * options.budget,
+        spent: Mutex::new(0.0),
+        tell: options.tell,
+    };
+    let cache = Cache::of(&plan, &options.cache);
+    let sweep = Sweep::new(options, &workshop, &cache)?;
+    let references = &sweep.references.values;
+    let rows = rows(&sweep.measured, &sweep.quantities, references);
+    let orders = orders(&sweep.measured, &sweep.quantities, references);
+    let mut sentences = sweep.provenance(&cache);
+    sentences.extend(sweep.recommendations()?);
+    sentences.push(format!(
+        "Core time of everything: {}.",
+        time(workshop.spent())
+    ));
+    let mut lists: Vec<List> = Kind::ALL
+        .into_iter()
+        .map(|kind| front_list(&rows, kind))
+        .collect();
+    lists.push(order_list(&orders));
+    let found = Frontier {
+        title: plan.case.title.clone(),
+        sentences,
+        figure: figure(&rows, options.target),
+        lists,
+    };
+    Ok((found, [front::table(&rows), orders::table(&orders)]))
+}
+
+/// The largest errors against core time: single runs of each engine, and the front of all numbers of replicas.
+fn figure(rows: &[Row<'_>], target: f64) -> Table {
+    const FRONT: &str = "front, with replicas";
+    let shown = |row: &&Row<'_>| row.name.starts_with("largest-");
+    let single = rows.iter().filter(shown).filter(|row| row.replicas == 1);
+    let front = rows.iter().filter(shown).filter(|row| row.on_front);
+    let count = front.clone().count();
+    let mut table = front::table(single.chain(front));
+    let first = table.rows.len() - count;
+    for row in &mut table.rows[first..] {
+        row[0] = Cell::Text(FRONT.to_owned());
+    }
+    let mut figure = Figure::curves(
+        "Error against core time",
+        Axis::logarithmic("core_seconds", "core time [s]"),
+        Axis::logarithmic("error", "error"),
+    );
+    figure.caption = "Marks are single runs of each setting, and the front of all settings with 1, 4, 16 and 64 replicas. \
+                      Dashed: the target. Of several times, the one with the largest error counts."
+        .into();
+    figure.mark = Mark::Points;
+    figure.panels = vec!["quantity".into()];
+    figure.lines = vec![Line {
+        label: Cow::Borrowed("target"),
+        y: target,
+    }];
+    table.figure(figure)
+}
+
+const FRONT: &[(&str, bool)] = &[
+    ("number", false),
+    ("setting", true),
+    ("replicas", false),
+    ("core time", false),
+    ("error", false),
+    ("systematic", false),
+    ("statistical, one run", false),
+];
+
+/// The front of a kind, by cost.
+fn front_list(rows: &[Row<'_>], kind: Kind) -> List {
+    let name = largest(kind);
+    let mut front: Vec<&Row<'_>> = rows
+        .iter()
+        .filter(|row| row.on_front && row.name == name)
+        .collect();
+    front.sort_by(|a, b| a.core_seconds().total_cmp(&b.core_seconds()));
+    let cells = |(row, place): (&&Row<'_>, u32)| {
+        let [low, high] = row.found.total_range(row.replicas).map(percent);
+        let bias = [row.found.systematic, row.found.systematic_error].map(percent);
+        vec![
+            place.to_string(),
+            row.one.label.clone(),
+            row.replicas.to_string(),
+            time(row.core_seconds()),
+            format!("{} ({low} to {high})", percent(row.error())),
+            format!("{} ± {}", bias[0], bias[1]),
+            percent(row.found.statistical),
+        ]
+    };
+    List {
+        title: format!("Front: {}", kind.name()),
+        columns: FRONT,
+        rows: front.iter().zip(1..).map(cells).collect(),
+    }
+}
+
+const ORDERS: &[(&str, bool)] = &[
+    ("sequence", true),
+    ("settings", false),
+    ("quantity", true),
+    ("time", false),
+    ("order by theory", false),
+    ("order found", false),
+    ("limit less reference", false),
+    ("verdict", true),
+];
+
+fn order_list(orders: &[OrderRow]) -> List {
+    let count = |verdict| orders.iter().filter(|row| row.verdict == verdict).count();
+    let cells = |row: &OrderRow| {
+        let found = match (row.found_order, row.found_order_low, row.found_order_high) {
+            (Some(order), Some(low), Some(high)) => format!("{order:.1} ({low:.1} to {high:.1})"),
+            _ => "-".to_owned(),
+        };
+        vec![
+            row.sequence.to_owned(),
+            format!("{}, h ≤ {}", row.settings, row.coarsest),
+            row.quantity.to_owned(),
+            format!("{:.3}", row.time),
+            row.order.to_string(),
+            found,
+            format!(
+                "{} ± {}",
+                percent(row.limit_error),
+                percent(row.limit_error_se)
+            ),
+            row.verdict.name().to_owned(),
+        ]
+    };
+    List {
+        title: format!(
+            "Orders: of {} sequences and quantities, the order of theory holds in {}, does not hold in {}, and in {} no error \
+             is seen",
+            orders.len(),
+            count(Verdict::Holds),
+            count(Verdict::DoesNotHold),
+            count(Verdict::NotSeen),
+        ),
+        columns: ORDERS,
+        rows: orders.iter().map(cells).collect(),
+    }
+}
+
+/// The words and the lists, in Markdown.
+pub(crate) fn markdown(found: &Frontier) -> String {
+    let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
+    let mut text = format!("# Speed against error: {}\n\n", found.title);
+    for sentence in &found.sentences {
+        text += &[sentence, "\n\n"].concat();
+    }
+    for list in found.lists.iter().filter(|list| !list.rows.is_empty()) {
+        text += &["## ", &list.title, "\n\n"].concat();
+        text += &line(list.columns.iter().map(|column| column.0).collect());
+        text += &line(list.columns.iter().map(|_| "---").collect());
+        for row in &list.rows {
+            text += &line(row.iter().map(String::as_str).collect());
+        }
+        text += "\n";
+    }
+    text
+}

@@ -1,0 +1,187 @@
+use super::*;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Normal values by the sum of twelve uniform ones.
+fn normal(stream: &mut Xoshiro256PlusPlus) -> f64 {
+    (0..12).map(|_| stream.random::<f64>()).sum::<f64>() - 6.0
+}
+
+/// Pairs at each time whose quotient has the given logarithm and noise.
+fn planted(
+    stream: &mut Xoshiro256PlusPlus,
+    logs: &[f64],
+    noise: f64,
+    replicas: usize,
+) -> Vec<Vec<(f64, f64)>> {
+    let one = |&log: &f64| {
+        let pair = |stream: &mut Xoshiro256PlusPlus| ((log + noise * normal(stream)).exp(), 1.0);
+        (0..replicas).map(|_| pair(stream)).collect()
+    };
+    logs.iter().map(one).collect()
+}
+
+fn pair(times: &[f64]) -> Pair<'_> {
+    Pair {
+        topic: "energy",
+        a: "DSMC stochastic disks",
+        b: "Haff's law with its Sonine factor",
+        quantity: "energy",
+        places: Places::Times(times),
+        false_alarm: 0.01,
+    }
+}
+
+#[test]
+fn planted_differences_are_named_with_their_margin() {
+    let stream = &mut Xoshiro256PlusPlus::seed_from_u64(1);
+    let times = [0.1, 1.0, 100.0];
+    let judge = |pairs: &[Vec<(f64, f64)>]| pair(&times).judge(pairs).expect("a verdict");
+    let found = judge(&planted(stream, &[0.0, 0.0, 1.043_f64.ln()], 0.003, 8));
+    assert_eq!(found.kind, VerdictKind::Differ);
+    assert!(
+        found.sentence.contains("from t = 100 on, most by +4."),
+        "{}",
+        found.sentence
+    );
+    assert!(
+        found.sentence.ends_with("% at t = 100."),
+        "{}",
+        found.sentence
+    );
+    assert!(found.sentence.len() <= 160, "{}", found.sentence);
+    let found = judge(&planted(stream, &[0.0; 3], 0.005, 8));
+    assert_eq!(found.kind, VerdictKind::Agree);
+    assert!(found.sentence.contains("within") && found.sentence.contains("to t = 100"));
+    let found = judge(&planted(stream, &[0.0; 3], 0.3, 4));
+    assert_eq!(found.kind, VerdictKind::Undecided);
+    assert!(found.sentence.contains("too wide"), "{}", found.sentence);
+    let found = judge(&planted(stream, &[0.5; 3], 0.0, 1));
+    assert_eq!(found.kind, VerdictKind::Undecided);
+    assert!(
+        found.sentence.contains("error unknown"),
+        "{}",
+        found.sentence
+    );
+    let same = judge(&[
+        vec![(1.0, 1.0); 3],
+        vec![(0.5, 0.5); 3],
+        vec![(0.2, 0.2); 3],
+    ]);
+    assert!(same.kind == VerdictKind::Agree && same.sentence.contains("have the same energy"));
+}
+
+/// Of 1000 pairs that are equal at five times, 1 % may be called different: 10, and five binomial errors of 3.1. Of pairs
+/// that are 1 % apart, each agreement names a margin of that or more but for the share of misses of one time, 1 %.
+#[test]
+fn verdicts_are_calibrated() {
+    let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);
+    let (times, logs) = ([1.0, 2.0, 3.0, 4.0, 5.0], [0.0; 5]);
+    let (mut alarms, mut agreed, mut short) = (0, 0, 0);
+    for _ in 0..1000 {
+        let found = pair(&times)
+            .judge(&planted(stream, &logs, 0.02, 6))
+            .expect("a verdict");
+        alarms += i32::from(found.kind == VerdictKind::Differ);
+        let apart = quotients(&planted(stream, &[0.01], 0.01, 6), 0.01);
+        if apart[0].verdict == Test::Agree {
+            agreed += 1;
+            let reach = apart[0].quotient.value.ln().abs() + apart[0].half_width.expect("an error");
+            short += i32::from(reach < 0.01);
+        }
+    }
+    assert!(alarms <= 26, "{alarms}");
+    assert!(agreed > 500 && short <= 26, "{short} of {agreed}");
+}
+
+#[test]
+fn points_need_errors_to_agree() {
+    let point = |measured: f64, error: Option<f64>| Point {
+        time: 2.0,
+        measured,
+        error,
+        theory: 2.0,
+        theory_error: None,
+    };
+    let kind = |measured, error| point(measured, error).outcome(0.02);
+    assert_eq!(kind(2.01, Some(0.01)), VerdictKind::Agree);
+    assert_eq!(kind(2.1, Some(0.01)), VerdictKind::Differ);
+    assert_eq!(kind(2.1, Some(0.1)), VerdictKind::Undecided);
+    assert_eq!(kind(2.0, None), VerdictKind::Undecided);
+    let points = [
+        point(2.01, Some(0.01)),
+        point(2.1, Some(0.01)),
+        point(1.8, Some(0.2)),
+    ];
+    let found = against_theory("t", "The temperature of species 2", "theory", &points, 0.02);
+    let found = found.expect("a verdict");
+    assert_eq!(found.kind, VerdictKind::Differ);
+    let expected =
+        "The temperature of species 2 differs from theory by +5.0 ± 0.5 % at t = 2, beyond 2 %.";
+    assert_eq!(found.sentence, expected);
+}
+
+#[test]
+fn impact_parameters_are_judged_together() {
+    let uniform = |statistic: f64, p_value: f64, slope: f64| ImpactTest {
+        window: [1.0, 5.0],
+        collisions: 1_000_000,
+        slope: Some((slope, Some(0.004))),
+        test: Some(ChiSquaredTest {
+            statistic,
+            degrees_of_freedom: 19,
+            p_value,
+        }),
+    };
+    let tests = [uniform(20.0, 0.4, 0.001), uniform(200.0, 1e-9, 0.23)];
+    let words = impact_words(&tests, 0.01);
+    assert_eq!(words, ["uniform", "grazing excess"]);
+    let found = impact_parameters("impact", "ED (exact)", &tests, &words);
+    assert_eq!(found.kind, VerdictKind::Differ);
+    assert!(
+        found
+            .sentence
+            .contains("slope 0.2300 ± 0.0040 from t = 1 to 5"),
+        "{}",
+        found.sentence
+    );
+    let found = impact_parameters("impact", "ED (exact)", &tests[..1], &words[..1]);
+    assert!(found.kind == VerdictKind::Agree && found.sentence.contains("below 0.013"));
+    let few = ImpactTest {
+        collisions: 12,
+        test: None,
+        ..tests[0]
+    };
+    let words = impact_words(&[few], 0.01);
+    assert_eq!(words, ["too few collisions"]);
+    let found = impact_parameters("impact", "ED (exact)", &[few], &words);
+    assert_eq!(found.kind, VerdictKind::Undecided);
+}
+
+#[test]
+fn numbers_are_written_in_the_digits_of_their_error() {
+    assert_eq!(percent(0.0432, Some(0.001)), "+4.3 ± 0.1 %");
+    assert_eq!(percent(-0.05, None), "-5.00 % (error unknown)");
+    assert_eq!(with_error(0.9324, Some(0.0123)), "0.932 ± 0.012");
+    assert_eq!(margin(0.0179), "1.8 %");
+    assert_eq!(margin(0.02), "2 %");
+    assert_eq!(short(100.0), "100");
+    assert_eq!(short(2.5e-7), "2.500e-7");
+}
+
+#[test]
+fn what_has_no_error_is_never_said_to_agree() {
+    assert_eq!(zero("t", "x", 0.0, None).kind, VerdictKind::Undecided);
+    assert_eq!(zero("t", "x", 0.1, Some(0.05)).kind, VerdictKind::Agree);
+    assert_eq!(zero("t", "x", 0.3, Some(0.05)).kind, VerdictKind::Differ);
+    assert_eq!(kept("t", "x", 1e-12, 1e-10).kind, VerdictKind::Agree);
+    assert_eq!(kept("t", "x", f64::NAN, 1e-10).kind, VerdictKind::Differ);
+    let place = |errors| Place {
+        at: 0.5,
+        values: [1.0, 1.2],
+        errors,
+    };
+    assert!(profiles("t", ["A", "B"], &[place([None, Some(0.1)])], 0.01).is_none());
+    let found = profiles("t", ["A", "B"], &[place([Some(0.01), Some(0.01)])], 0.01);
+    assert_eq!(found.expect("a verdict").kind, VerdictKind::Differ);
+}

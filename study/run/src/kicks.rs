@@ -1,0 +1,84 @@
+//! Kicks of a drive, by the particles of an engine.
+
+use nalgebra::Vector3;
+use stosszahl_model::random::Streams;
+use stosszahl_model::{
+    Drive, Free, GrainSizes, Invalid, Law, Monodisperse, Plane, Polydisperse, Scene, Sizes, Smooth,
+    Space, Volume,
+};
+
+use crate::plan::{Plan, PlanError};
+
+/// The drive of one replica. All of its engines draw the same kicks.
+pub(crate) struct Kicks {
+    drive: Drive,
+    sizes: Which,
+    dimension: usize,
+    streams: Streams,
+}
+
+enum Which {
+    Equal(Monodisperse),
+    Each(Polydisperse),
+}
+
+impl Kicks {
+    /// The drive of a case, if it has one.
+    pub(crate) fn new(plan: &Plan, streams: Streams) -> Result<Option<Self>, PlanError> {
+        let Some(drive) = plan.drive()? else {
+            return Ok(None);
+        };
+        let sizes = match &plan.grains.sizes {
+            GrainSizes::Equal(one) => Which::Equal(*one),
+            GrainSizes::Each(all) => Which::Each(all.clone()),
+            GrainSizes::Species(species) => {
+                let kinds = species.kinds().iter();
+                let list = kinds
+                    .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count));
+                let failed = |error: Invalid| PlanError::new("drive", error.found, error.allowed);
+                Which::Each(Polydisperse::new(list.collect()).map_err(failed)?)
+            }
+        };
+        Ok(Some(Self {
+            drive,
+            sizes,
+            dimension: plan.dimension,
+            streams,
+        }))
+    }
+
+    /// Changes of velocity in a kick, for a number of simulators that stand for `weight` particles each.
+    pub(crate) fn changes(&self, number: u64, simulators: usize, weight: f64) -> Vec<Vector3<f64>> {
+        let copies = (1.0 / weight).round().max(1.0) as usize;
+        match (&self.sizes, self.dimension) {
+            (Which::Equal(sizes), 2) => self.draw::<Plane, _>(*sizes, number, simulators, copies),
+            (Which::Equal(sizes), _) => self.draw::<Volume, _>(*sizes, number, simulators, copies),
+            (Which::Each(sizes), 2) => {
+                self.draw::<Plane, _>(sizes.repeated(copies), number, simulators, copies)
+            }
+            (Which::Each(sizes), _) => {
+                self.draw::<Volume, _>(sizes.repeated(copies), number, simulators, copies)
+            }
+        }
+    }
+
+    fn draw<S: Space, Z: Sizes>(
+        &self,
+        sizes: Z,
+        number: u64,
+        simulators: usize,
+        copies: usize,
+    ) -> Vec<Vector3<f64>> {
+        let scene = Scene {
+            space: S::default(),
+            surface: Smooth,
+            restitution: Law::ELASTIC,
+            sizes,
+            field: Free,
+        };
+        let kicks = self
+            .drive
+            .kicks(&scene, simulators, copies, number, &self.streams);
+        kicks.iter().map(stosszahl_model::Vector::spatial).collect()
+    }
+}

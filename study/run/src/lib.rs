@@ -1,0 +1,34 @@
+//! From a case to its results, for every kind of case alike.
+//!
+//! [`plan`] works out what follows from a case, once. [`start`] makes the initial state of a replica, [`engines`] the engines
+//! that run from it, [`follow`] takes each through the moments at which something is due ([`schedule`]). [`run`] does that for
+//! all points, replicas and engines, and writes a results folder. What is measured are [`measure`] and its implementors in
+//! [`measures`]: each one file that says what it observes, samples, saves and which tables and verdicts it yields.
+
+mod accuracy;
+pub mod check;
+pub mod control;
+pub mod engines;
+pub mod follow;
+pub mod frontier;
+pub mod judge;
+mod kicks;
+pub mod measure;
+pub mod measures;
+mod places;
+pub mod plan;
+pub mod run;
+pub mod schedule;
+pub mod start;
+pub mod theory;
+mod unsaved;
+mod words;
+
+pub use check::{Planned, check, format};
+pub use control::Progress;
+pub use measure::{Measure, Moment, Probe, Runs};
+pub use plan::Plan;
+pub use run::{Options, RunError, Summary, run_case, run_planned};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,313 @@
+//! What can be measured, and how a measurement is added: one file in [`crate::measures`] and one line in its list.
+//!
+//! A [`Measure`] is the description: its name in case files, its options, when it looks, which tables and verdicts follow.
+//! A [`Probe`] is the measurement on one engine of one replica: it observes collisions, looks at moments, and keeps a record.
+
+use std::any::Any;
+use std::cell::OnceCell;
+use std::path::PathBuf;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use stosszahl_model::{Observer, Particles, Simulation};
+use stosszahl_results::{Table, Verdict};
+
+use crate::plan::{EnginePlan, Plan};
+
+/// A measurement, before it is made.
+pub trait Measure: Sync {
+    /// Its name: the table `[measure.NAME]` of a case file asks for it and holds its options.
+    fn name(&self) -> &'static str;
+
+    /// What it measures, in one sentence.
+    fn about(&self) -> &'static str;
+
+    /// JSON Schema of its options.
+    fn schema(&self) -> schemars::Schema;
+
+    /// Whether it is made in this case although the case does not name it.
+    fn by_default(&self, _plan: &Plan) -> bool {
+        false
+    }
+
+    /// Checks the options of a case and whether the measurement makes sense there.
+    ///
+    /// # Errors
+    /// [`BadOption`] names the key below `[measure.NAME]`.
+    fn check(&self, plan: &Plan) -> Result<(), BadOption>;
+
+    /// Times at which its probe looks, in the unit of time of the case, in any order.
+    fn times(&self, plan: &Plan) -> Vec<f64>;
+
+    /// What it asks of the engines beyond a look at them.
+    fn needs(&self, _plan: &Plan) -> Needs {
+        Needs::default()
+    }
+
+    /// Whether only the first replica is looked at: [`Probe::sample`] is then not called in others.
+    fn only_first_replica(&self) -> bool {
+        false
+    }
+
+    /// The measurement on one engine of one replica.
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe>;
+
+    /// Tables of all engines and replicas.
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table>;
+
+    /// Files beside the tables, by their place in the results folder.
+    fn files(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(PathBuf, String)> {
+        Vec::new()
+    }
+
+    /// What follows, the most important first. `tables` are those of this measure.
+    fn verdicts(&self, _plan: &Plan, _runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+        Vec::new()
+    }
+}
+
+/// What measurements ask of engines, which keep nothing that nobody looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// That displacements can be followed.
+    pub displacements: bool,
+    /// Particles of each species whose whole trajectories are kept, in gases without positions.
+    pub trajectories: usize,
+}
+
+/// An option that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{key}: {allowed}")]
+pub struct BadOption {
+    /// The key below the table of the measure; empty for the table itself.
+    pub key: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+impl BadOption {
+    /// Refuses a key unless a condition holds.
+    ///
+    /// # Errors
+    /// [`BadOption`] if it does not.
+    pub fn unless(good: bool, key: &str, allowed: &str) -> Result<(), Self> {
+        good.then_some(()).ok_or_else(|| Self {
+            key: key.to_owned(),
+            allowed: allowed.to_owned(),
+        })
+    }
+}
+
+/// A measurement on one engine of one replica.
+pub trait Probe: Send {
+    /// What observes collisions, if anything does.
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        None
+    }
+
+    /// Called once before the engine moves, with the gas at the start.
+    fn begin(&mut self, _moment: &mut Moment<'_>) {}
+
+    /// Called wherever the run stops: at each time at which any measure looks, before they do, and after each kick.
+    fn stop(&mut self, _stop: &Stop) {}
+
+    /// Called at each of the times of the measure, and only there.
+    fn sample(&mut self, moment: &mut Moment<'_>);
+
+    /// The record so far, for a checkpoint.
+    ///
+    /// # Errors
+    /// If it cannot be written, which is an error of the program.
+    fn save(&self) -> Result<Vec<u8>, postcard::Error>;
+
+    /// Goes on from a record.
+    ///
+    /// # Errors
+    /// If it cannot be read: the checkpoint is damaged.
+    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error>;
+
+    /// The record, for [`Runs::find`].
+    fn record(&self) -> &dyn Any;
+}
+
+/// Writes a record as probes do.
+///
+/// # Errors
+/// As [`Probe::save`].
+pub fn save<R: Serialize>(record: &R) -> Result<Vec<u8>, postcard::Error> {
+    postcard::to_stdvec(record)
+}
+
+/// Reads a record as probes do.
+///
+/// # Errors
+/// As [`Probe::load`].
+pub fn load<R: DeserializeOwned>(record: &mut R, bytes: &[u8]) -> Result<(), postcard::Error> {
+    *record = postcard::from_bytes(bytes)?;
+    Ok(())
+}
+
+/// A place where a run stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// When [engine time].
+    pub time: f64,
+    /// Granular temperature of the gas, by [`Simulation::temperature`].
+    pub temperature: f64,
+    /// After a kick: the temperature before it.
+    pub kicked_from: Option<f64>,
+}
+
+/// The options of a measure in a case: those of its table, or the defaults.
+///
+/// # Errors
+/// [`BadOption`] names the first key that cannot be read.
+pub fn options<O: DeserializeOwned>(plan: &Plan, name: &str) -> Result<O, BadOption> {
+    let table = plan.case.measure.get(name).cloned().unwrap_or_default();
+    let read = |table: toml::Table| toml::Value::Table(table).try_into::<O>();
+    read(table.clone()).map_err(|error| {
+        // Each option has a default, so the one that fails alone is the bad one.
+        let alone = |key: &str| {
+            table
+                .get(key)
+                .map(|value| [(key.to_owned(), value.clone())])
+        };
+        let bad = table.keys().find_map(|key| {
+            let failed = read(alone(key)?.into_iter().collect()).err()?;
+            Some((key.clone(), failed))
+        });
+        let (key, error) = bad.unwrap_or((String::new(), error));
+        BadOption {
+            key,
+            allowed: error.message().trim().to_owned(),
+        }
+    })
+}
+
+/// Refuses a measure, or one of its options, with what is allowed.
+///
+/// # Errors
+/// [`BadOption`] unless `good`.
+pub fn require(good: bool, key: &str, allowed: impl Into<String>) -> Result<(), BadOption> {
+    if good {
+        return Ok(());
+    }
+    Err(BadOption {
+        key: key.to_owned(),
+        allowed: allowed.into(),
+    })
+}
+
+/// Refuses times before the start or beyond the end of the run.
+///
+/// # Errors
+/// [`BadOption`] for the first of them.
+pub fn require_times(plan: &Plan, key: &str, times: &[f64]) -> Result<(), BadOption> {
+    let until = plan.case.run.until;
+    for (index, time) in times.iter().enumerate() {
+        let good = (0.0..=until).contains(time);
+        let allowed = format!("times lie from 0 to run.until = {until}; found {time}");
+        require(good, &format!("{key}[{index}]"), allowed)?;
+    }
+    Ok(())
+}
+
+/// The three methods of a probe that keeps all it knows in its field `record`.
+macro_rules! keeps_record {
+    () => {
+        fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+            $crate::measure::save(&self.record)
+        }
+
+        fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
+            $crate::measure::load(&mut self.record, bytes)
+        }
+
+        fn record(&self) -> &dyn std::any::Any {
+            &self.record
+        }
+    };
+}
+pub(crate) use keeps_record;
+
+/// A moment of a run.
+pub struct Moment<'a> {
+    /// When, in the unit of time of the case.
+    pub time: f64,
+    /// The gas.
+    pub simulation: &'a mut dyn Simulation,
+    /// Kinetic energy that a thermostat has put in since the start \[energy\].
+    pub heated: f64,
+    particles: OnceCell<Particles>,
+}
+
+impl<'a> Moment<'a> {
+    /// A moment of a gas.
+    pub fn new(time: f64, simulation: &'a mut dyn Simulation) -> Self {
+        Self {
+            time,
+            simulation,
+            heated: 0.0,
+            particles: OnceCell::new(),
+        }
+    }
+
+    /// All particles, gathered once for all probes that look.
+    pub fn particles(&self) -> &Particles {
+        self.particles.get_or_init(|| self.simulation.particles())
+    }
+}
+
+/// What one engine of one replica left.
+pub struct Finished {
+    /// The probes of the measures of the case, in their order.
+    pub probes: Vec<Box<dyn Probe>>,
+    /// What was done.
+    pub work: stosszahl_model::Work,
+    /// Largest memory of the engine \[bytes\].
+    pub bytes: usize,
+    /// Computing time \[s\].
+    pub seconds: f64,
+}
+
+impl Finished {
+    /// The record of a type that some measure keeps; none if that measure is not made.
+    pub fn record<R: 'static>(&self) -> Option<&R> {
+        let mut records = self.probes.iter().map(|probe| probe.record());
+        records.find_map(|record| record.downcast_ref())
+    }
+}
+
+/// All engines and replicas of a case, as one measure sees them.
+pub struct Runs<'a> {
+    /// Position of the measure among those of the case.
+    pub measure: usize,
+    /// By engine, then by replica.
+    pub finished: &'a [Vec<Finished>],
+}
+
+impl<'a> Runs<'a> {
+    /// The records of all replicas of an engine, by its position in the plan.
+    ///
+    /// # Panics
+    /// If the probe keeps another type of record, which is an error of the program.
+    pub fn records<R: 'static>(&self, engine: usize) -> Vec<&R> {
+        let probes = self.finished[engine]
+            .iter()
+            .map(|one| &one.probes[self.measure]);
+        probes
+            .map(|probe| {
+                probe
+                    .record()
+                    .downcast_ref()
+                    .expect("the record of this probe")
+            })
+            .collect()
+    }
+
+    /// The records of a type that another measure keeps, of all replicas of an engine; none if that measure is not made.
+    pub fn find<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
+        let finished = self.finished.get(engine).into_iter().flatten();
+        finished.filter_map(Finished::record).collect()
+    }
+}

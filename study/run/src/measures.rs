@@ -1,0 +1,78 @@
+//! All measurements: one file each, and one line here.
+
+mod boundaries;
+mod checks;
+mod clusters;
+mod course;
+mod displacement;
+mod energy;
+mod error_budget;
+mod fields;
+mod gas;
+mod impact_parameters;
+mod pair_correlation;
+#[cfg(test)]
+mod positionless_tests;
+mod series;
+mod snapshots;
+mod species;
+mod species_temperatures;
+mod steady_state;
+mod structure_factor;
+#[cfg(test)]
+mod tests;
+mod time_averaged_displacement;
+#[cfg(test)]
+pub(crate) mod toy;
+mod velocity_autocorrelation;
+mod words;
+
+use stosszahl_analysis::statistics::Estimate as Mean;
+use stosszahl_results::Estimate;
+
+use crate::measure::Measure;
+use crate::plan::{Plan, logarithmic};
+
+pub use snapshots::extended_xyz;
+
+/// All measures, in the order of tables and reports.
+pub const ALL: &[&dyn Measure] = &[
+    &energy::Energy,
+    &series::Series,
+    &checks::Checks,
+    &gas::Gas,
+    &species::Species,
+    &species::VelocityCorrelation,
+    &species_temperatures::SpeciesTemperatures,
+    &steady_state::SteadyState,
+    &impact_parameters::ImpactParameters,
+    &fields::Fields,
+    &boundaries::Boundaries,
+    &structure_factor::StructureFactors,
+    &pair_correlation::PairCorrelations,
+    &displacement::Displacement,
+    &time_averaged_displacement::TimeAveragedDisplacement,
+    &velocity_autocorrelation::VelocityAutocorrelation,
+    &clusters::Clusters,
+    &snapshots::Snapshots,
+    &error_budget::ErrorBudget,
+];
+/// A grid of times in equal factors from the first sample on, and last the end exactly.
+pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<> {
+    logarithmic(plan.first_sample(), until, plan.samples_per_decade())
+}
+
+/// Mean and standard error over replicas; those without a finite value are left out.
+pub(crate) fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
+    let known: Vec<f64> = values
+        .into_iter()
+        .flatten()
+        .filter(|value| value.is_finite())
+        .collect();
+    let mean = Mean::over_replicas(&known);
+    Estimate {
+        value: mean.map(|mean| mean.value),
+        standard_error: mean.and_then(|mean| mean.standard_error),
+        ..Estimate::default()
+    }
+}

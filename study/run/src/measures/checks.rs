@@ -1,0 +1,514 @@
+//! A gas without positions against theory: each quantity at the time of its worst deviation, and the verdicts.
+//!
+//! A deviation counts as a difference if it is larger than the tolerance of the case *and* than three standard errors. It
+//! counts as agreement if it is within the tolerance and its standard error is too. All else is undecided: the error is
+//! unknown, or too wide to tell.
+
+use schemars::{JsonSchema, Schema, schema_for};
+use serde::Deserialize;
+use stosszahl_analysis::statistics;
+use stosszahl_case::Kind;
+use stosszahl_results::{Estimate, Table, Verdict, VerdictKind};
+
+use super::gas::{self, Record};
+use super::species::{self, NoProbe};
+use super::time_averaged_displacement as averaged;
+use crate::judge::{Point, SIGNIFICANT, short, verdict, warning, with_error, worst};
+use crate::measure::{self, BadOption, Measure, Probe, Runs};
+use crate::plan::{EnginePlan, Plan};
+use crate::theory::homogeneous;
+
+/// Comparisons of a gas without positions with theory.
+pub struct Checks;
+
+const NAME: &str = "checks";
+
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct Options {}
+
+impl Measure for Checks {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn about(&self) -> &'static str {
+        "Comparisons of a gas without positions with theory, each at the time of its worst deviation."
+    }
+
+    fn schema(&self) -> Schema {
+        schema_for!(Options)
+    }
+
+    fn by_default(&self, plan: &Plan) -> bool {
+        plan.kind == Kind::Homogeneous
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        gas::homogeneous_only(plan)?;
+        measure::options::<Options>(plan, NAME).map(drop)
+    }
+
+    fn times(&self, _plan: &Plan) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(NoProbe)
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        vec![table(&Found::of(plan, runs).rows())]
+    }
+
+    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+        if let Err(error) = homogeneous::curves(plan) {
+            let sentence = format!("There is no theory to compare with: {error}.");
+            return vec![warning("theory", sentence)];
+        }
+        Found::of(plan, runs).verdicts()
+    }
+}
+
+/// Fourth cumulant beyond which Sonine expansions are not to be trusted: tracers of -0.36 and more are where they fail.
+const STRANGE: f64 = 0.3;
+
+/// Particles of a species, all replicas together, from which it is compared. The mean of `m v^2` of fewer is not normally
+/// distributed: of a hundred in space it has 300 degrees of freedom, and its skewness is `sqrt(8/300) = 0.16`.
+const FEWEST: usize = 100;
+
+/// Collisions of a particle after which a Maxwellian start is forgotten: the cumulant relaxes within some five.
+const FORGOTTEN: f64 = 15.0;
+
+/// Correlations below this have no relative error to speak of.
+const LEAST_CORRELATION: f64 = 0.1;
+
+/// What is compared, in the order of the verdicts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Energy,
+    Temperature,
+    Collisions,
+    Cumulant,
+    Displacement,
+    Correlation,
+    TimeAveraged,
+    Decay,
+}
+
+impl Quantity {
+    const ALL: [Self; 8] = [
+        Self::Energy,
+        Self::Temperature,
+        Self::Collisions,
+        Self::Cumulant,
+        Self::Displacement,
+        Self::Correlation,
+        Self::TimeAveraged,
+        Self::Decay,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Energy => "energy",
+            Self::Temperature => "temperature",
+            Self::Collisions => "collisions per particle",
+            Self::Cumulant => "fourth cumulant",
+            Self::Displacement => "mean squared displacement",
+            Self::Correlation => "velocity correlation",
+            Self::TimeAveraged => "time-averaged displacement",
+            Self::Decay => "exponents of the decay",
+        }
+    }
+
+    /// Whether theory of it needs more than the temperatures.
+    fn needs_correlations(self) -> bool {
+        matches!(
+            self,
+            Self::Displacement | Self::TimeAveraged | Self::Correlation
+        )
+    }
+
+    /// What theory it is compared with.
+    fn theory(self, orders: usize) -> String {
+        match self {
+            Self::TimeAveraged if orders == 1 => {
+                "the cooling state in first Sonine order".to_owned()
+            }
+            Self::Energy | Self::Temperature | Self::Collisions if orders == 1 => {
+                "the kinetic equations of Maxwellian species".to_owned()
+            }
+            _ if orders == 1 => "theory in first Sonine order".to_owned(),
+            _ => format!("the kinetic equations in {orders} Sonine orders"),
+        }
+    }
+}
+
+/// One comparison, at the time that decides.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    quantity: Quantity,
+    /// Number of the species, from 0; none for the gas as a whole.
+    species: Option<usize>,
+    point: Point,
+    kind: VerdictKind,
+}
+
+impl Row {
+    fn size(&self) -> f64 {
+        self.point.deviation().abs()
+    }
+}
+
+/// A measured value with its theory at one time.
+fn point(time: f64, found: &Estimate) -> Option<Point> {
+    Some(Point {
+        time,
+        measured: found.value?,
+        error: found.standard_error,
+        theory: found.theory?,
+        theory_error: found.theory_error,
+    })
+}
+
+/// Everything that is compared.
+struct Found<'a> {
+    plan: &'a Plan,
+    records: Vec<&'a Record>,
+    gas: Vec<gas::Row>,
+    species: Vec<species::Row>,
+    averaged: Vec<averaged::Row>,
+}
+
+impl<'a> Found<'a> {
+    fn of(plan: &'a Plan, runs: &Runs<'a>) -> Self {
+        let records: Vec<&Record> = runs.find(0);
+        let sticks = plan.case.sticking.is_some();
+        Self {
+            plan,
+            gas: gas::rows(plan, &records),
+            species: if sticks {
+                Vec::new()
+            } else {
+                species::rows(plan, &records)
+            },
+            averaged: averaged::rows(plan, &runs.find(0)),
+            records,
+        }
+    }
+
+    /// All comparisons.
+    fn rows(&self) -> Vec<Row> {
+        let tolerance = self.plan.case.verdict.tolerance;
+        let mut rows: Vec<Row> = Vec::new();
+        let mut add = |quantity, species, points: Vec<Point>| {
+            rows.extend(worst(&points, tolerance).map(|point| Row {
+                quantity,
+                species,
+                point: *point,
+                kind: point.outcome(tolerance),
+            }));
+        };
+        let later = || self.gas.iter().filter(|row| row.time > 0.0);
+        let whole = |of: fn(&gas::Row) -> &Estimate| {
+            later().filter_map(|row| point(row.time, of(row))).collect()
+        };
+        add(Quantity::Energy, None, whole(|row| &row.energy));
+        add(Quantity::Collisions, None, whole(|row| &row.collisions));
+        add(Quantity::Displacement, None, whole(|row| &row.displacement));
+        for (number, species) in self.plan.species.iter().enumerate() {
+            if species.count * self.records.len() < FEWEST {
+                continue;
+            }
+            let own = |of: fn(&species::Row) -> &Estimate| -> Vec<Point> {
+                let rows = self.species.iter();
+                rows.filter(|row| row.species == number && row.time > 0.0)
+                    .filter_map(|row| point(row.time, of(row)))
+                    .collect()
+            };
+            let mut correlation = own(|row| &row.correlation);
+            correlation.retain(|point| point.theory > LEAST_CORRELATION);
+            let averaged = self.averaged.iter();
+            let averaged = averaged
+                .filter(|row| row.species == number)
+                .filter_map(|row| point(row.lag, &row.displacement));
+            let species = Some(number);
+            add(Quantity::Temperature, species, own(|row| &row.temperature));
+            add(
+                Quantity::Displacement,
+                species,
+                own(|row| &row.displacement),
+            );
+            add(Quantity::Correlation, species, correlation);
+            add(Quantity::TimeAveraged, species, averaged.collect());
+        }
+        rows.extend(self.cumulant().map(|point| Row {
+            quantity: Quantity::Cumulant,
+            species: None,
+            point,
+            // An absolute quantity near zero: only its standard error counts.
+            kind: match point.z() {
+                None => VerdictKind::Undecided,
+                Some(z) if z.abs() > SIGNIFICANT => VerdictKind::Differ,
+                Some(_) => VerdictKind::Agree,
+            },
+        }));
+        rows.extend(self.decay().map(|point| Row {
+            quantity: Quantity::Decay,
+            species: None,
+            point,
+            kind: point.outcome(tolerance),
+        }));
+        rows
+    }
+
+    /// Fourth cumulant in the cooling state: replicas averaged over the samples after the start is forgotten, against the
+    /// Sonine expansion at the end.
+    fn cumulant(&self) -> Option<Point> {
+        homogeneous::fourth_cumulants(self.plan)?;
+        let last = self.species.last()?.fourth_cumulant;
+        let particles = self.plan.count() as f64;
+        let mut begin = f64::INFINITY;
+        let mean = |record: &&Record| {
+            let late = record
+                .samples
+                .iter()
+                .filter(|sample| 2.0 * sample.collisions as f64 / particles > FORGOTTEN);
+            let values: Vec<f64> = late
+                .inspect(|sample| begin = begin.min(sample.time))
+                .filter_map(|sample| Some(sample.groups.first()?.fourth_cumulant))
+                .collect();
+            let count = values.len() as f64;
+            (count > 0.0).then(|| values.iter().sum::<f64>() / count)
+        };
+        let means: Vec<f64> = self.records.iter().filter_map(mean).collect();
+        let estimate = statistics::Estimate::over_replicas(&means)?;
+        let found = Point {
+            time: begin,
+            measured: estimate.value,
+            error: estimate.standard_error,
+            theory: last.theory?,
+            theory_error: last.theory_error,
+        };
+        (found.theory != 0.0 && found.deviation().is_finite()).then_some(found)
+    }
+
+    /// `2 xi/D + theta` of a gas in which all pairs stick, whose number decays as `t^-xi` and whose energy as `t^-theta`, over
+    /// the last factor of ten of time, against 2: Trizac & Krapivsky, Phys. Rev. Lett. 91, 218302 (2003).
+    ///
+    /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is conserved) it is the rate
+    /// `1/t` at which n decays if `xi/D + theta/2 = 1`.
+    fn decay(&self) -> Option<Point> {
+        let sticking = self.plan.case.sticking.as_ref()?;
+        if sticking.stick_below.is_some() || sticking.break_above.is_some() {
+            return None;
+        }
+        let until = self.plan.case.run.until;
+        let sum = |record: &&Record| {
+            let samples = &record.samples;
+            let last = samples.last()?;
+            let first = samples.iter().rev().find(|s| s.time <= 0.1001 * until)?;
+            let decades = (last.time / first.time).ln();
+            let exponent = |a: f64, b: f64| (a / b).ln() / decades;
+            let number = exponent(first.particles as f64, last.particles as f64);
+            let energy = exponent(first.energy, last.energy);
+            let sum = 2.0 * number / self.plan.dimension as f64 + energy;
+            (first.time > 0.0 && sum.is_finite()).then_some(sum)
+        };
+        let sums: Vec<f64> = self.records.iter().filter_map(sum).collect();
+        let estimate = statistics::Estimate::over_replicas(&sums)?;
+        Some(Point {
+            time: until,
+            measured: estimate.value,
+            error: estimate.standard_error,
+            theory: 2.0,
+            theory_error: None,
+        })
+    }
+
+    /// What the comparisons say, in words.
+    fn verdicts(&self) -> Vec<Verdict> {
+        let rows = self.rows();
+        let orders = homogeneous::curves(self.plan).map_or(1, |curves| curves.orders);
+        let of = |quantity: Quantity| {
+            let own: Vec<&Row> = rows.iter().filter(|row| row.quantity == quantity).collect();
+            let (sentence, kind) = self.sentence(quantity, &own, orders)?;
+            Some(verdict(quantity.name(), sentence, kind))
+        };
+        Quantity::ALL.into_iter().filter_map(of).collect()
+    }
+
+    fn sentence(
+        &self,
+        quantity: Quantity,
+        rows: &[&Row],
+        orders: usize,
+    ) -> Option<(String, VerdictKind)> {
+        let largest = |kind: Option<VerdictKind>| {
+            let some = rows
+                .iter()
+                .filter(|row| kind.is_none_or(|kind| row.kind == kind));
+            some.max_by(|a, b| a.size().total_cmp(&b.size()))
+        };
+        let with = |kind| rows.iter().filter(|row| row.kind == kind).count();
+        let (differ, agree) = (with(VerdictKind::Differ), with(VerdictKind::Agree));
+        let all = largest(None)?;
+        let theory = quantity.theory(orders);
+        let tolerance = 100.0 * self.plan.case.verdict.tolerance;
+        let measured = with_error(all.point.measured, all.point.error);
+        Some(match quantity {
+            Quantity::Cumulant => {
+                let [simplest, _] = homogeneous::fourth_cumulants(self.plan)?;
+                let sentence = format!(
+                    "From t = {} on the fourth cumulant is {measured}; {theory} have {}, the simplest formula (van Noije & Ernst) \
+                     {simplest:.4}.",
+                    short(all.point.time),
+                    with_error(all.point.theory, all.point.theory_error),
+                );
+                (sentence, all.kind)
+            }
+            Quantity::Decay => {
+                let sentence = format!(
+                    "Over the last factor of ten of time, 2 xi/D + theta = {measured} against 2, xi of the number and theta of the \
+                     energy; the margin is {tolerance} %."
+                );
+                (sentence, all.kind)
+            }
+            _ if differ > 0 => {
+                let row = largest(Some(VerdictKind::Differ))?;
+                let more = match differ - 1 {
+                    0 => String::new(),
+                    more => format!(", and {more} more differ"),
+                };
+                let caveat = self.caveat(quantity, rows, orders);
+                let sentence = format!(
+                    "Against {theory}, the largest deviation beyond {tolerance} % is {}{more}.{caveat}",
+                    self.place(row)
+                );
+                (sentence, VerdictKind::Differ)
+            }
+            _ if agree > 0 => {
+                let wide = match rows.len() - agree {
+                    0 => String::new(),
+                    wide => format!(
+                        " Of {wide} species the errors, or what one order more changes, are too wide to tell."
+                    ),
+                };
+                let sentence = format!(
+                    "Against {theory}, deviations are within {tolerance} %; the largest is {}.{wide}",
+                    self.place(largest(Some(VerdictKind::Agree))?)
+                );
+                (sentence, VerdictKind::Agree)
+            }
+            _ => {
+                let sentence = format!(
+                    "Against {theory}, errors, or what one order more changes, are unknown or wider than {tolerance} %; the \
+                     largest deviation is {}.",
+                    self.place(all)
+                );
+                (sentence, VerdictKind::Undecided)
+            }
+        })
+    }
+
+    /// What is known of the theory's own limits.
+    fn caveat(&self, quantity: Quantity, rows: &[&Row], orders: usize) -> &'static str {
+        let masses = || self.plan.species.iter().map(|one| one.mass);
+        let lightest = masses().fold(f64::INFINITY, f64::min);
+        let unlike = masses().fold(0.0, f64::max) > 4.0 * lightest;
+        let differs = |number| {
+            let mut rows = rows.iter();
+            rows.any(|row| row.kind == VerdictKind::Differ && row.species == Some(number))
+        };
+        let strange = || {
+            self.species.iter().any(|row| {
+                let value = row.fourth_cumulant.value.unwrap_or(0.0);
+                let many = self.plan.species[row.species].count > 100;
+                many && value.abs() > STRANGE && differs(row.species)
+            })
+        };
+        if orders > 1 {
+            return if strange() {
+                " Velocities there are too far from Maxwellian for an expansion to converge; its error is more than what one \
+                 order less changes."
+            } else {
+                ""
+            };
+        }
+        match quantity.needs_correlations() {
+            true if unlike => {
+                " First Sonine order takes velocities for Maxwellian and their correlations for exponential, and is off by up \
+                 to 15 % for light particles among heavy ones, by more for heavy ones among very many light ones."
+            }
+            true => {
+                " First Sonine order takes velocities for Maxwellian and their correlations for exponential."
+            }
+            false if unlike => {
+                " The equations take all velocities for Maxwellian; fourth cumulants show how far they are from it."
+            }
+            false => "",
+        }
+    }
+
+    /// A deviation with its place.
+    fn place(&self, row: &Row) -> String {
+        let z = row.point.z().map_or_else(
+            || "error unknown".to_owned(),
+            |z| format!("{z:.1} standard errors"),
+        );
+        // How far the velocities are from those that theory assumes.
+        let before = |known: &&species::Row| {
+            Some(known.species) == row.species && known.time <= row.point.time
+        };
+        let cumulant = self.species.iter().rfind(before);
+        let cumulant = cumulant.and_then(|known| known.fourth_cumulant.value);
+        let cumulant = cumulant.map_or(String::new(), |a2| format!(", fourth cumulant {a2:.3}"));
+        let species = match row.species {
+            Some(number) if self.plan.species.len() > 1 => {
+                let mass = short(self.plan.species[number].mass);
+                format!("species {} (mass {mass})", number + 1)
+            }
+            _ => "the gas as a whole".to_owned(),
+        };
+        format!(
+            "{:+.2} % for {species} at t = {} ({z}{cumulant})",
+            100.0 * row.point.deviation(),
+            short(row.point.time)
+        )
+    }
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new(NAME, "Each comparison with theory at its worst time")
+        .key("quantity", "", "What is compared")
+        .key("species", "1", "Number of the species, from 1; empty for the gas as a whole")
+        .note(
+            "time",
+            "unit of time",
+            "Time of the largest deviation that can be told from chance, or else of the largest one",
+        )
+        .value("measured", "", "Measured")
+        .note("measured_se", "", "Its standard error")
+        .note("theory", "", "By theory")
+        .note("theory_error", "", "Its error: the change from one Sonine order less")
+        .note("deviation_percent", "percent", "Measured over theory, less one")
+        .note("z", "1", "Deviation in standard errors, that of theory included")
+        .note("verdict", "", "agree, differ or undecided");
+    for row in rows {
+        let filled = table.row().text(row.quantity.name());
+        let filled = match row.species {
+            Some(number) => filled.count(number as u64 + 1),
+            None => filled.number(None),
+        };
+        filled
+            .number(row.point.time)
+            .number(row.point.measured)
+            .number(row.point.error)
+            .number(row.point.theory)
+            .number(row.point.theory_error)
+            .number(100.0 * row.point.deviation())
+            .number(row.point.z())
+            .text(row.kind.name());
+    }
+    table
+}

@@ -1,0 +1,448 @@
+//! Clusters of a gas whose particles stick and break: their number, energy and sizes, and the steady state of both.
+
+mod steady;
+
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, schema_for};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::Census;
+use stosszahl_results::{Axis, Figure, Table, Verdict};
+
+use super::gas::{self, Measured, measured};
+use crate::judge::warning;
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
+use crate::plan::{EnginePlan, Plan};
+use crate::theory::homogeneous::Grouping;
+
+/// Clusters: number, sizes, energy, and where that energy went.
+pub struct Clusters;
+
+const NAME: &str = "clusters";
+
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct Options {
+    /// Times at which the distribution of cluster sizes is measured, rising. Default: the end of the run.
+    times: Option<Vec<f64>>,
+    /// Time from which on averages over the steady state of sticking and breaking are taken. Default: half of the run.
+    #[schemars(range(min = 0.0))]
+    steady_from: Option<f64>,
+    /// Smallest and largest number of monomers of the clusters to whose steady numbers a power law is fitted. Default: 2 and 20.
+    fit_monomers: Option<[u32; 2]>,
+}
+
+/// Times at which the steady state is sampled.
+const STEADY_SAMPLES: usize = 200;
+
+/// When sizes are counted, and where the steady state begins.
+#[derive(Clone, Debug)]
+struct Schedule {
+    samples: Vec<f64>,
+    sizes: Vec<f64>,
+    steady: Option<Steady>,
+    until: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Steady {
+    from: f64,
+    fit_monomers: [u32; 2],
+}
+
+impl Schedule {
+    fn of(plan: &Plan) -> Self {
+        let options: Options = measure::options(plan, NAME).unwrap_or_default();
+        let until = plan.case.run.until;
+        let sticking = plan.case.sticking.as_ref();
+        let steady = sticking
+            .and_then(|sticking| sticking.break_above)
+            .map(|_| Steady {
+                from: options.steady_from.unwrap_or(0.5 * until),
+                fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
+            });
+        Self {
+            samples: plan.sample_times(),
+            sizes: options.times.unwrap_or_else(|| vec![until]),
+            steady,
+            until,
+        }
+    }
+
+    /// Times of the steady state, the last of them the end of the run exactly.
+    fn steady_times(&self) -> Vec<f64> {
+        let Some(steady) = self.steady else {
+            return Vec::new();
+        };
+        let span = self.until - steady.from;
+        let at = |i| steady.from + span * i as f64 / STEADY_SAMPLES as f64;
+        let inner = (1..STEADY_SAMPLES).map(at);
+        inner.chain(std::iter::once(self.until)).collect()
+    }
+}
+
+impl Measure for Clusters {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn about(&self) -> &'static str {
+        "Number, energy and sizes of clusters, where particles stick and break."
+    }
+
+    fn schema(&self) -> Schema {
+        schema_for!(Options)
+    }
+
+    fn by_default(&self, plan: &Plan) -> bool {
+        plan.case.sticking.is_some()
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        gas::homogeneous_only(plan)?;
+        let Some(sticking) = &plan.case.sticking else {
+            return measure::require(false, "", "only with [sticking]");
+        };
+        let options: Options = measure::options(plan, NAME)?;
+        let until = plan.case.run.until;
+        let times = options.times.unwrap_or_default();
+        let rising = times.is_sorted_by(|a, b| a < b);
+        let inside = times.iter().all(|time| (0.0..=until).contains(time));
+        let allowed = format!("a rising list of times from 0 to run.until = {until}");
+        measure::require(rising && inside, "times", allowed)?;
+        let breaks = sticking.break_above.is_some();
+        for (key, given) in [
+            ("steady_from", options.steady_from.is_some()),
+            ("fit_monomers", options.fit_monomers.is_some()),
+        ] {
+            measure::require(breaks || !given, key, "only with sticking.break_above")?;
+        }
+        let from = options.steady_from.unwrap_or(0.0);
+        let allowed = format!("a time from 0 to below run.until = {until}");
+        measure::require((0.0..until).contains(&from), "steady_from", allowed)?;
+        let [low, high] = options.fit_monomers.unwrap_or([2, 20]);
+        let allowed = "[smallest, largest], two numbers of monomers from 1 on, the first at most half the second";
+        let good = low > 0 && high >= low.saturating_mul(2);
+        measure::require(good, "fit_monomers", allowed)
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        let schedule = Schedule::of(plan);
+        let steady = schedule.steady_times();
+        [schedule.samples, schedule.sizes, steady].concat()
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let schedule = Schedule::of(plan);
+        Box::new(ClusterProbe {
+            steady_times: schedule.steady_times(),
+            schedule,
+            record: Record::default(),
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let records: Vec<&Record> = runs.records(0);
+        vec![table(plan, &records), size_table(plan, &records)]
+    }
+
+    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+        let records: Vec<&Record> = runs.records(0);
+        let mut list = steady::steady_state(plan, &records);
+        let last = records.iter().filter_map(|record| record.samples.last());
+        let refused: f64 = last.map(|sample| sample.of("refused")).sum();
+        if refused > 0.0 {
+            let sentence = format!(
+                "{refused} pairs bounced that should have stuck or broken: the gas or a cluster would have become too large."
+            );
+            list.push(warning("limits", sentence));
+        }
+        list
+    }
+}
+
+/// Numbers of clusters by their monomers.
+type Sizes = BTreeMap<u32, u64>;
+
+/// Clusters at one time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Sample {
+    particles: usize,
+    energy: f64,
+    /// Clusters of one monomer.
+    single: u64,
+    /// Monomers of the largest cluster.
+    largest: u32,
+    /// Mean over monomers of the number of monomers in their cluster.
+    mean_by_mass: f64,
+    /// What sticking and breaking did since the start, by name.
+    ledger: BTreeMap<String, f64>,
+    /// Kinetic energy put in by a thermostat since the start.
+    heated: f64,
+}
+
+impl Sample {
+    fn of(&self, name: &str) -> f64 {
+        self.ledger.get(name).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// Sums over the times of half the steady state.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Half {
+    times: u64,
+    sizes: Sizes,
+}
+
+/// What one replica measures.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    samples: Vec<Sample>,
+    /// By time of the distributions.
+    sizes: Vec<Sizes>,
+    steady: [Half; 2],
+}
+
+struct ClusterProbe {
+    schedule: Schedule,
+    steady_times: Vec<f64>,
+    record: Record,
+}
+
+/// Whether a time is one of a rising list.
+fn is_due(times: &[f64], time: f64) -> bool {
+    times.binary_search_by(|one| one.total_cmp(&time)).is_ok()
+}
+
+impl Probe for ClusterProbe {
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        let Some(census) = moment.simulation.census() else {
+            return;
+        };
+        let time = moment.time;
+        if is_due(&self.schedule.samples, time) {
+            let (energy, _) = gas::moments(&*moment.simulation, Grouping::One, &[], &[]);
+            let particles = moment.simulation.count();
+            let sample = sample(&census, particles, energy, moment.heated);
+            self.record.samples.push(sample);
+        }
+        if is_due(&self.schedule.sizes, time) {
+            self.record
+                .sizes
+                .push(census.sizes.iter().copied().collect());
+        }
+        if is_due(&self.steady_times, time) {
+            let from = self.schedule.steady.map_or(0.0, |steady| steady.from);
+            let late = time > 0.5 * (from + self.schedule.until);
+            let half = &mut self.record.steady[usize::from(late)];
+            half.times += 1;
+            for (monomers, count) in census.sizes {
+                *half.sizes.entry(monomers).or_default() += count;
+            }
+        }
+    }
+
+    keeps_record!();
+}
+
+fn sample(census: &Census, particles: usize, energy: f64, heated: f64) -> Sample {
+    let (mut monomers, mut squares) = (0.0, 0.0);
+    for &(size, count) in &census.sizes {
+        monomers += f64::from(size) * count as f64;
+        squares += f64::from(size) * f64::from(size) * count as f64;
+    }
+    let single = census.sizes.first().filter(|&&(size, _)| size == 1);
+    Sample {
+        particles,
+        energy,
+        single: single.map_or(0, |&(_, count)| count),
+        largest: census.sizes.last().map_or(0, |&(size, _)| size),
+        mean_by_mass: squares / f64::max(monomers, 1.0),
+        ledger: census.ledger.clone(),
+        heated,
+    }
+}
+
+fn table(plan: &Plan, records: &[&Record]) -> Table {
+    let about = "Clusters at the sample times; energies are over that of the start";
+    let mut table = Table::new(NAME, about)
+        .key("time", "unit of time", "Time")
+        .estimate("clusters_ratio", "1", "Clusters over those of the start")
+        .value("single_ratio", "1", "Clusters of one monomer over those of the start")
+        .estimate(
+            "mean_monomers",
+            "1",
+            "Monomers of the cluster that a monomer is in, on average over monomers",
+        )
+        .value("largest_monomers", "1", "Monomers of the largest cluster, on average over replicas")
+        .estimate("energy_ratio", "1", "Kinetic energy")
+        .value("stuck_energy", "1", "Energy lost in sticking since the start")
+        .value("shattered_energy", "1", "Energy lost in breaking since the start")
+        .value("heating_energy", "1", "Energy put in by a thermostat since the start")
+        .value("mergers_per_monomer", "1", "Pairs that stuck since the start, for each monomer")
+        .value("shatterings_per_monomer", "1", "Pairs that broke since the start, for each monomer")
+        .note(
+            "refused",
+            "1",
+            "Pairs that should have stuck or broken, but bounced because of limits on numbers, in all replicas",
+        );
+    for (index, time) in plan.sample_times().into_iter().enumerate() {
+        let of = |record: &&'_ Record| {
+            Some((
+                record.samples.get(index)?.clone(),
+                record.samples.first()?.clone(),
+            ))
+        };
+        let pairs: Vec<(Sample, Sample)> = records.iter().filter_map(of).collect();
+        let mean = |value: &dyn Fn(&Sample, &Sample) -> f64| {
+            measured(&pairs, |(now, start)| value(now, start), None)
+        };
+        let energy = |value: &dyn Fn(&Sample) -> f64| mean(&|now, start| value(now) / start.energy);
+        let each = |value: &dyn Fn(&Sample) -> f64| {
+            mean(&|now, start| value(now) / start.particles as f64)
+        };
+        let refused: f64 = pairs.iter().map(|(now, _)| now.of("refused")).sum();
+        table
+            .row()
+            .number(time)
+            .estimate(plain(each(&|now| now.particles as f64)))
+            .number(each(&|now| now.single as f64).0)
+            .estimate(plain(mean(&|now, _| now.mean_by_mass)))
+            .number(mean(&|now, _| f64::from(now.largest)).0)
+            .estimate(plain(energy(&|now| now.energy)))
+            .number(energy(&|now| now.of("stuck_energy")).0)
+            .number(energy(&|now| now.of("shattered_energy")).0)
+            .number(energy(&|now| now.heated).0)
+            .number(each(&|now| now.of("mergers")).0)
+            .number(each(&|now| now.of("shatterings")).0)
+            .count(refused as u64);
+    }
+    for (title, column, label) in [
+        ("Number of clusters", "clusters_ratio", "N/N(0)"),
+        ("Energy of the clusters", "energy_ratio", "E/E(0)"),
+        ("Size of the clusters", "mean_monomers", "monomers"),
+    ] {
+        let caption =
+            "The size is the mean over monomers of the number of monomers in their cluster.";
+        let caption = if column == "mean_monomers" {
+            caption
+        } else {
+            ""
+        };
+        table = table.figure(gas::against_time(
+            title,
+            Axis::logarithmic(column, label),
+            caption,
+        ));
+    }
+    table
+}
+
+/// A measured value without theory.
+fn plain(found: Measured) -> stosszahl_results::Estimate {
+    gas::against(found, None)
+}
+
+/// Every size by itself up to here, then bins of ten to a decade.
+const SINGLE: u64 = 16;
+
+/// The bin of a number of monomers: its smallest and largest.
+fn bin(monomers: u64) -> (u64, u64) {
+    if monomers <= SINGLE {
+        return (monomers, monomers);
+    }
+    let edge = |number: i32| (SINGLE as f64 * 10_f64.powf(f64::from(number) / 10.0)).floor() as u64;
+    let mut number = (10.0 * (monomers as f64 / SINGLE as f64).log10()).floor() as i32;
+    // Edges are whole numbers: rounding may have put the number beside its bin.
+    while edge(number) >= monomers {
+        number -= 1;
+    }
+    while edge(number + 1) < monomers {
+        number += 1;
+    }
+    (edge(number) + 1, edge(number + 1))
+}
+
+fn size_table(plan: &Plan, records: &[&Record]) -> Table {
+    let about = "Numbers of clusters by their monomers, for each monomer of the gas";
+    let mut table = Table::new("size_distribution", about)
+        .key("average", "", "instant: at the time; steady: averaged from it to the end of the run")
+        .key("time", "unit of time", "Time")
+        .key("monomers_low", "1", "Smallest number of monomers of the bin")
+        .key("monomers_high", "1", "Largest number of monomers of the bin")
+        .estimate(
+            "clusters_per_monomer",
+            "1",
+            "Clusters of one size in the bin, on average over its sizes, for each monomer of the gas",
+        )
+        .note("counted", "1", "Clusters counted, in all replicas and times");
+    let schedule = Schedule::of(plan);
+    let monomers = plan.count() as f64;
+    for (index, &time) in schedule.sizes.iter().enumerate() {
+        let sizes = records.iter().filter_map(|record| record.sizes.get(index));
+        let replicas: Vec<(&Sizes, f64)> = sizes.map(|sizes| (sizes, monomers)).collect();
+        size_rows(&mut table, "instant", time, &replicas);
+    }
+    if let Some(steady) = schedule.steady {
+        let sums: Vec<(Sizes, u64)> = records
+            .iter()
+            .map(|record| steady::all_steady(record))
+            .collect();
+        let replicas: Vec<(&Sizes, f64)> = sums
+            .iter()
+            .map(|(sizes, times)| (sizes, monomers * (*times).max(1) as f64))
+            .collect();
+        size_rows(&mut table, "steady", steady.from, &replicas);
+    }
+    table.figure(Figure {
+        x: Axis::logarithmic("monomers_low", "monomers k"),
+        curves: vec!["average".into(), "time".into()],
+        ..gas::against_time(
+            "Sizes of the clusters",
+            Axis::logarithmic("clusters_per_monomer", "clusters of k monomers per monomer"),
+            "Numbers of clusters by their monomers, for each monomer of the gas; beyond 16 monomers in bins of ten to a decade.",
+        )
+    })
+}
+
+/// Rows of one distribution, from the numbers of each replica and what they are to be divided by.
+fn size_rows(table: &mut Table, average: &str, time: f64, replicas: &[(&Sizes, f64)]) {
+    let mut bins: Vec<(u64, u64)> = replicas
+        .iter()
+        .flat_map(|(sizes, _)| sizes.keys().map(|&size| bin(u64::from(size))))
+        .collect();
+    bins.sort_unstable();
+    bins.dedup();
+    for (low, high) in bins {
+        let count = |sizes: &Sizes| -> u64 {
+            let range = low as u32..=high.min(u64::from(u32::MAX)) as u32;
+            sizes.range(range).map(|(_, count)| count).sum()
+        };
+        let width = (high - low + 1) as f64;
+        let density = |(sizes, norm): &(&Sizes, f64)| count(sizes) as f64 / width / norm;
+        table
+            .row()
+            .text(average)
+            .number(time)
+            .count(low)
+            .count(high)
+            .estimate(plain(measured(replicas, density, None)))
+            .count(replicas.iter().map(|(sizes, _)| count(sizes)).sum());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_of_sizes_leave_no_gap() {
+        let mut next = 1;
+        while next < 1_000_000 {
+            let (low, high) = bin(next);
+            assert_eq!(low, next);
+            assert!(high >= low && bin(high) == (low, high));
+            next = high + 1;
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Mean squared displacement of the particles, against Enskog's theory where it applies.
+
+use schemars::Schema;
+use serde::Deserialize;
+use stosszahl_case::Kind;
+use stosszahl_model::kinetic;
+use stosszahl_results::{Axis, Figure, Table};
+
+use super::{grid, over};
+use crate::measure::{self, BadOption, Measure, Moment, Needs, Probe, Runs, keeps_record};
+use crate::plan::{EnginePlan, Plan};
+
+/// The mean squared displacement.
+pub struct Displacement;
+
+/// From when on.
+#[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Time from which displacements are measured.
+    pub from: f64,
+}
+
+/// Mean squared displacement \[length^2 of the engine\] by time since the start of its measurement; none from an engine that
+/// cannot measure it.
+type Record = Vec<(f64, Option<f64>)>;
+
+struct DisplacementProbe {
+    from: f64,
+    record: Record,
+}
+
+impl Probe for DisplacementProbe {
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        if moment.time == self.from {
+            moment.simulation.follow_displacements();
+            return;
+        }
+        let all = moment.simulation.displacements();
+        let mean = all.filter(|all| !all.is_empty()).map(|all| {
+            let squares = all.iter().map(nalgebra::Vector3::norm_squared);
+            squares.sum::<f64>() / all.len() as f64
+        });
+        self.record.push((moment.time - self.from, mean));
+    }
+
+    keeps_record!();
+}
+
+/// Times of measurement, with the time since its start: a logarithmic grid as that of the samples, and last the end of the
+/// run exactly.
+fn moments(plan: &Plan, from: f64) -> Vec<(f64, f64)> {
+    let until = plan.case.run.until;
+    // Late starts may leave no room between two times of the grid.
+    let mut times: Vec<(f64, f64)> = grid(plan, until - from)
+        .map(|elapsed| (from + elapsed, elapsed))
+        .filter(|&(time, _)| from < time && time < until)
+        .chain([(until, until - from)])
+        .collect();
+    times.dedup_by_key(|moment| moment.0);
+    times
+}
+
+/// Mean squared displacement by theory at given moments \[length^2 of the engine\]; none where no theory applies.
+fn theory(plan: &Plan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
+    if plan.kind == Kind::Homogeneous {
+        let of_species = by_mixture(plan, moments).filter(|_| from == 0.0);
+        return of_species.unwrap_or_else(|| vec![None; moments.len()]);
+    }
+    let one = |&(_, elapsed): &(f64, f64)| enskog(plan, from, elapsed);
+    moments.iter().map(one).collect()
+}
+
+/// The kinetic equations of the species of a gas without positions, from its start on.
+fn by_mixture(plan: &Plan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
+    if plan.case.thermostat.is_some() || plan.case.sticking.is_some() {
+        return None;
+    }
+    let (mixture, start) = (plan.mixture().ok()?, plan.temperatures());
+    let times: Vec<f64> = moments
+        .iter()
+        .map(|moment| plan.engine_time(moment.0))
+        .collect();
+    let asked = plan
+        .case
+        .verdict
+        .sonine_orders
+        .map(|orders| orders as usize);
+    let mut orders = (1..=asked.unwrap_or_else(|| mixture.affordable_orders())).rev();
+    let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
+    let mean = |squares: &[f64]| {
+        let classes = plan.classes.iter().zip(squares);
+        let sum: f64 = classes.map(|(one, square)| one.count as f64 * square).sum();
+        Some(sum / plan.count() as f64)
+    };
+    Some(
+        found
+            .iter()
+            .map(|found| mean(&found.displacements))
+            .collect(),
+    )
+}
+
+/// Enskog's theory of equal disks in first Sonine order, a time `elapsed` after the start of the measurement. A driven gas is
+/// taken to be in its steady state, whatever the start was.
+fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
+    if !plan.has_theory() || plan.dimension != 2 {
+        return None;
+    }
+    let decay =
+        kinetic::velocity_decay(plan.packing_fraction, plan.contact_value, plan.restitution);
+    let steady = |temperature: f64| {
+        let rate = decay * temperature.sqrt();
+        kinetic::steady_displacement(temperature, rate, plan.engine_time(elapsed))
+    };
+    if plan.case.drive.is_some() {
+        return plan.steady_temperature().map(steady);
+    }
+    let passed = plan.time_over_haff(from).zip(plan.time_over_haff(elapsed));
+    let Some((from, elapsed)) = passed else {
+        return Some(steady(1.0));
+    };
+    // T t0^2 is the same at all times of the cooling state, and t0 grows as 1 + t.
+    let square = plan.haff_time * plan.haff_time;
+    Some(square * kinetic::cooling_displacement(plan.restitution, elapsed / (1.0 + from)))
+}
+
+impl Displacement {
+    fn from(&self, plan: &Plan) -> f64 {
+        measure::options(plan, self.name()).map_or(0.0, |options: Options| options.from)
+    }
+}
+
+impl Measure for Displacement {
+    fn name(&self) -> &'static str {
+        "displacement"
+    }
+
+    fn about(&self) -> &'static str {
+        "Mean squared displacement of the particles since a chosen time."
+    }
+
+    fn schema(&self) -> Schema {
+        schemars::schema_for!(Options)
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let Options { from } = measure::options(plan, self.name())?;
+        let first = grid(plan, plan.case.run.until).next().unwrap_or(0.0);
+        let last = plan.case.run.until - first;
+        let allowed =
+            format!("a time from 0 to below {last}, so that one sample follows; found {from}");
+        measure::require((0.0..last).contains(&from), "from", allowed)?;
+        let closed = plan.case.inflow.is_empty() && plan.case.sticking.is_none();
+        measure::require(
+            closed,
+            "",
+            "a gas whose particles neither come nor go nor stick",
+        )
+    }
+
+    fn needs(&self, _plan: &Plan) -> Needs {
+        Needs {
+            displacements: true,
+            ..Needs::default()
+        }
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        let from = self.from(plan);
+        let later = moments(plan, from).into_iter().map(|moment| moment.0);
+        std::iter::once(from).chain(later).collect()
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(DisplacementProbe {
+            from: self.from(plan),
+            record: Vec::new(),
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let mut table = Table::new(
+            "mean_squared_displacement",
+            "Mean squared displacement in time.",
+        )
+        .key("engine", "", "Engine")
+        .key("time", "time", "Time since the start of the run")
+        .key("elapsed", "time", "Time since the start of the measurement")
+        .with_theory(
+            "displacement_square",
+            "length^2",
+            "Mean squared displacement; theory is Enskog's in first Sonine order",
+        )
+        .note("replicas", "1", "Replicas")
+        .figure(Figure::curves(
+            "Mean squared displacement",
+            Axis::logarithmic("elapsed", "time"),
+            Axis::logarithmic("displacement_square", "mean squared displacement"),
+        ));
+        let from = self.from(plan);
+        let moments = moments(plan, from);
+        let theory = theory(plan, from, &moments);
+        let unit = plan.scale.length * plan.scale.length;
+        for (engine, known) in plan.engines.iter().enumerate() {
+            let records = runs.records::<Record>(engine);
+            for (index, &(time, elapsed)) in moments.iter().enumerate() {
+                let squares = records.iter().map(|record| Some(record[index].1? * unit));
+                let mut square = over(squares);
+                square.theory = theory[index].map(|square| square * unit);
+                table
+                    .row()
+                    .text(known.name)
+                    .number(time)
+                    .number(elapsed)
+                    .estimate(square)
+                    .count(records.len() as u64);
+            }
+        }
+        vec![table]
+    }
+}

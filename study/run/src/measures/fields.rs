@@ -1,0 +1,263 @@
+//! `fields`: density, velocity, temperatures, pressure and collision rate in cells and along both axes, in windows of time.
+
+mod channel;
+mod tables;
+mod verdicts;
+
+use std::any::Any;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::fields::{Fields as Sums, Grid, Sighting};
+use stosszahl_case::Kind;
+use stosszahl_case::format::Face;
+use stosszahl_model::{Collision, Observer};
+use stosszahl_results::{Table, Verdict};
+
+use super::course::{self, Course, Looking, Sample, Window};
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs};
+use crate::plan::{EngineKind, EnginePlan, Plan};
+
+/// Fields on a grid over the first two axes.
+pub struct Fields;
+
+/// Most sums that are kept: cells times species times blocks.
+const MOST_SUMS: usize = 20_000_000;
+
+/// Options of `[measure.fields]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// Cells along the first two axes, each from 1 to 1000.
+    pub cells: [u64; 2],
+    /// Blocks of time that fields are kept for, and that their standard errors come from. Default: 40.
+    pub blocks: Option<u64>,
+    /// Windows of time that are listed besides the steady state; moved to the ends of blocks.
+    pub windows: Vec<[f64; 2]>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            cells: [20, 20],
+            blocks: None,
+            windows: Vec::new(),
+        }
+    }
+}
+
+impl Options {
+    fn of(plan: &Plan) -> Result<Self, BadOption> {
+        measure::options(plan, Fields.name())
+    }
+
+    fn grid(&self, plan: &Plan) -> Result<Grid, stosszahl_analysis::Error> {
+        let [x, y, z] = plan.lengths;
+        let depth = if plan.dimension == 3 { z } else { 1.0 };
+        Grid::new([x, y], self.cells.map(|count| count as usize), depth)
+    }
+
+    fn sums(&self, plan: &Plan) -> Result<Sums, stosszahl_analysis::Error> {
+        let blocks = course::blocks(plan, self.blocks);
+        let length = plan.engine_time(plan.case.run.until) / blocks as f64;
+        Sums::new(self.grid(plan)?, plan.species.len().max(1), blocks, length)
+    }
+}
+
+/// What a run leaves.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Record {
+    course: Course,
+    sums: Sums,
+}
+
+impl Measure for Fields {
+    fn name(&self) -> &'static str {
+        "fields"
+    }
+
+    fn about(&self) -> &'static str {
+        "Density, velocity, temperatures, pressure and collision rate in cells, and profiles along both axes."
+    }
+
+    fn schema(&self) -> schemars::Schema {
+        schemars::schema_for!(Options)
+    }
+
+    fn by_default(&self, plan: &Plan) -> bool {
+        plan.kind == Kind::Flow
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let options = Options::of(plan)?;
+        let refuse = |key: &str, allowed: String| {
+            let key = key.to_owned();
+            Err(BadOption { key, allowed })
+        };
+        if options
+            .cells
+            .iter()
+            .any(|count| !(1..=1000).contains(count))
+        {
+            return refuse("cells", "two whole numbers from 1 to 1000".to_owned());
+        }
+        let blocks = course::blocks(plan, options.blocks);
+        course::check(plan, blocks)?;
+        let [columns, rows] = options.cells.map(|count| count as usize);
+        if columns * rows * blocks * plan.species.len() > MOST_SUMS {
+            let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
+            return refuse("cells", allowed);
+        }
+        let until = plan.case.run.until;
+        for (index, [start, end]) in options.windows.iter().enumerate() {
+            if !(0.0 <= *start && start < end && *end <= until) {
+                let allowed = format!("[start, end] with 0 <= start < end <= {until} (run.until)");
+                return refuse(&format!("windows[{index}]"), allowed);
+            }
+        }
+        match options.grid(plan) {
+            Ok(_) => Ok(()),
+            Err(error) => refuse("", error.to_string()),
+        }
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        course::times(plan).split_off(1)
+    }
+
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = Options::of(plan).unwrap_or_default();
+        Box::new(Watch {
+            looking: Looking::of(plan),
+            per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
+            lengths: plan.lengths,
+            periodic: [0, 1].map(|axis| *plan.case.walls.at(axis, 0) == Face::default()),
+            carries: match &engine.kind {
+                EngineKind::EventDriven { .. } => true,
+                EngineKind::MonteCarlo(parameters) => parameters.scheme.carries(),
+                EngineKind::Homogeneous(_) => false,
+            },
+            record: Record {
+                course: Course::new(),
+                sums: options.sums(plan).expect("the options are checked"),
+            },
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let options = Options::of(plan).unwrap_or_default();
+        let windows = windows(plan, &options, runs);
+        let (mut cells, mut profiles) = (tables::cells(&options), tables::profiles(&options));
+        for (index, engine) in plan.engines.iter().enumerate() {
+            let records = runs.records::<Record>(index);
+            let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
+            for window in &windows {
+                tables::fill_cells(&mut cells, plan, engine, &sums, window);
+                tables::fill_profiles(&mut profiles, plan, engine, &sums, window);
+            }
+        }
+        vec![cells, profiles]
+    }
+
+    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, tables: &[Table]) -> Vec<Verdict> {
+        let options = Options::of(plan).unwrap_or_default();
+        let steady = steady(plan, runs);
+        let window = Window::last(plan, course::blocks(plan, options.blocks), &steady);
+        verdicts::all(plan, &options, &steady, &window, tables)
+    }
+}
+
+/// From when on each engine is steady.
+fn steady(plan: &Plan, runs: &Runs<'_>) -> Vec<Option<f64>> {
+    let one = |engine: usize| {
+        let records = runs.records::<Record>(engine);
+        let courses: Vec<&Course> = records.iter().map(|record| &record.course).collect();
+        course::steady_from(plan, &courses)
+    };
+    (0..plan.engines.len()).map(one).collect()
+}
+
+/// The windows of the case and, last, the one for verdicts.
+fn windows(plan: &Plan, options: &Options, runs: &Runs<'_>) -> Vec<Window> {
+    let blocks = course::blocks(plan, options.blocks);
+    let chosen = options.windows.iter();
+    chosen
+        .map(|&times| Window::between(plan, blocks, times, false))
+        .chain([Window::last(plan, blocks, &steady(plan, runs))])
+        .collect()
+}
+
+struct Watch {
+    looking: Looking,
+    per_block: usize,
+    lengths: [f64; 3],
+    periodic: [bool; 2],
+    /// Whether momentum is carried over the distance of the partners, as it is not where they are points.
+    carries: bool,
+    record: Record,
+}
+
+impl Observer for Watch {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            let at = [0, 1].map(|axis| {
+                let (x, length) = (collision.position[axis], self.lengths[axis]);
+                if self.periodic[axis] && !(0.0..length).contains(&x) {
+                    let inside = x.rem_euclid(length);
+                    // A tiny negative number rounds to the length itself, which is the image of the origin.
+                    if inside < length { inside } else { 0.0 }
+                } else {
+                    x
+                }
+            });
+            let virial = if self.carries {
+                collision.virial()
+            } else {
+                0.0
+            };
+            let sums = &mut self.record.sums;
+            sums.collision(collision.time, at, virial, collision.weight);
+        }
+    }
+}
+
+impl Probe for Watch {
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        Some(self)
+    }
+
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        let sample = Sample::take(&self.looking, moment, |_, _| {});
+        self.record.course.push(sample);
+    }
+
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        let Record { course, sums } = &mut self.record;
+        let block = (course.len() - 1) / self.per_block;
+        sums.begin_sample(block);
+        let sample = Sample::take(&self.looking, moment, |species, particle| {
+            let [x, y, z] = particle.velocity.into();
+            let sighting = Sighting {
+                position: [particle.position.x, particle.position.y],
+                velocity: [x, y, z],
+                mass: particle.mass,
+                twice_spin_energy: 2.0 * particle.spin_energy,
+                weight: particle.weight,
+            };
+            sums.add(block, species, &sighting);
+        });
+        course.push(sample);
+    }
+
+    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+        measure::save(&self.record)
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
+        measure::load(&mut self.record, bytes)
+    }
+
+    fn record(&self) -> &dyn Any {
+        &self.record
+    }
+}

@@ -1,0 +1,153 @@
+//! All particles of the first replica at chosen times, as extended XYZ in the units of the case: what OVITO and ASE read.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use schemars::Schema;
+use serde::{Deserialize, Serialize};
+use stosszahl_case::Kind;
+use stosszahl_model::Particles;
+use stosszahl_results::Table;
+
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
+use crate::plan::{EnginePlan, Plan, Scale};
+
+/// Snapshots.
+pub struct Snapshots;
+
+/// When.
+#[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Times. Default: the end of the run.
+    pub times: Option<Vec<f64>>,
+}
+
+/// Texts of the snapshots taken.
+#[derive(Default, Serialize, Deserialize)]
+struct Record {
+    texts: Vec<String>,
+}
+
+struct SnapshotProbe {
+    engine: &'static str,
+    scale: Scale,
+    record: Record,
+}
+
+impl Probe for SnapshotProbe {
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        let particles = moment.particles();
+        let text = extended_xyz(particles, self.scale, self.engine, moment.time);
+        self.record.texts.push(text);
+    }
+
+    keeps_record!();
+}
+
+/// The extended XYZ format in units of which one engine unit is `scale`; `time` is in the unit of time of the case.
+pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64) -> String {
+    let (length, speed) = (scale.length, scale.speed());
+    let [x, y, z] = particles.lengths.map(|side| side * length);
+    let depth = if particles.dimension == 2 { 1.0 } else { z };
+    let spins = particles
+        .all
+        .iter()
+        .any(|one| one.spin.norm_squared() > 0.0);
+    let mut text = String::with_capacity(100 * particles.all.len());
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}", particles.all.len());
+    let _ = writeln!(
+        text,
+        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1{} Time={} TimeOverT0={time} Engine={engine}",
+        if spins { ":angular_velocity:R:3" } else { "" },
+        particles.time * scale.time(),
+    );
+    for (index, one) in particles.all.iter().enumerate() {
+        let (at, v) = (one.position * length, one.velocity * speed);
+        let (radius, mass) = (one.radius * length, one.mass * scale.mass);
+        let _ = write!(
+            text,
+            "{index} {} {} {} {} {} {} {radius} {mass}",
+            at[0], at[1], at[2], v[0], v[1], v[2]
+        );
+        if spins {
+            let w = one.spin / scale.time();
+            let _ = write!(text, " {} {} {}", w[0], w[1], w[2]);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+impl Snapshots {
+    fn chosen(&self, plan: &Plan) -> Vec<f64> {
+        let options: Options = measure::options(plan, self.name()).unwrap_or_default();
+        let mut times = options.times.unwrap_or_else(|| vec![plan.case.run.until]);
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+}
+
+impl Measure for Snapshots {
+    fn name(&self) -> &'static str {
+        "snapshots"
+    }
+
+    fn about(&self) -> &'static str {
+        "All particles of the first replica at chosen times, as extended XYZ."
+    }
+
+    fn schema(&self) -> Schema {
+        schemars::schema_for!(Options)
+    }
+
+    fn by_default(&self, plan: &Plan) -> bool {
+        plan.kind == Kind::Comparison
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let placed = plan.kind != Kind::Homogeneous;
+        measure::require(placed, "", "a gas with positions, in a box")?;
+        let options: Options = measure::options(plan, self.name())?;
+        measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        self.chosen(plan)
+    }
+
+    fn only_first_replica(&self) -> bool {
+        true
+    }
+
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(SnapshotProbe {
+            engine: engine.name,
+            scale: plan.scale,
+            record: Record::default(),
+        })
+    }
+
+    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
+        Vec::new()
+    }
+
+    fn files(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(PathBuf, String)> {
+        let mut files = Vec::new();
+        for (engine, known) in plan.engines.iter().enumerate() {
+            let records = runs.records::<Record>(engine);
+            for (index, text) in records
+                .iter()
+                .take(1)
+                .flat_map(|one| &one.texts)
+                .enumerate()
+            {
+                let name = format!("snapshots/{}-{index}.xyz", known.name);
+                files.push((name.into(), text.clone()));
+            }
+        }
+        files
+    }
+}

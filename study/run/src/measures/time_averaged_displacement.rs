@@ -1,0 +1,230 @@
+//! Displacements averaged over time along the whole paths of some particles of a gas without positions.
+
+use schemars::{JsonSchema, Schema, schema_for};
+use serde::{Deserialize, Serialize};
+use stosszahl_results::{Axis, Estimate, Figure, Table};
+
+use super::gas::{self, against, measured};
+use super::species;
+use crate::measure::{self, BadOption, Measure, Moment, Needs, Probe, Runs, keeps_record};
+use crate::plan::{EnginePlan, Plan, logarithmic};
+use crate::theory::homogeneous::{self, Grouping, Theory};
+
+/// `<|R(t + lag) - R(t)|^2>`, averaged over the times of a path and over paths.
+pub struct TimeAveragedDisplacement;
+
+const NAME: &str = "time_averaged_displacement";
+
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct Options {
+    /// Particles of each species whose whole paths are kept.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    particles: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { particles: 1000 }
+    }
+}
+
+impl Measure for TimeAveragedDisplacement {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn about(&self) -> &'static str {
+        "Squared displacement over a lag, averaged over time along whole paths, in a gas without positions."
+    }
+
+    fn schema(&self) -> Schema {
+        schema_for!(Options)
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        gas::homogeneous_only(plan)?;
+        species::lasting_only(plan)?;
+        let particles = measure::options::<Options>(plan, NAME)?.particles;
+        measure::require(
+            (1..=1_000_000).contains(&particles),
+            "particles",
+            "a whole number from 1 to 1000000",
+        )?;
+        measure::require(
+            !lags(plan).is_empty(),
+            "",
+            "only with run.first_sample below a tenth of run.until: lags are those of the samples up to there",
+        )
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        vec![plan.case.run.until]
+    }
+
+    fn needs(&self, plan: &Plan) -> Needs {
+        Needs {
+            displacements: true,
+            trajectories: paths(plan),
+        }
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let lags = lags(plan);
+        Box::new(PathProbe {
+            grouping: Grouping::of(plan),
+            groups: plan.species.len(),
+            paths: paths(plan),
+            lags: lags.iter().map(|&lag| plan.engine_time(lag)).collect(),
+            record: Record::default(),
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        vec![table(plan, &rows(plan, &runs.records(0)))]
+    }
+}
+
+/// Paths that are kept of each species; none if none are measured.
+fn paths(plan: &Plan) -> usize {
+    let asked = plan.case.measure.contains_key(NAME) && plan.case.sticking.is_none();
+    let options = asked.then(|| measure::options::<Options>(plan, NAME).ok());
+    options
+        .flatten()
+        .map_or(0, |options| options.particles as usize)
+}
+
+/// Lags in the unit of time of the case: as the samples, up to a tenth of the run, beyond which a path has too few
+/// independent starts.
+fn lags(plan: &Plan) -> Vec<f64> {
+    let (first, last) = (plan.first_sample(), 0.1 * plan.case.run.until);
+    if first >= last {
+        return Vec::new();
+    }
+    logarithmic(first, last, plan.samples_per_decade()).collect()
+}
+
+/// Averages of one replica, by group and lag.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    averages: Vec<Vec<f64>>,
+}
+
+struct PathProbe {
+    grouping: Grouping,
+    groups: usize,
+    paths: usize,
+    /// \[engine time\]
+    lags: Vec<f64>,
+    record: Record,
+}
+
+impl PathProbe {
+    /// The first particles of each group.
+    fn chosen(&self, moment: &Moment<'_>) -> Vec<Vec<u32>> {
+        let mut lists = vec![Vec::new(); self.groups];
+        let mut index = 0;
+        moment.simulation.visit(&mut |particle| {
+            let list = lists.get_mut(self.grouping.group(particle.species));
+            if let Some(list) = list.filter(|list| list.len() < self.paths) {
+                list.push(index);
+            }
+            index += 1;
+        });
+        lists
+    }
+}
+
+impl Probe for PathProbe {
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        moment.simulation.follow_displacements();
+    }
+
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        let chosen = self.chosen(moment).into_iter();
+        let simulation = &*moment.simulation;
+        let averages = chosen.map(|list| {
+            let sums = simulation.time_averaged_displacements(&list, &self.lags);
+            let count = list.len().max(1) as f64;
+            let sums = sums.into_iter().flatten();
+            sums.map(|sum| sum / count).collect()
+        });
+        self.record.averages = averages.collect();
+    }
+
+    keeps_record!();
+}
+
+/// One species and lag, over all replicas.
+pub(super) struct Row {
+    /// In the unit of time of the case.
+    pub lag: f64,
+    /// Number of the species, from 0.
+    pub species: usize,
+    pub displacement: Estimate,
+}
+
+/// All species and lags; none without records.
+pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
+    if records.is_empty() {
+        return Vec::new();
+    }
+    let lags = lags(plan);
+    let engine: Vec<f64> = lags.iter().map(|&lag| plan.engine_time(lag)).collect();
+    let theory = homogeneous::curves(plan).ok().and_then(|curves| {
+        let until = plan.engine_time(plan.case.run.until);
+        let theory = Theory::of(plan).ok()?;
+        theory.time_averaged(curves.orders, &engine, until)
+    });
+    let mut rows = Vec::new();
+    for species in 0..plan.species.len() {
+        for (index, &lag) in lags.iter().enumerate() {
+            let of = |record: &&Record| {
+                let averages = record.averages.get(species);
+                let known = averages.and_then(|averages| averages.get(index));
+                known.copied().unwrap_or(f64::NAN)
+            };
+            let theory = theory.as_ref().map(|theory| theory[species][index]);
+            rows.push(Row {
+                lag,
+                species,
+                displacement: against(measured(records, of, None), theory),
+            });
+        }
+    }
+    rows
+}
+
+fn table(plan: &Plan, rows: &[Row]) -> Table {
+    let about = "Displacement averaged over time along whole paths up to the end of the run";
+    let mut table = Table::new(NAME, about)
+        .key("lag", "unit of time", "Lag")
+        .key("species", "1", "Number of the species, from 1")
+        .note("mass", "mass", "Mass of a particle")
+        .with_theory_error(
+            "displacement_square",
+            "length^2",
+            "Squared displacement over the lag, averaged over all its starts and over paths",
+        )
+        .note("paths", "1", "Paths in each replica");
+    for row in rows {
+        let species = &plan.species[row.species];
+        table
+            .row()
+            .number(row.lag)
+            .count(row.species as u64 + 1)
+            .number(species.mass)
+            .estimate(row.displacement)
+            .count(species.count.min(paths(plan)) as u64);
+    }
+    table.figure(Figure {
+        x: Axis::logarithmic("lag", "lag"),
+        curves: vec!["species".into()],
+        ..gas::against_time(
+            "Time-averaged displacement",
+            Axis::logarithmic("displacement_square", "δ²"),
+            "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
+             differs from the mean squared displacement since the start: diffusion ages.",
+        )
+    })
+}

@@ -1,0 +1,468 @@
+//! A gas that does what a formula says, and the tests of measures on it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::{Vector3, vector};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use stosszahl_analysis::structure_factor::direct_shells;
+use stosszahl_model::{
+    Budget, Collision, Failure, Observer, Particle, Particles, Simulation, Work,
+};
+use stosszahl_results::{Cell, Table};
+
+use crate::measure::{Finished, Measure, Moment, Runs, Stop};
+use crate::plan::Plan;
+
+/// Velocity of a particle at a time, from that of the start.
+type Law = Arc<dyn Fn(Vector3<f64>, f64) -> Vector3<f64> + Send + Sync>;
+
+/// Particles that stand still while their velocities follow a law; displacements are those of the velocities of the start.
+#[derive(Clone)]
+struct Toy {
+    start: Particles,
+    law: Law,
+    time: f64,
+    collisions: Vec<Collision>,
+    followed: Option<f64>,
+}
+
+impl Simulation for Toy {
+    fn time(&self) -> f64 {
+        self.time
+    }
+    fn dimension(&self) -> usize {
+        self.start.dimension
+    }
+    fn count(&self) -> usize {
+        self.start.all.len()
+    }
+    fn weight(&self) -> f64 {
+        1.0
+    }
+    fn advance(
+        &mut self,
+        until: f64,
+        _budget: Budget,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, Failure> {
+        let due = |one: &&Collision| self.time < one.time && one.time <= until;
+        let batch: Vec<Collision> = self.collisions.iter().filter(due).copied().collect();
+        observer.collisions(&batch);
+        self.time = until;
+        Ok(true)
+    }
+    fn visit(&self, look: &mut dyn FnMut(&Particle)) {
+        self.particles().all.iter().for_each(look);
+    }
+    fn particles(&self) -> Particles {
+        let mut now = self.start.clone();
+        now.time = self.time;
+        for one in &mut now.all {
+            one.velocity = (self.law)(one.velocity, self.time);
+        }
+        now
+    }
+    fn kick(&mut self, _changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        Ok(())
+    }
+    fn scale_velocities(&mut self, _factor: f64) -> Result<(), Failure> {
+        Ok(())
+    }
+    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+        Ok(Vec::new())
+    }
+    fn work(&self) -> Work {
+        let done = self.collisions.iter().filter(|one| one.time <= self.time);
+        Work {
+            collisions: done.count() as u64,
+            ..Work::default()
+        }
+    }
+    fn bytes(&self) -> usize {
+        0
+    }
+    fn follow_displacements(&mut self) -> bool {
+        self.followed = Some(self.time);
+        true
+    }
+    fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
+        let passed = self.time - self.followed?;
+        Some(
+            self.start
+                .all
+                .iter()
+                .map(|one| one.velocity * passed)
+                .collect(),
+        )
+    }
+}
+
+/// The plan of a case with a title and a seed.
+fn plan(text: &str) -> Plan {
+    let text = format!("format = 2\ntitle = \"toy\"\n{text}");
+    let case = toml::from_str(&text).expect("a case");
+    Plan::new(&case, Path::new(".")).expect("a plan")
+}
+
+/// Disks at restitution 0.9 in a box, exact and by Monte Carlo.
+fn disks(measure: &str) -> Plan {
+    plan(&format!(
+        "[gas]\nnumber = 60\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
+         [run]\nuntil = 4\nfirst_sample = 1\nsamples_per_decade = 2\n[measure.{measure}]"
+    ))
+}
+
+/// A gas at random places, with speeds of order one.
+fn gas(plan: &Plan, seed: u64, law: Law) -> Toy {
+    let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut all = Vec::new();
+    for (species, one) in plan.species.iter().enumerate() {
+        for _ in 0..one.count {
+            let mut part = |side: f64| side * stream.random::<f64>();
+            let [x, y, z] = plan.lengths;
+            all.push(Particle {
+                position: vector![part(x), part(y), part(z)],
+                velocity: vector![part(2.0) - 1.0, part(2.0) - 1.0, 0.0],
+                spin: Vector3::zeros(),
+                radius: one.radius,
+                mass: one.mass,
+                spin_energy: 0.0,
+                species: species as u32,
+                weight: 1.0,
+            });
+        }
+    }
+    let start = Particles {
+        time: 0.0,
+        dimension: plan.dimension,
+        lengths: plan.lengths,
+        periodic: [true; 3],
+        all,
+    };
+    Toy {
+        start,
+        law,
+        time: 0.0,
+        collisions: Vec::new(),
+        followed: None,
+    }
+}
+
+/// Takes a measure through the runs of all engines, by replica; halfway each probe is saved and loaded into a new one.
+fn tables(plan: &Plan, measure: &dyn Measure, toys: &[Toy]) -> (Vec<Table>, Vec<Vec<Finished>>) {
+    measure.check(plan).expect("a measure");
+    let mut times = measure.times(plan);
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let run = |engine, toy: &Toy| {
+        let mut toy = toy.clone();
+        let mut probe = measure.probe(plan, engine);
+        probe.begin(&mut Moment::new(0.0, &mut toy));
+        for &time in &times {
+            let until = plan.engine_time(time);
+            let mut nobody = ();
+            match probe.observer() {
+                Some(observer) => toy.advance(until, Budget::Unlimited, observer),
+                None => toy.advance(until, Budget::Unlimited, &mut nobody),
+            }
+            .expect("a law");
+            probe.stop(&Stop {
+                time: until,
+                temperature: toy.temperature(),
+                kicked_from: None,
+            });
+            probe.sample(&mut Moment::new(time, &mut toy));
+            let bytes = probe.save().expect("a record");
+            let mut next = measure.probe(plan, engine);
+            next.load(&bytes).expect("the same record");
+            assert_eq!(next.save().expect("a record"), bytes);
+            probe = next;
+        }
+        Finished {
+            probes: vec![probe],
+            work: toy.work(),
+            bytes: 0,
+            seconds: 0.0,
+        }
+    };
+    let finished: Vec<Vec<Finished>> = plan
+        .engines
+        .iter()
+        .map(|engine| toys.iter().map(|toy| run(engine, toy)).collect())
+        .collect();
+    let runs = Runs {
+        measure: 0,
+        finished: &finished,
+    };
+    let tables = measure.tables(plan, &runs);
+    for table in &tables {
+        for row in &table.rows {
+            assert_eq!(row.len(), table.columns.len(), "{}", table.name);
+        }
+    }
+    for verdict in measure.verdicts(plan, &runs, &tables) {
+        assert!(verdict.sentence.len() <= 175, "{}", verdict.sentence);
+    }
+    (tables, finished)
+}
+
+/// Numbers of a column; not a number where a cell is empty.
+fn column(table: &Table, name: &str) -> Vec<f64> {
+    let at = table.find(name).expect("a column");
+    let number = |row: &Vec<Cell>| match row[at] {
+        Cell::Number(number) => number,
+        Cell::Count(count) => count as f64,
+        _ => f64::NAN,
+    };
+    table.rows.iter().map(number).collect()
+}
+
+fn close(found: f64, expected: f64, tolerance: f64) {
+    assert!(
+        (found - expected).abs() <= tolerance,
+        "{found} against {expected}"
+    );
+}
+
+/// Speeds that fall as 1/(1 + t): K/K(0) = (1 + t)^-2 in both engines. Rounding: some ten operations.
+#[test]
+fn energies_and_their_comparison() {
+    let plan = disks("energy");
+    let unit = plan.time;
+    let law: Law = Arc::new(move |v, t| v / (1.0 + t / unit));
+    let toys = [1, 2, 3].map(|seed| gas(&plan, seed, law.clone()));
+    let (tables, _) = tables(&plan, &super::energy::Energy, &toys);
+    let [energy, comparison, replicas] = &tables[..] else {
+        panic!("three tables");
+    };
+    assert_eq!(
+        (
+            energy.rows.len(),
+            comparison.rows.len(),
+            replicas.rows.len()
+        ),
+        (8, 4, 24)
+    );
+    for (time, ratio) in column(energy, "time")
+        .iter()
+        .zip(column(energy, "energy_ratio"))
+    {
+        close(ratio, (1.0 + time).powi(-2), 1e-14);
+    }
+    assert_eq!(column(comparison, "quotient"), [1.0; 4]);
+    let theory = column(energy, "energy_ratio_theory");
+    close(theory[3], plan.haff_ratio(4.0).expect("a law"), 0.0);
+}
+
+/// Turning velocities: C(t) = cos(w t); displacements: v^2 t^2.
+#[test]
+fn correlations_and_displacements_of_known_motion() {
+    let mut plan = disks("velocity_autocorrelation");
+    let unit = plan.time;
+    let law: Law = Arc::new(move |v, t| {
+        let (sine, cosine) = (t / unit).sin_cos();
+        vector![cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, 0.0]
+    });
+    let toys = [gas(&plan, 4, law)];
+    let measure = super::velocity_autocorrelation::VelocityAutocorrelation;
+    let (found, _) = tables(&plan, &measure, &toys);
+    let times = column(&found[0], "elapsed");
+    assert_eq!(times.len(), 8);
+    for (time, correlation) in times.iter().zip(column(&found[0], "correlation")) {
+        close(correlation, time.cos(), 1e-12);
+    }
+    plan.case.measure.clear();
+    let table = "from = 0.5".parse().expect("a table");
+    plan.case.measure.insert("displacement".into(), table);
+    let (found, _) = tables(&plan, &super::displacement::Displacement, &toys);
+    let squares = toys[0]
+        .start
+        .all
+        .iter()
+        .map(|one| one.velocity.norm_squared());
+    let mean = squares.sum::<f64>() / 60.0;
+    let elapsed = column(&found[0], "elapsed");
+    assert_eq!(elapsed[2], 3.5);
+    for (passed, square) in elapsed.iter().zip(column(&found[0], "displacement_square")) {
+        let expected = mean * (plan.time * passed * plan.scale.length).powi(2);
+        close(square / expected, 1.0, 1e-12);
+    }
+}
+
+/// S(k) of the longest waves against direct sums, which the grid meets to (1/15)^4; g(r) against all pairs, exactly.
+#[test]
+fn structure_against_plain_sums() {
+    let plan = disks("structure_factor");
+    let toy = gas(&plan, 5, Arc::new(|v, _| v));
+    let positions: Vec<_> = toy.start.all.iter().map(|one| one.position.xy()).collect();
+    let [x, y, _] = plan.lengths;
+    let toys = [toy];
+    let (found, _) = tables(&plan, &super::structure_factor::StructureFactors, &toys);
+    let plain = direct_shells(&positions, [x, y], 3, 1.0).expect("shells");
+    for (found, plain) in column(&found[0], "structure_factor")
+        .iter()
+        .zip(&plain.shells)
+    {
+        close(found / plain.value, 1.0, 0.01);
+    }
+    let (found, _) = tables(&plan, &super::pair_correlation::PairCorrelations, &toys);
+    let g = column(&found[0], "g");
+    let range = 6.0_f64.min(0.499_999 * x.min(y));
+    let width = range / (range / 0.05).round();
+    let mut pairs = 0.0;
+    for (index, a) in positions.iter().enumerate() {
+        for b in &positions[..index] {
+            let apart = |axis: usize, side: f64| {
+                let gap = (a[axis] - b[axis]).abs();
+                gap.min(side - gap)
+            };
+            pairs += f64::from(u8::from(apart(0, x).hypot(apart(1, y)) < range));
+        }
+    }
+    let bins = (range / width).round() as usize;
+    let area = |bin: usize| std::f64::consts::PI * width * width * (2 * bin + 1) as f64;
+    let counted: f64 = (0..bins)
+        .map(|bin| g[bin] * area(bin) * 0.5 * 60.0 * 59.0 / (x * y))
+        .sum();
+    close(counted, pairs, 1e-9);
+}
+
+/// Known impact parameters in known windows, in the plane and in space.
+#[test]
+fn impact_parameters_are_counted_in_windows() {
+    for dimension in [2, 3] {
+        let engine = ["[engine.ed]", "[engine.dsmc-boltzmann]"][dimension - 2];
+        let plan = plan(&format!(
+            "[gas]\ndimension = {dimension}\nnumber = 60\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n{engine}\n\
+             [run]\nuntil = 4\n[measure.impact_parameters]\nwindows = [[0, 1], [1, 4]]\nbins = 4"
+        ));
+        let mut toy = gas(&plan, 6, Arc::new(|v, _| v));
+        for (time, impact) in [(0.5, 0.6), (2.0, 0.1), (3.0, 0.9), (3.5, 0.8)] {
+            toy.collisions.push(Collision {
+                time: plan.engine_time(time),
+                position: Vector3::zeros(),
+                relative: vector![-(1.0_f64 - impact * impact).sqrt(), impact, 0.0],
+                line: Vector3::x(),
+                reduced_mass: 0.5,
+                restitution: 0.9,
+                weight: 1.0,
+                pair: [0, 1],
+                species: [0; 2],
+            });
+        }
+        let (found, _) = tables(&plan, &super::impact_parameters::ImpactParameters, &[toy]);
+        let [bins, summary, dissipation] = &found[..] else {
+            panic!("three tables: {}", found.len());
+        };
+        assert_eq!(
+            column(bins, "count"),
+            [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 2.0]
+        );
+        let chaos = [[1.0; 4], [0.25, 0.75, 1.25, 1.75]][dimension - 2];
+        assert_eq!(column(bins, "density_theory")[..4], chaos);
+        let uniform = |impact: f64| impact.powi(dimension as i32 - 1);
+        let mean = [0.1, 0.9, 0.8].map(uniform).iter().sum::<f64>() / 3.0;
+        close(column(summary, "slope")[1], 12.0 * (mean - 0.5), 1e-12);
+        close(column(summary, "mean_b_over_d")[0], 0.6, 1e-14);
+        assert_eq!(column(dissipation, "collisions"), [1.0, 3.0]);
+        let of = |name: &str| column(dissipation, name)[1];
+        let product = of("rate_ratio") * of("speed_ratio") * of("impact_ratio");
+        close(
+            product * of("correlation_ratio") / of("dissipation_ratio"),
+            1.0,
+            1e-12,
+        );
+    }
+}
+
+/// Temperatures of two species by a plain sum, and a snapshot that reads back.
+#[test]
+fn species_and_snapshots() {
+    let mut plan = plan(
+        "[gas]\nnumber = 40\nrestitution = 0.9\n[[species]]\nshare = 0.25\nmass = 3\n[[species]]\nshare = 0.75\n\
+         [box]\npacking_fraction = 0.1\n[engine.ed]\n[run]\nuntil = 4\nfirst_sample = 1\nsamples_per_decade = 1",
+    );
+    let toy = gas(&plan, 7, Arc::new(|v, _| v));
+    let toys = [toy.clone()];
+    let measure = super::species_temperatures::SpeciesTemperatures;
+    let (found, _) = tables(&plan, &measure, &toys);
+    let plain = |species: usize| {
+        let own = toy
+            .start
+            .all
+            .iter()
+            .filter(|one| one.species as usize == species);
+        let sum: f64 = own
+            .clone()
+            .map(|one| one.mass * one.velocity.norm_squared())
+            .sum();
+        sum / (2.0 * own.count() as f64)
+    };
+    close(
+        column(&found[0], "ratio_to_first")[1],
+        plain(1) / plain(0),
+        1e-14,
+    );
+    let ratio = column(&found[0], "temperature_ratio");
+    let whole = 0.25 * plain(0) + 0.75 * plain(1);
+    close(ratio[0], plain(0) / whole, 1e-14);
+
+    plan.case
+        .measure
+        .insert("snapshots".into(), toml::Table::new());
+    let measure = super::snapshots::Snapshots;
+    let (_, finished) = tables(&plan, &measure, &toys);
+    let runs = Runs {
+        measure: 0,
+        finished: &finished,
+    };
+    let files = measure.files(&plan, &runs);
+    assert_eq!(files[0].0, Path::new("snapshots/ed-0.xyz"));
+    let lines: Vec<&str> = files[0].1.lines().collect();
+    assert_eq!((lines[0], lines.len()), ("40", 42));
+    let fields: Vec<f64> = lines[2]
+        .split(' ')
+        .map(|word| word.parse().expect("a number"))
+        .collect();
+    assert_eq!(fields[1], toy.start.all[0].position.x * plan.scale.length);
+    assert_eq!(fields[8], toy.start.all[0].mass * plan.scale.mass);
+}
+
+/// Options that cannot be are refused by their key.
+#[test]
+fn bad_options_are_named() {
+    let bad = |measure: &dyn Measure, table: &str| {
+        let mut plan = disks("energy");
+        let table = table.parse().expect("a table");
+        plan.case.measure.insert(measure.name().into(), table);
+        measure.check(&plan).expect_err("a bad option").key
+    };
+    let impact = super::impact_parameters::ImpactParameters;
+    assert_eq!(bad(&impact, "bins = 1"), "bins");
+    assert_eq!(bad(&impact, "bins = 4\nwindow = 3"), "window");
+    assert_eq!(bad(&impact, "windows = [[0, 1], [3, 9]]"), "windows[1]");
+    assert_eq!(
+        bad(&super::structure_factor::StructureFactors, "times = [5]"),
+        "times[0]"
+    );
+    assert_eq!(bad(&super::displacement::Displacement, "from = 4"), "from");
+    assert_eq!(
+        bad(&super::species_temperatures::SpeciesTemperatures, ""),
+        ""
+    );
+    assert_eq!(bad(&super::steady_state::SteadyState, ""), "");
+}
+
+/// Each measure has a name of its own, a schema and says what it is about.
+#[test]
+fn measures_are_described() {
+    let mut names: Vec<&str> = super::ALL.iter().map(|one| one.name()).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), super::ALL.len());
+    for one in super::ALL {
+        assert!(one.about().ends_with('.') && one.schema().as_object().is_some());
+    }
+}

@@ -1,0 +1,176 @@
+//! Random places for particles in a box, outside walls and obstacles.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::walls::Obstacle;
+use stosszahl_model::{Domain, Space, Vector, Walls};
+
+/// No room.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "particle {particle} of {count} finds no place in {trials} trials; fewer or smaller particles, or a larger box, are needed \
+     (random addition jams near a packing fraction of 0.5 in the plane and 0.35 in space)"
+)]
+pub struct Full {
+    /// Index of the particle.
+    pub particle: usize,
+    /// How many there are to be.
+    pub count: usize,
+    /// How often it was tried.
+    pub trials: usize,
+}
+
+/// How particles keep away from each other and from walls at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Room {
+    /// Points: anywhere in the box, outside of obstacles.
+    Points,
+    /// Particles that overlap neither walls nor obstacles.
+    Surfaces,
+    /// Particles that do not overlap each other either.
+    Grains,
+}
+
+/// Trials for one particle.
+const MOST_TRIALS: usize = 1_000_000;
+
+/// Places that are taken, in a grid.
+pub(crate) struct Places<'a, S: Space> {
+    radii: &'a [f64],
+    walls: &'a Walls<S>,
+    obstacles: &'a [Obstacle],
+    domain: Domain<S>,
+    size: S::Vector,
+    room: Room,
+    counts: [usize; 3],
+    cells: Vec<Vec<(S::Vector, f64)>>,
+}
+
+impl<'a, S: Space> Places<'a, S> {
+    /// An empty box for particles of these radii.
+    pub(crate) fn new(
+        radii: &'a [f64],
+        domain: Domain<S>,
+        walls: &'a Walls<S>,
+        obstacles: &'a [Obstacle],
+        room: Room,
+    ) -> Self {
+        let size = domain.lengths();
+        let largest = radii.iter().copied().fold(0.0, f64::max);
+        // As fine as a diameter, but never many more cells than particles.
+        let most = (2.0 * radii.len() as f64)
+            .powf(1.0 / S::DIMENSION as f64)
+            .ceil() as usize
+            + 1;
+        let counts = [0, 1, 2].map(|axis| {
+            if axis < S::DIMENSION && room == Room::Grains && largest > 0.0 {
+                ((size[axis] / (2.0 * largest)).floor() as usize).clamp(1, most)
+            } else {
+                1
+            }
+        });
+        Self {
+            radii,
+            walls,
+            obstacles,
+            domain,
+            size,
+            room,
+            counts,
+            cells: vec![Vec::new(); counts.iter().product()],
+        }
+    }
+
+    /// A place for each particle: the largest first, which find no place later.
+    pub(crate) fn all(mut self, stream: &mut impl Rng) -> Result<Vec<S::Vector>, Full> {
+        let mut order: Vec<usize> = (0..self.radii.len()).collect();
+        order.sort_by(|&a, &b| self.radii[b].total_cmp(&self.radii[a]));
+        let mut places = vec![S::Vector::default(); self.radii.len()];
+        for index in order {
+            places[index] = self.find(index, stream)?;
+        }
+        Ok(places)
+    }
+
+    fn cell(&self, position: S::Vector) -> [usize; 3] {
+        [0, 1, 2].map(|axis| {
+            if axis < S::DIMENSION {
+                let place = position[axis] / self.size[axis] * self.counts[axis] as f64;
+                (place as usize).min(self.counts[axis] - 1)
+            } else {
+                0
+            }
+        })
+    }
+
+    fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.counts[0] * (y + self.counts[1] * z)
+    }
+
+    fn find(&mut self, particle: usize, stream: &mut impl Rng) -> Result<S::Vector, Full> {
+        let radius = self.radii[particle];
+        for _ in 0..MOST_TRIALS {
+            let mut trial = S::Vector::default();
+            for axis in 0..S::DIMENSION {
+                let edge = |side: usize| self.clearance(axis, side, radius);
+                let (low, high) = (edge(0), self.size[axis] - edge(1));
+                trial[axis] = low + (high - low) * stream.random::<f64>();
+            }
+            if self.is_free(trial, radius) {
+                if self.room == Room::Grains {
+                    let cell = self.number(self.cell(trial));
+                    self.cells[cell].push((trial, radius));
+                }
+                return Ok(trial);
+            }
+        }
+        Err(Full {
+            particle,
+            count: self.radii.len(),
+            trials: MOST_TRIALS,
+        })
+    }
+
+    /// How far from a face the centre of a particle is at least.
+    fn clearance(&self, axis: usize, side: usize, radius: f64) -> f64 {
+        match (self.walls.wall(axis, side), self.room) {
+            (Some(wall), Room::Points) => wall.displacement(0.0),
+            // A little more, so that no particle touches a wall by rounding.
+            (Some(wall), _) => wall.displacement(0.0) + radius * (1.0 + 1e-9),
+            (None, _) => 0.0,
+        }
+    }
+
+    fn is_free(&self, trial: S::Vector, radius: f64) -> bool {
+        let reach = if self.room == Room::Points {
+            0.0
+        } else {
+            radius * (1.0 + 1e-9)
+        };
+        let blocked = (self.obstacles.iter())
+            .any(|obstacle| obstacle.overlaps([trial[0], trial[1]].into(), reach, 0.0));
+        if blocked || self.room != Room::Grains {
+            return !blocked;
+        }
+        let home = self.cell(trial);
+        let around = |axis: usize| {
+            let (centre, count) = (home[axis], self.counts[axis]);
+            let reach = if count < 3 {
+                0..count
+            } else {
+                centre + count - 1..centre + count + 2
+            };
+            reach.map(move |cell| cell % count)
+        };
+        around(2).all(|z| {
+            around(1).all(|y| {
+                around(0).all(|x| {
+                    let cell = &self.cells[self.number([x, y, z])];
+                    cell.iter().all(|&(other, far)| {
+                        let apart = self.domain.displacement(trial, other);
+                        apart.square() > (radius + far).powi(2)
+                    })
+                })
+            })
+        })
+    }
+}

@@ -1,0 +1,300 @@
+//! Walls, obstacles, streams and weights of a case, as engines have them.
+
+use nalgebra::{Vector2, Vector3, vector};
+use stosszahl_case::Case;
+use stosszahl_case::format::{
+    Along, FACES, Face as Written, FaceWord, Obstacle as Body, Weights as Regions,
+};
+use stosszahl_dsmc::{Boundaries, Clearance, Inflow, Weights};
+use stosszahl_model::random::Streams;
+use stosszahl_model::walls::{Obstacle, Outline, Vibration};
+use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
+
+use super::data::{EnginePlan, Plan, PlanError};
+
+/// Engines of one replica draw different numbers for diffuse walls of exact dynamics.
+const ED: u64 = 1;
+
+/// A list of components as a vector; the third is zero in the plane.
+pub(super) fn vector(case: &Case, key: &str, list: &[f64]) -> Result<Vector3<f64>, PlanError> {
+    if list.len() as u64 != case.gas.dimension {
+        let allowed = format!("{}, one for each axis of the gas", case.gas.dimension);
+        return Err(PlanError::new(
+            key,
+            format!("{} components", list.len()),
+            allowed,
+        ));
+    }
+    Ok(Vector3::from_fn(|axis, _| {
+        list.get(axis).copied().unwrap_or(0.0)
+    }))
+}
+
+impl Plan {
+    /// A list of components as a vector; the third is zero in the plane.
+    ///
+    /// # Errors
+    /// [`PlanError`] names the key unless there is a component for each axis.
+    pub fn vector(&self, key: &str, list: &[f64]) -> Result<Vector3<f64>, PlanError> {
+        vector(&self.case, key, list)
+    }
+
+    /// What stands at the faces of the box.
+    ///
+    /// # Errors
+    /// [`PlanError`] names the face.
+    pub fn walls<S: Space>(&self) -> Result<Walls<S>, PlanError> {
+        let case = &self.case;
+        let face = |axis: usize, side: usize| -> Result<Face<S>, PlanError> {
+            let key = format!("walls.{}", FACES[axis][side]);
+            let wall = match case.walls.at(axis, side) {
+                Written::Word(FaceWord::Periodic) => return Ok(Face::Periodic),
+                Written::Word(FaceWord::Open) => return Ok(Face::Open),
+                Written::Word(FaceWord::Specular) => return Ok(Face::Wall(Wall::specular())),
+                Written::Wall(wall) => wall,
+            };
+            if wall.restitution.is_some() == wall.temperature.is_some() {
+                let found = "both restitution and temperature, or neither";
+                return Err(PlanError::new(key, found, "one of the two"));
+            }
+            let sliding = match &wall.sliding {
+                Some(list) => vector(case, &format!("{key}.sliding"), list)?,
+                None => Vector3::zeros(),
+            };
+            let vibration = wall.vibration.map(|one| {
+                Vibration::new(one.amplitude, one.period).map_err(|error| {
+                    PlanError::new(format!("{key}.vibration"), error.found, error.allowed)
+                })
+            });
+            Ok(Face::Wall(Wall {
+                rebound: rebound(wall.restitution, wall.slip, wall.temperature),
+                sliding: S::vector(|axis| sliding[axis]),
+                vibration: vibration.transpose()?,
+            }))
+        };
+        let faces = (0..S::DIMENSION)
+            .map(|axis| Ok([face(axis, 0)?, face(axis, 1)?]))
+            .collect::<Result<Vec<_>, PlanError>>()?;
+        Walls::new(&faces)
+            .map_err(|error| PlanError::new("walls", error, "walls as docs describe them"))
+    }
+
+    /// What stands inside the box.
+    ///
+    /// # Errors
+    /// [`PlanError`] names the obstacle.
+    pub fn obstacles(&self) -> Result<Vec<Obstacle>, PlanError> {
+        let size = vector![self.lengths[0], self.lengths[1]];
+        let one = |(index, written): (usize, &Body)| {
+            let key = format!("obstacle.{}", index + 1);
+            let failed = |error: stosszahl_model::walls::ObstacleError| {
+                PlanError::new(
+                    key.clone(),
+                    error,
+                    "an obstacle with a surface, inside the box",
+                )
+            };
+            let outline = outline(written).ok_or_else(|| {
+                PlanError::new(
+                    key.clone(),
+                    "none or several shapes",
+                    "one of disc, polyline and polygon",
+                )
+            })?;
+            let law = rebound(written.restitution, written.slip, written.temperature);
+            let obstacle = Obstacle::new(outline, law).map_err(failed)?;
+            obstacle.check_inside(size).map_err(failed)?;
+            Ok(obstacle)
+        };
+        self.case.obstacle.iter().enumerate().map(one).collect()
+    }
+
+    /// Everything at the faces and inside the box, for Monte Carlo.
+    ///
+    /// # Errors
+    /// As [`Self::walls`], [`Self::obstacles`].
+    pub fn boundaries<S: Space>(&self, engine: &EnginePlan) -> Result<Boundaries<S>, PlanError> {
+        Ok(Boundaries {
+            walls: self.walls()?,
+            clearance: engine.clearance,
+            inflows: self.inflows()?,
+            weights: engine.weights.clone(),
+            obstacles: self.obstacles()?,
+        })
+    }
+
+    /// The same for exact dynamics of a replica with these streams.
+    ///
+    /// # Errors
+    /// As [`Self::walls`], [`Self::obstacles`].
+    pub fn exact_boundaries(
+        &self,
+        streams: Streams,
+    ) -> Result<stosszahl_ed::Boundaries, PlanError> {
+        Ok(stosszahl_ed::Boundaries {
+            walls: self.walls()?,
+            obstacles: self.obstacles()?,
+            streams: streams.branch(ED),
+        })
+    }
+
+    /// The streams that flow in: one for each species and face.
+    fn inflows<S: Space>(&self) -> Result<Vec<Inflow<S>>, PlanError> {
+        let case = &self.case;
+        let mut list = Vec::new();
+        for (number, inflow) in case.inflow.iter().enumerate() {
+            let key = |name: &str| format!("inflow.{}.{name}", number + 1);
+            let names = FACES.iter().flatten();
+            let face = names.into_iter().position(|name| **name == inflow.face);
+            let open = face
+                .filter(|face| *case.walls.at(face / 2, face % 2) == Written::Word(FaceWord::Open));
+            let Some(face) = open else {
+                return Err(PlanError::new(
+                    key("face"),
+                    &inflow.face,
+                    "an open face of the box",
+                ));
+            };
+            let velocity = vector(case, &key("velocity"), &inflow.velocity)?;
+            let densities = inflow.number_density.as_deref();
+            if densities.is_some_and(|list| list.len() != self.species.len()) {
+                let allowed = "one density for each species";
+                return Err(PlanError::new(
+                    key("number_density"),
+                    "another number",
+                    allowed,
+                ));
+            }
+            let temperature = inflow.temperature.unwrap_or(self.temperature);
+            // The first particle of each species in the order of the state.
+            let mut first = 0;
+            for (species, one) in self.species.iter().enumerate() {
+                let uniform = one.count as f64 / self.volume;
+                list.push(Inflow {
+                    axis: face / 2,
+                    side: face % 2,
+                    density: densities.map_or(uniform, |densities| densities[species]),
+                    velocity: S::vector(|axis| velocity[axis]),
+                    temperature,
+                    spin_temperature: inflow.spin_temperature.unwrap_or(temperature),
+                    like: first,
+                });
+                first += one.count;
+            }
+        }
+        Ok(list)
+    }
+
+    /// Whether a particle that starts anywhere in the box might overlap a wall or an obstacle of an engine.
+    pub fn keeps_clear(&self) -> bool {
+        let clear = |engine: &EnginePlan| engine.clearance == Clearance::Radius;
+        self.is_bounded() && self.engines.iter().any(clear)
+    }
+}
+
+/// Whether all that stands in the box has a meaning there.
+pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
+    let case = &plan.case;
+    if plan.lengths[0] == 0.0 {
+        return Ok(());
+    }
+    for (axis, names) in FACES.iter().enumerate() {
+        let faces = [0, 1].map(|side| case.walls.at(axis, side));
+        let periodic = faces.map(|face| *face == Written::default());
+        let key = |side: usize| format!("walls.{}", names[side]);
+        if axis >= plan.dimension && !(periodic[0] && periodic[1]) {
+            let key = key(usize::from(periodic[0]));
+            return Err(PlanError::new(
+                key,
+                "a face of a third axis",
+                "none for disks",
+            ));
+        }
+        if periodic[0] != periodic[1] {
+            let key = key(usize::from(periodic[0]));
+            return Err(PlanError::new(
+                key,
+                "a face opposite a periodic one",
+                "both periodic, or neither",
+            ));
+        }
+        for (side, face) in faces.iter().enumerate() {
+            let Written::Wall(wall) = face else { continue };
+            let deep =
+                |one: stosszahl_case::format::Vibration| one.amplitude >= 0.5 * plan.lengths[axis];
+            if wall.vibration.is_some_and(deep) {
+                let key = format!("{}.vibration.amplitude", key(side));
+                return Err(PlanError::new(
+                    key,
+                    "half the box or more",
+                    "less than half the box",
+                ));
+            }
+        }
+    }
+    if plan.dimension != 2 && !case.obstacle.is_empty() {
+        return Err(PlanError::new(
+            "obstacle",
+            "obstacles among spheres",
+            "obstacles among disks",
+        ));
+    }
+    if case.start.empty && case.inflow.is_empty() {
+        return Err(PlanError::new(
+            "start.empty",
+            true,
+            "an [[inflow]] beside it",
+        ));
+    }
+    match plan.dimension {
+        2 => plan.inflows::<stosszahl_model::Plane>().map(|_| ())?,
+        _ => plan.inflows::<stosszahl_model::Volume>().map(|_| ())?,
+    }
+    plan.obstacles()?;
+    match plan.dimension {
+        2 => plan.walls::<stosszahl_model::Plane>().map(|_| ()),
+        _ => plan.walls::<stosszahl_model::Volume>().map(|_| ()),
+    }
+}
+
+/// The weights of regions.
+pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<Weights, PlanError> {
+    let Some(written) = written else {
+        return Ok(Weights::uniform());
+    };
+    let axis = usize::from(written.along == Along::Y);
+    Weights::along(axis, written.factors.clone()).map_err(|error| {
+        PlanError::new(format!("{key}.weights"), error, "weights from 1e-6 to 1e6")
+    })
+}
+
+/// The law of a surface.
+fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>) -> Rebound {
+    match temperature {
+        Some(temperature) => Rebound::Diffuse { temperature },
+        None => Rebound::Restitutive {
+            restitution: restitution.unwrap_or(1.0),
+            slip: slip.unwrap_or(1.0),
+        },
+    }
+}
+
+/// The one shape that is given.
+fn outline(written: &Body) -> Option<Outline> {
+    let points = |list: &[[f64; 2]]| -> Vec<Vector2<f64>> {
+        list.iter().map(|&point| point.into()).collect()
+    };
+    match (&written.disc, &written.polyline, &written.polygon) {
+        (Some(disc), None, None) => Some(Outline::Disc {
+            centre: disc.centre.into(),
+            radius: disc.radius,
+        }),
+        (None, Some(list), None) => Some(Outline::Polyline {
+            points: points(list),
+        }),
+        (None, None, Some(list)) => Some(Outline::Polygon {
+            points: points(list),
+        }),
+        _ => None,
+    }
+}

@@ -1,0 +1,299 @@
+//! The plan itself: what engines, measurements and theory read.
+
+use std::fmt::Display;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use stosszahl_analysis::theory::TheoryError;
+use stosszahl_case::format::{Selection, TimeUnit};
+use stosszahl_case::{Case, Kind};
+use stosszahl_dsmc::{Clearance, Weights};
+use stosszahl_model::initial::StartFile;
+use stosszahl_model::{GrainSizes, Grains, Law};
+
+use crate::theory::homogeneous::Curves;
+
+/// A case with all that follows from it.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The case, with the values of the point of a sweep and of the command line.
+    pub case: Case,
+    /// What it is about.
+    pub kind: Kind,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// The species in the order of their particles; one in a gas of equal particles. Particles that each have their own
+    /// size are one species in a box, and groups of like size without one.
+    pub species: Vec<SpeciesPlan>,
+    /// Number of kinds of particle in all species together, where each particle is a kind of its own.
+    pub kinds_in_groups: Option<usize>,
+    /// What theory is solved for: the species, or several classes of like size for each, one species after the other.
+    pub classes: Vec<Class>,
+    /// Theory of a gas without positions, once it is asked for.
+    pub theory: OnceLock<Result<Curves, TheoryError>>,
+    /// What particles are, for the engines.
+    pub grains: Grains,
+    /// Restitution of pairs.
+    pub law: Law,
+    /// Coefficient of restitution: the constant one, or that at the mean approach speed of the start.
+    pub restitution: f64,
+    /// Sides of the box; zero without one and beyond the dimension.
+    pub lengths: [f64; 3],
+    /// Volume of the gas, with or without a box.
+    pub volume: f64,
+    /// Units of length, mass and energy.
+    pub scale: Scale,
+    /// The unit of time of the case [engine time]. Engine time over this is the time that case files and tables know.
+    pub time: f64,
+    /// What that unit is.
+    pub time_unit: TimeUnit,
+    /// The engines, in the order in which they are run and compared.
+    pub engines: Vec<EnginePlan>,
+    /// Covered share of the volume; tracers cover nothing.
+    pub packing_fraction: f64,
+    /// Contact value of Enskog's theory at that packing.
+    pub contact_value: f64,
+    /// Haff's cooling time of the start [engine time]; infinite in an elastic gas.
+    pub haff_time: f64,
+    /// Mean free time of the start [engine time].
+    pub mean_free_time: f64,
+    /// Temperature of the start; 1 in a periodic box.
+    pub temperature: f64,
+    /// The start file, where there is one: positions in the box and velocities without drift, in engine units.
+    pub file: Option<StartFile>,
+    /// Folder of the case file, for the start file.
+    pub folder: PathBuf,
+    /// What a reader should know: limits that bind, resolutions that are coarse.
+    pub warnings: Vec<String>,
+    /// What the program chose, and why.
+    pub choices: Vec<String>,
+}
+
+/// One species.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpeciesPlan {
+    /// Name for tables: as written, or its number from 1.
+    pub name: String,
+    /// Number of particles.
+    pub count: usize,
+    /// Radius; the mean where particles differ.
+    pub radius: f64,
+    /// Mass; the mean where particles differ.
+    pub mass: f64,
+    /// Temperature at the start.
+    pub temperature: f64,
+    /// Whether it is in the tracer limit.
+    pub tracer: bool,
+}
+
+/// Particles of like size, for theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Class {
+    /// Number of particles.
+    pub count: usize,
+    /// Mass of a particle; the mean where they differ.
+    pub mass: f64,
+    /// Diameter of a particle; the mean where they differ.
+    pub diameter: f64,
+    /// Temperature at the start.
+    pub temperature: f64,
+    /// Particles per volume; 0 for tracers.
+    pub density: f64,
+}
+
+/// One engine unit in the units of the case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Length.
+    pub length: f64,
+    /// Mass.
+    pub mass: f64,
+    /// Energy.
+    pub energy: f64,
+}
+
+impl Scale {
+    /// Engine units are those of the case.
+    pub const CASE: Self = Self {
+        length: 1.0,
+        mass: 1.0,
+        energy: 1.0,
+    };
+
+    /// The engine unit of speed in units of the case.
+    pub fn speed(self) -> f64 {
+        (self.energy / self.mass).sqrt()
+    }
+
+    /// The engine unit of time in units of the case.
+    pub fn time(self) -> f64 {
+        self.length / self.speed()
+    }
+}
+
+/// One engine of a case.
+#[derive(Clone, Debug)]
+pub struct EnginePlan {
+    /// Its name everywhere: `ed`, `dsmc-contact-point`, `dsmc-homogeneous` and so on.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: EngineKind,
+    /// Where walls and obstacles act on a particle.
+    pub clearance: Clearance,
+    /// Weights of simulators by region.
+    pub weights: Weights,
+}
+
+/// What an engine is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EngineKind {
+    /// Exact event-driven dynamics.
+    EventDriven {
+        /// Contact time of the TC model; 0 is off.
+        contact_time: f64,
+        /// Most collisions.
+        collision_limit: Option<u64>,
+    },
+    /// Monte Carlo in cells.
+    MonteCarlo(stosszahl_dsmc::Parameters),
+    /// Monte Carlo without positions.
+    Homogeneous(Selection),
+}
+
+impl EnginePlan {
+    /// The numerical choices of Monte Carlo in cells.
+    pub fn parameters(&self) -> Option<&stosszahl_dsmc::Parameters> {
+        match &self.kind {
+            EngineKind::MonteCarlo(parameters) => Some(parameters),
+            _ => None,
+        }
+    }
+
+    /// Simulators for each particle; 1 in exact dynamics.
+    pub fn copies(&self) -> usize {
+        self.parameters()
+            .map_or(1, |parameters| parameters.simulators_per_disk as usize)
+    }
+}
+
+impl Plan {
+    /// Number of particles.
+    pub fn count(&self) -> usize {
+        self.species.iter().map(|species| species.count).sum()
+    }
+
+    /// Engine time of a time of the case.
+    pub fn engine_time(&self, time: f64) -> f64 {
+        time * self.time
+    }
+
+    /// One unit of time of the case in units of its lengths, masses and energies.
+    pub fn time_in_case(&self) -> f64 {
+        self.time * self.scale.time()
+    }
+
+    /// Number of the species of a particle by its index; simulators are numbered on, set after set of the gas.
+    pub fn species_of(&self, index: usize) -> usize {
+        let mut place = index % self.count().max(1);
+        for (number, one) in self.species.iter().enumerate() {
+            if place < one.count {
+                return number;
+            }
+            place -= one.count;
+        }
+        0
+    }
+
+    /// The species of the plan that a particle of an engine belongs to, by the number that the engine gives: sets of
+    /// simulators are numbered on, and in a gas of continuous sizes each particle has a number of its own.
+    #[inline]
+    pub fn group(&self, kind: u32) -> usize {
+        let groups = self.species.len();
+        match self.kinds_in_groups {
+            Some(kinds) => kind as usize * groups / kinds,
+            None => kind as usize % groups,
+        }
+    }
+
+    /// The same for all kinds of an engine.
+    pub fn groups(&self) -> Vec<u32> {
+        let kinds = self.kinds_in_groups.unwrap_or(self.species.len());
+        (0..kinds)
+            .map(|kind| self.group(kind as u32) as u32)
+            .collect()
+    }
+
+    /// Temperature at the start of each kind of an engine.
+    pub fn kind_temperatures(&self) -> Vec<f64> {
+        let groups = self.groups().into_iter();
+        groups
+            .map(|group| self.species[group as usize].temperature)
+            .collect()
+    }
+
+    /// Whether all particles have one size, mass and law.
+    pub fn is_equal(&self) -> bool {
+        matches!(self.grains.sizes, GrainSizes::Equal(_)) || self.classes.len() == 1
+    }
+
+    /// Whether particles spin.
+    pub fn is_rough(&self) -> bool {
+        self.grains.rough.is_some()
+    }
+
+    /// Whether walls, openings or obstacles stand in the box.
+    pub fn is_bounded(&self) -> bool {
+        self.grains.is_bounded
+    }
+
+    /// The engine of a name, with its position.
+    pub fn engine(&self, name: &str) -> Option<(usize, &EnginePlan)> {
+        let mut engines = self.engines.iter().enumerate();
+        engines.find(|(_, engine)| engine.name == name)
+    }
+}
+
+/// A quantity that follows from a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// Its value, in the units of the case.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+impl Quantity {
+    /// A quantity.
+    pub fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            unit,
+        }
+    }
+}
+
+/// A case that has no meaning as a whole.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{key}: {found}; allowed: {allowed}")]
+pub struct PlanError {
+    /// The dotted key that is to blame.
+    pub key: String,
+    /// What was found.
+    pub found: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+impl PlanError {
+    /// The error.
+    pub fn new(key: impl Into<String>, found: impl Display, allowed: impl Into<String>) -> Self {
+        Self {
+            key: key.into(),
+            found: found.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+}

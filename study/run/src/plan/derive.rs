@@ -1,0 +1,539 @@
+//! From a case to its plan.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+use std::path::Path;
+use std::sync::OnceLock;
+
+use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Units, Velocities};
+use stosszahl_case::{Case, Kind};
+use stosszahl_model::initial::{self, Arrangement, SEQUENTIAL_LIMIT, StartFile};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{
+    Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
+    Space as _, Species, Volume, kinetic,
+};
+
+use super::boundaries;
+use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan};
+use super::engines;
+use super::species::{self, Particles};
+use super::start_file;
+use super::theory::rates;
+
+impl Plan {
+    /// Derives what follows from a case; `folder` holds the case file.
+    ///
+    /// # Errors
+    /// [`PlanError`] names the key that is to blame.
+    pub fn new(case: &Case, folder: &Path) -> Result<Self, PlanError> {
+        let kind = case.kind();
+        let temperature = temperature(case)?;
+        let mut gas = match kind {
+            Kind::Homogeneous => homogeneous(case, temperature)?,
+            _ if case.start.placement == Placement::File => {
+                start_file::gas(case, folder, temperature)?
+            }
+            _ => boxed(case, kind, temperature)?,
+        };
+        let thermal = match kind {
+            // Engine units are thermal.
+            Kind::Comparison | Kind::Homogeneous => 1.0,
+            Kind::Flow => (temperature / gas.mean_mass).sqrt(),
+        };
+        let law = species::law(case, gas.species.len(), thermal)?;
+        let dimension = case.gas.dimension as usize;
+        let grains = Grains {
+            sizes: gas.sizes,
+            restitution: law.clone(),
+            rough: rough(case)?,
+            gravity: gravity(case)?,
+            is_bounded: !case.walls.is_periodic() || !case.obstacle.is_empty(),
+        };
+        // A start beyond close packing is possible only for particles of several sizes.
+        let contact_value = match dimension {
+            2 => kinetic::contact_value(gas.packing.min(0.999 * kinetic::CLOSE_PACKING)),
+            _ => Volume::contact_value(gas.packing.min(0.74)),
+        };
+        let restitution = match &law {
+            Law::Viscoelastic(law) => law.normal(PI.sqrt() * thermal),
+            other => other.constant().unwrap_or_else(|| general(case)),
+        };
+        let mut plan = Self {
+            case: case.clone(),
+            kind,
+            dimension,
+            species: std::mem::take(&mut gas.species),
+            kinds_in_groups: case.continuous.as_ref().map(|one| one.number as usize),
+            classes: std::mem::take(&mut gas.classes),
+            theory: OnceLock::new(),
+            grains,
+            law,
+            restitution,
+            lengths: gas.lengths,
+            volume: gas.volume,
+            scale: gas.scale,
+            time: 1.0,
+            time_unit: TimeUnit::Case,
+            engines: Vec::new(),
+            packing_fraction: gas.packing,
+            contact_value,
+            haff_time: f64::INFINITY,
+            mean_free_time: f64::INFINITY,
+            temperature: if kind == Kind::Comparison {
+                1.0
+            } else {
+                temperature
+            },
+            file: gas.file,
+            folder: folder.to_owned(),
+            warnings: Vec::new(),
+            choices: Vec::new(),
+        };
+        boundaries::check(&plan)?;
+        plan.find_times()?;
+        plan.check_times()?;
+        plan.check_drive()?;
+        plan.check_start()?;
+        plan.engines = engines::all(&mut plan)?;
+        plan.check_density()?;
+        plan.warnings.extend(plan.notable());
+        Ok(plan)
+    }
+
+    /// Haff's time, the mean free time, and the unit of time.
+    fn find_times(&mut self) -> Result<(), PlanError> {
+        let mixed =
+            self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
+        let viscoelastic = matches!(self.law, Law::Viscoelastic(_));
+        match self.kind {
+            Kind::Comparison if !mixed || viscoelastic && self.dimension == 2 => {
+                let (phi, chi) = (self.packing_fraction, self.contact_value);
+                if self.restitution < 1.0 {
+                    self.haff_time = kinetic::haff_time(phi, self.restitution, chi);
+                }
+                self.mean_free_time = 1.0 / kinetic::collision_rate(phi, chi, 0.0);
+            }
+            Kind::Flow => {
+                self.mean_free_time = 1.0 / self.dilute_collision_rate();
+                if let Ok(mixture) = self.mixture() {
+                    self.haff_time = rates(&self.classes, &mixture, |class| class.density)[0];
+                }
+            }
+            kind => {
+                let mixture = self.mixture().map_err(|error| {
+                    PlanError::new("gas", error, "a gas with kinetic equations")
+                })?;
+                let all = self.count() as f64;
+                [self.haff_time, self.mean_free_time] = match kind {
+                    Kind::Comparison => {
+                        rates(&self.classes, &mixture, |class| class.count as f64 / all)
+                    }
+                    _ => rates(&self.classes, &mixture, |class| class.density),
+                };
+            }
+        }
+        if self.law.is_elastic() {
+            self.haff_time = f64::INFINITY;
+        }
+        self.time_unit = self.case.run.time_unit.unwrap_or(match self.kind {
+            Kind::Comparison => TimeUnit::Haff,
+            _ => TimeUnit::Case,
+        });
+        // The natural time of a gas that does not cool.
+        let implied = self.case.run.time_unit.is_none() || self.kind == Kind::Comparison;
+        if self.time_unit == TimeUnit::Haff && !self.haff_time.is_finite() && implied {
+            self.time_unit = TimeUnit::MeanFreeTime;
+        }
+        self.time = match self.time_unit {
+            TimeUnit::Case => 1.0 / self.scale.time(),
+            TimeUnit::Haff => self.haff_time,
+            TimeUnit::MeanFreeTime => self.mean_free_time,
+        };
+        let sticks = self.case.sticking.is_some() && self.time_unit == TimeUnit::Haff;
+        if self.time > 0.0 && self.time.is_finite() && !sticks {
+            return Ok(());
+        }
+        let allowed = "a unit above 0: \"haff\" for a gas that cools and does not stick, \"mean-free-time\" for one that collides, \"case\"";
+        Err(PlanError::new("run.time_unit", self.time, allowed))
+    }
+
+    /// Refuses starts that cannot be equilibrated.
+    fn check_start(&self) -> Result<(), PlanError> {
+        let asked = self.equilibration();
+        if !(0.0..=1e9).contains(&asked) || self.longest_equilibration() < asked {
+            let allowed = "from 0 to 1e9, and at most start.longest_equilibration";
+            return Err(PlanError::new("start.equilibration", asked, allowed));
+        }
+        let closed = (0..2).all(|axis| {
+            (0..2).all(|side| *self.case.walls.at(axis, side) != Face::Word(FaceWord::Open))
+        });
+        let possible = self.kind != Kind::Homogeneous
+            && self.dimension == 2
+            && closed
+            && !self.case.start.empty;
+        if asked > 0.0 && !possible {
+            let allowed = "0, but for disks in a closed box";
+            return Err(PlanError::new("start.equilibration", asked, allowed));
+        }
+        if let Some(velocity) = &self.case.start.velocity {
+            self.vector("start.velocity", velocity)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses packings that hard particles cannot have.
+    fn check_density(&self) -> Result<(), PlanError> {
+        let hard = self.engines.iter().any(|engine| {
+            (engine.parameters()).is_none_or(|one| one.scheme != stosszahl_dsmc::Scheme::Boltzmann)
+        });
+        let closest = match (self.classes.len(), self.dimension) {
+            (1, 2) => kinetic::CLOSE_PACKING,
+            (1, _) => PI / 18.0_f64.sqrt(),
+            _ => 1.0,
+        };
+        if self.kind == Kind::Homogeneous
+            || !hard
+            || self.packing_fraction <= closest * (1.0 + 1e-9)
+        {
+            return Ok(());
+        }
+        let found = format!("particles cover {:.4} of the box", self.packing_fraction);
+        let allowed = format!("at most {closest:.4}, close packing");
+        Err(PlanError::new("box", found, allowed))
+    }
+}
+
+/// What the three kinds of start have in common.
+pub(super) struct Gas {
+    pub(super) species: Vec<SpeciesPlan>,
+    pub(super) classes: Vec<Class>,
+    pub(super) sizes: GrainSizes,
+    pub(super) mean_mass: f64,
+    pub(super) lengths: [f64; 3],
+    pub(super) volume: f64,
+    pub(super) packing: f64,
+    pub(super) scale: Scale,
+    pub(super) file: Option<StartFile>,
+}
+
+/// The default 1 of reduced units; SI units have no defaults.
+fn or_one(case: &Case, key: &str, value: Option<f64>) -> Result<f64, PlanError> {
+    match (value, case.units) {
+        (Some(value), _) => Ok(value),
+        (None, Units::Reduced) => Ok(1.0),
+        (None, Units::Si) => Err(PlanError::new(key, "none", "a value, with units = \"si\"")),
+    }
+}
+
+/// Temperature of the start in the units of the case; 1 where a start file says it.
+fn temperature(case: &Case) -> Result<f64, PlanError> {
+    if case.start.velocities == Velocities::File {
+        return Ok(1.0);
+    }
+    let Some(speed) = case.gas.rms_speed else {
+        return or_one(case, "gas.temperature", case.gas.temperature);
+    };
+    let mass = or_one(case, "gas.mass", case.gas.mass)?;
+    let temperature = 1.0 / case.gas.dimension as f64 * mass * speed * speed;
+    if temperature.is_normal() {
+        Ok(temperature)
+    } else {
+        Err(PlanError::new(
+            "gas.rms_speed",
+            speed,
+            "a speed whose temperature is a number",
+        ))
+    }
+}
+
+/// The constant of `gas.restitution`, for estimates of gases with a law for each pair.
+fn general(case: &Case) -> f64 {
+    match case.gas.restitution {
+        Restitution::Constant(coefficient) => coefficient,
+        Restitution::Viscoelastic(_) => 1.0,
+    }
+}
+
+fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
+    let Some(tangential) = case.gas.tangential_restitution else {
+        return Ok(None);
+    };
+    let inertia = case.gas.inertia.unwrap_or(match case.gas.dimension {
+        2 => Plane::INERTIA,
+        _ => Volume::INERTIA,
+    });
+    Rough::new(tangential, inertia)
+        .map(Some)
+        .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
+}
+
+fn gravity(case: &Case) -> Result<Option<nalgebra::Vector3<f64>>, PlanError> {
+    let Some(gravity) = &case.gravity else {
+        return Ok(None);
+    };
+    boundaries::vector(case, "gravity.acceleration", &gravity.acceleration).map(Some)
+}
+
+/// A gas without positions.
+fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
+    let volume = case.gas.volume.ok_or_else(|| {
+        PlanError::new(
+            "gas.volume",
+            "none",
+            "a volume above 0 in a gas without [box]",
+        )
+    })?;
+    let particles = species::particles(case, temperature)?;
+    let (species, classes) = particles.groups(volume);
+    let dimension = case.gas.dimension as i32;
+    let unit = PI / if dimension == 2 { 4.0 } else { 6.0 };
+    let covered = particles.covered(|count, radius| count * (2.0 * radius).powi(dimension));
+    Ok(Gas {
+        species,
+        classes,
+        mean_mass: particles.mean(|kind| kind.mass),
+        sizes: match &particles.kinds[..] {
+            // Monomers.
+            [one] if case.sticking.is_some() => GrainSizes::Equal(Monodisperse {
+                radius: one.radius,
+                mass: one.mass,
+            }),
+            _ => GrainSizes::Species(listed(particles)?),
+        },
+        lengths: [0.0; 3],
+        volume,
+        packing: unit * covered / volume,
+        scale: Scale::CASE,
+        file: None,
+    })
+}
+
+fn listed(particles: Particles) -> Result<Species, PlanError> {
+    Species::new(particles.kinds)
+        .map_err(|error| PlanError::new("species", error.to_string(), error.allowed))
+}
+
+/// A gas in a box, placed by the program.
+fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
+    if case.power_law.is_some() || case.continuous.is_some() {
+        let key = if case.power_law.is_some() {
+            "power_law"
+        } else {
+            "continuous"
+        };
+        return Err(PlanError::new(
+            key,
+            "sizes in a [box]",
+            "[[species]], or a gas without positions",
+        ));
+    }
+    if case.species.is_empty() {
+        or_one(case, "gas.diameter", case.gas.diameter)?;
+        or_one(case, "gas.mass", case.gas.mass)?;
+    }
+    let mut particles = species::particles(case, temperature)?;
+    let scale = match kind {
+        Kind::Comparison => Scale {
+            length: particles.mean(|kind| 2.0 * kind.radius),
+            mass: particles.mean(|kind| kind.mass),
+            energy: temperature,
+        },
+        _ => Scale::CASE,
+    };
+    particles = particles.scaled(scale.length, scale.mass, scale.energy);
+    let dimension = case.gas.dimension as usize;
+    let equal = particles.kinds.len() == 1;
+    let covered = match (kind, dimension) {
+        (Kind::Comparison, 2) if equal => particles.count() as f64 * FRAC_PI_4,
+        (Kind::Comparison, 2) => particles.covered(|count, radius| count * PI * radius * radius),
+        (_, 2) => particles.covered(|count, radius| count * Plane::ball(radius)),
+        _ => particles.covered(|count, radius| count * Volume::ball(radius)),
+    };
+    let (lengths, given) = sides(case, covered, scale.length)?;
+    let volume = lengths[..dimension].iter().product();
+    if let Some(path) = case.gas.mean_free_path {
+        let found = dilute_path(&particles, volume, dimension);
+        // Cross sections grow with the power D - 1 of the diameter.
+        let factor = (found / (path / scale.length)).powf(1.0 / (dimension as f64 - 1.0));
+        for kind in &mut particles.kinds {
+            kind.radius *= factor;
+        }
+    }
+    let packing = match given {
+        Some(packing) if case.gas.mean_free_path.is_none() => packing,
+        _ if dimension == 2 => {
+            particles.covered(|count, radius| count * Plane::ball(radius)) / volume
+        }
+        _ => particles.covered(|count, radius| count * Volume::ball(radius)) / volume,
+    };
+    let (species, classes) = particles.groups(volume);
+    check_placement(case, kind, &particles, &lengths, packing)?;
+    let mean_mass = particles.mean(|kind| kind.mass);
+    let sizes = match kind {
+        Kind::Comparison if equal => GrainSizes::Equal(Monodisperse {
+            radius: particles.kinds[0].radius,
+            mass: particles.kinds[0].mass,
+        }),
+        Kind::Comparison => GrainSizes::Each(each(&particles)?),
+        _ => GrainSizes::Species(listed(particles)?),
+    };
+    Ok(Gas {
+        species,
+        classes,
+        sizes,
+        mean_mass,
+        lengths,
+        volume,
+        packing,
+        scale,
+        file: None,
+    })
+}
+
+/// Refuses what cannot be placed, before anything is written.
+fn check_placement(
+    case: &Case,
+    kind: Kind,
+    particles: &Particles,
+    lengths: &[f64; 3],
+    packing: f64,
+) -> Result<(), PlanError> {
+    let dimension = case.gas.dimension as usize;
+    let random = case.start.placement == Placement::Disordered;
+    if kind != Kind::Comparison {
+        return if random {
+            Ok(())
+        } else {
+            Err(refused_lattice())
+        };
+    }
+    let widest = particles
+        .kinds
+        .iter()
+        .map(|kind| 2.0 * kind.radius)
+        .fold(0.0, f64::max);
+    let mut sides = lengths[..dimension].iter();
+    if sides.any(|&side| side <= widest * (1.0 + 1e-9)) {
+        let found = format!("sides of {:?} diameters", &lengths[..dimension]);
+        let allowed = "sides longer than one particle is wide";
+        return Err(PlanError::new("box", found, allowed));
+    }
+    let dense = packing > SEQUENTIAL_LIMIT;
+    match (dimension, particles.kinds.len()) {
+        (3, _) if !random => Err(refused_lattice()),
+        (2, 1) if dense || !random => {
+            let arrangement = match case.start.placement {
+                Placement::Square => Arrangement::Square,
+                Placement::Hexagonal => Arrangement::Hexagonal,
+                _ => Arrangement::Disordered,
+            };
+            let domain = Domain::<Plane>::periodic([lengths[0], lengths[1]].into())
+                .map_err(|error| PlanError::new("box", error.found, error.allowed))?;
+            let streams = Streams::new(case.seed, 0);
+            initial::place(arrangement, particles.count(), widest, &domain, &streams)
+                .map_err(|error| PlanError::new("start.placement", error, "a lattice that fits"))?;
+            Ok(())
+        }
+        (2, 2..) if dense || !random => {
+            let allowed = format!(
+                "disks of several sizes are placed at random, at packing fractions up to {SEQUENTIAL_LIMIT}"
+            );
+            let found = "lattice or dense packing";
+            Err(PlanError::new("start.placement", found, allowed))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn refused_lattice() -> PlanError {
+    let allowed = "\"disordered\" in space and in flows";
+    PlanError::new("start.placement", "a lattice", allowed)
+}
+
+/// Radius, mass and species of each particle.
+fn each(particles: &Particles) -> Result<Polydisperse, PlanError> {
+    let refused = |error: stosszahl_model::Invalid| {
+        PlanError::new(
+            "species",
+            error.to_string(),
+            "ratios of sizes and masses up to 1e300",
+        )
+    };
+    let kinds = particles.kinds.iter();
+    let list = kinds
+        .clone()
+        .flat_map(|one| std::iter::repeat_n((one.radius, one.mass), one.count));
+    let numbers = kinds
+        .enumerate()
+        .flat_map(|(k, one)| std::iter::repeat_n(k as u32, one.count));
+    let sizes = Polydisperse::new(list.collect()).map_err(refused)?;
+    sizes.of_kinds(numbers.collect()).map_err(refused)
+}
+
+/// Sides of the box in engine units, and the packing fraction if that is what the case gives.
+fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
+    let dimension = case.gas.dimension as usize;
+    let written = case.domain.as_ref();
+    let size = written.and_then(|domain| domain.size.as_ref());
+    let packing = written.and_then(|domain| domain.packing_fraction);
+    let mut lengths = [0.0; 3];
+    match (size, packing) {
+        (Some(size), None) if size.len() == dimension => {
+            for (length, side) in lengths.iter_mut().zip(size) {
+                *length = side / unit;
+            }
+            Ok((lengths, None))
+        }
+        (Some(size), None) => {
+            let allowed = format!("{dimension} sides, as gas.dimension says");
+            Err(PlanError::new(
+                "box.size",
+                format!("{} sides", size.len()),
+                allowed,
+            ))
+        }
+        (None, Some(packing)) => {
+            let aspect = written.map_or(1.0, |domain| domain.aspect_ratio);
+            let volume = covered / packing;
+            if dimension == 2 {
+                let width = (volume / aspect).sqrt();
+                lengths = [width, volume / width, 0.0];
+            } else {
+                let width = (volume / aspect).cbrt();
+                lengths = [width, volume / (width * width), width];
+            }
+            Ok((lengths, Some(packing)))
+        }
+        (found, _) => Err(PlanError::new(
+            "box",
+            if found.is_some() {
+                "both size and packing_fraction"
+            } else {
+                "neither size nor packing_fraction"
+            },
+            "one of the two",
+        )),
+    }
+}
+
+/// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one
+/// temperature (Kawasaki 1985, A.1; Bird 1976).
+fn dilute_path(particles: &Particles, volume: f64, dimension: usize) -> f64 {
+    let kinds = &particles.kinds;
+    let total: f64 = kinds.iter().map(|kind| kind.count as f64).sum();
+    let paths = kinds.iter().map(|one| {
+        let rate: f64 = kinds
+            .iter()
+            .map(|other| {
+                let distance = one.radius + other.radius;
+                let section = match dimension {
+                    2 => Plane::cross_section(distance),
+                    _ => Volume::cross_section(distance),
+                };
+                other.count as f64 / volume * section * (1.0 + one.mass / other.mass).sqrt()
+            })
+            .sum();
+        one.count as f64 / total / rate
+    });
+    paths.sum()
+}

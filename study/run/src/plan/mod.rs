@@ -1,0 +1,33 @@
+//! What follows from a case: everything that engines, measurements and theory need, worked out once.
+//!
+//! Engines compute in units of their own ([`Scale`]): in a periodic box the mean diameter, the mean mass and the temperature of
+//! the start are one; elsewhere they are the units of the case. All numbers here are in engine units unless they say
+//! otherwise; tables and reports are in the units of the case, times in its unit of time.
+//!
+//! | module | what it works out |
+//! |---|---|
+//! | `data` | the plan itself |
+//! | `derive` | units, box: [`Plan::new`] |
+//! | `start_file` | a gas from a start file |
+//! | `species` | species, sizes, laws |
+//! | `boundaries` | walls, obstacles, streams |
+//! | `engines` | the numerical choices of each engine |
+//! | `times` | when a run looks |
+//! | `theory` | rates, Haff's law, steady states |
+//! | `notable` | warnings and derived quantities |
+//! | `cost` | memory and time |
+
+mod boundaries;
+mod cost;
+mod data;
+mod derive;
+mod engines;
+mod notable;
+mod species;
+mod start_file;
+mod theory;
+mod times;
+
+pub use cost::{Cost, available_memory, available_threads};
+pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
+pub use times::logarithmic;

@@ -1,0 +1,281 @@
+//! What a reader should know of a case before it is run: warnings, and quantities that follow from it.
+
+use stosszahl_case::Kind;
+use stosszahl_case::format::{Face, FaceWord, Placement};
+use stosszahl_dsmc::{Copies, Parameters, Scheme};
+use stosszahl_model::initial::SEQUENTIAL_LIMIT;
+use stosszahl_model::{Plane, Volume, kinetic};
+
+use super::data::{EngineKind, EnginePlan, Plan, Quantity};
+
+/// Below this many simulators per cell the error of a scheme within cells is larger than most of what is compared.
+const FEW: f64 = 5.0;
+/// Cells wider than this many mean free paths carry momentum too far.
+const WIDE: f64 = 2.0;
+/// Share of the collision rate that walls may cost `dsmc-contact-point` without a word.
+const NOTABLE_WALLS: f64 = 0.02;
+/// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left after half of it.
+const LEAST_RELAXATIONS: f64 = 20.0;
+/// Largest share of the temperature that a kick may add: the mean temperature then differs from that of white noise
+/// by `share^2/32 < 4e-4`, from the saw tooth of the temperature.
+const LARGEST_KICK: f64 = 0.1;
+
+impl Plan {
+    /// Elastic collisions per particle before the start.
+    pub fn equilibration(&self) -> f64 {
+        let default = if self.kind == Kind::Comparison && self.dimension == 2 {
+            10.0
+        } else {
+            0.0
+        };
+        self.case.start.equilibration.unwrap_or(default)
+    }
+
+    /// Collisions per particle after which equilibration ends, whatever the tests say.
+    pub fn longest_equilibration(&self) -> f64 {
+        let most = self.case.start.longest_equilibration;
+        most.unwrap_or_else(|| (4.0 * self.equilibration()).max(200.0))
+    }
+
+    /// What is allowed but deserves a second look, before the run.
+    pub(super) fn notable(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        if self.case.replicas == 1 {
+            list.push("replicas = 1: no error bars; at least 2 replicas give a spread".to_owned());
+        }
+        match self.kind {
+            Kind::Homogeneous => self.notable_without_box(&mut list),
+            Kind::Comparison => self.notable_comparison(&mut list),
+            Kind::Flow => {}
+        }
+        for engine in &self.engines {
+            if let EngineKind::MonteCarlo(parameters) = &engine.kind {
+                self.notable_engine(engine, parameters, &mut list);
+            }
+        }
+        list
+    }
+
+    fn notable_without_box(&self, list: &mut Vec<String>) {
+        let few = self.species.iter().filter(|one| one.count < 10).count();
+        if few > 0 && self.case.sticking.is_none() {
+            list.push(format!(
+                "{few} of {} species have fewer than 10 particles: their temperatures fluctuate by more than a quarter",
+                self.species.len()
+            ));
+        }
+        if self.packing_fraction > 1.0 {
+            list.push(format!(
+                "the packing fraction is {:.3}: no such gas exists; the Boltzmann equation is solved for it",
+                self.packing_fraction
+            ));
+        }
+    }
+
+    fn notable_comparison(&self, list: &mut Vec<String>) {
+        let lattice = match self.case.start.placement {
+            Placement::Square | Placement::Hexagonal => true,
+            Placement::Disordered => {
+                self.dimension == 2 && self.packing_fraction > SEQUENTIAL_LIMIT
+            }
+            Placement::File => false,
+        };
+        if lattice && self.equilibration() == 0.0 {
+            list.push(
+                "start.equilibration = 0: the gas starts from a lattice; some tens of elastic collisions per particle melt it, \
+                 and the start is tested for that"
+                    .to_owned(),
+            );
+        }
+        if self.count() < 10 {
+            list.push(format!(
+                "{} particles: kinetic theory holds for many; below 10 the comparison with it says little",
+                self.count()
+            ));
+        }
+        let velocities = self
+            .file
+            .as_ref()
+            .is_some_and(|file| file.velocities.is_some());
+        if velocities
+            && self.case.start.velocities == stosszahl_case::format::Velocities::Maxwellian
+        {
+            list.push(
+                "the start file has velocities, which are not used: start.velocities = \"file\" uses them".to_owned(),
+            );
+        }
+        self.notable_drive(list);
+    }
+
+    fn notable_drive(&self, list: &mut Vec<String>) {
+        let Some(drive) = self.case.drive else { return };
+        let (Some(temperature), Some(relaxation)) =
+            (self.steady_guess(), self.relaxation_time(0.0))
+        else {
+            list.push(
+                "drive: nothing is lost at restitution 1, so the gas heats up without end"
+                    .to_owned(),
+            );
+            return;
+        };
+        let relaxations = self.case.run.until / relaxation;
+        if relaxations < LEAST_RELAXATIONS {
+            list.push(format!(
+                "drive: run.until is {relaxations:.1} relaxation times, so the steady state may not be reached; at least \
+                 {LEAST_RELAXATIONS} leave nothing of the start in the last half"
+            ));
+        }
+        let share = drive.heating * drive.interval / temperature;
+        if share > LARGEST_KICK {
+            list.push(format!(
+                "drive: each kick adds {share:.2} of the steady temperature, which is no white noise; an interval of at most \
+                 {:.3} is",
+                LARGEST_KICK * temperature / drive.heating
+            ));
+        }
+    }
+
+    fn notable_engine(&self, engine: &EnginePlan, parameters: &Parameters, list: &mut Vec<String>) {
+        let name = engine.name;
+        if let Scheme::ContactPoint { .. } = parameters.scheme {
+            let diameter = 2.0 * self.mean_radius();
+            let (scheme, packing) = (parameters.scheme, self.packing_fraction);
+            let wanted = match self.dimension {
+                2 => Parameters::strangers::<Plane>(scheme, packing, diameter, 1),
+                _ => Parameters::strangers::<Volume>(scheme, packing, diameter, 1),
+            };
+            if parameters.simulators_per_disk < wanted {
+                list.push(format!(
+                    "{name}: {} simulators per particle, where {wanted} make the partners of a collision independent; with fewer \
+                     they meet again and lose less energy, as real particles do, so a difference to ed is a lower bound of \
+                     broken chaos",
+                    parameters.simulators_per_disk
+                ));
+            }
+            // `stosszahl_dsmc::Engine::wall_error`, before there is an engine.
+            let walled = |axis: &usize| {
+                let face = self.case.walls.at(*axis, 0);
+                !matches!(face, Face::Word(FaceWord::Periodic | FaceWord::Open))
+            };
+            let widths = (0..self.dimension)
+                .filter(walled)
+                .map(|axis| self.lengths[axis]);
+            let error: f64 = widths.map(|width| 1.75 * packing * diameter / width).sum();
+            if error > NOTABLE_WALLS {
+                list.push(format!(
+                    "{name}: exact disks form layers at walls, which it does not know; its collision rate may be up to {:.0} % \
+                     below theirs in a box so narrow",
+                    100.0 * error
+                ));
+            }
+            return;
+        }
+        if parameters.scheme.is_across() || self.kind == Kind::Flow {
+            return;
+        }
+        let simulators = self.simulators_per_cell(parameters);
+        if simulators < FEW {
+            list.push(format!(
+                "{name}: {simulators:.2} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
+                 meet again and again; a difference to ed says nothing about chaos by itself. More simulators_per_particle or \
+                 a larger cell_size make it smaller"
+            ));
+        }
+        let wide = self.cell(parameters)[0] / self.mean_free_path();
+        if wide > WIDE {
+            list.push(format!(
+                "{name}: cells are {wide:.1} mean free paths wide, so transport is overestimated, by an error that grows with \
+                 the square of the width"
+            ));
+        }
+        if parameters.simulators_per_disk > 1 && self.file.is_some() {
+            list.push(format!(
+                "{name}: several simulators per particle are copies of the start moved and turned at random, which blurs a \
+                 pattern of density or flow in the start file"
+            ));
+        }
+    }
+
+    /// Quantities that follow from the case, in its units.
+    pub fn derived(&self) -> Vec<Quantity> {
+        let of = |name: &str, value, unit| Quantity::new(name, value, unit);
+        let (length, time) = (self.scale.length, self.scale.time());
+        let mut list = vec![
+            of("particles", self.count() as f64, "1"),
+            of("species", self.species.len() as f64, "1"),
+            of("packing_fraction", self.packing_fraction, "1"),
+        ];
+        if self.kind != Kind::Homogeneous {
+            for (name, side) in ["x", "y", "z"].iter().zip(&self.lengths[..self.dimension]) {
+                list.push(of(&format!("box_size_{name}"), side * length, "length"));
+            }
+        }
+        let volume = self.volume * length.powi(self.dimension as i32);
+        list.push(of("volume", volume, "length^D"));
+        list.push(of(
+            "number_density",
+            self.count() as f64 / volume,
+            "length^-D",
+        ));
+        list.push(of("restitution", self.restitution, "1"));
+        list.push(of("contact_value", self.contact_value, "1"));
+        list.push(of(
+            "mean_diameter",
+            2.0 * self.mean_radius() * length,
+            "length",
+        ));
+        let path = match self.kind {
+            Kind::Flow => self.dilute_mean_free_path(),
+            _ => self.mean_free_path(),
+        };
+        if self.species.len() == 1 || self.kind == Kind::Flow {
+            list.push(of("mean_free_path", path * length, "length"));
+        }
+        list.push(of("mean_free_time", self.mean_free_time * time, "time"));
+        list.push(of("haff_time", self.haff_time * time, "time"));
+        list.push(of("unit_of_time", self.time_in_case(), "time"));
+        let collisions = self.expected_collisions(self.case.run.until);
+        list.push(of("expected_collisions_per_particle", collisions, "1"));
+        if self.kind == Kind::Comparison && self.dimension == 2 {
+            let structure = kinetic::structure_factor_at_zero(self.packing_fraction);
+            list.push(of("structure_factor_at_zero_elastic", structure, "1"));
+        }
+        if self.has_theory() {
+            list.push(of("fourth_cumulant_theory", self.fourth_cumulant(), "1"));
+        }
+        if let Some(drive) = self.case.drive {
+            let kicks = (self.case.run.until / drive.interval).ceil() - 1.0;
+            list.push(of("kicks", kicks, "1"));
+            if let Some(temperature) = self.steady_temperature() {
+                list.push(of("steady_temperature_over_start", temperature, "1"));
+            }
+            if let Some(relaxation) = self.relaxation_time(self.fourth_cumulant()) {
+                list.push(of("relaxation_time", relaxation, "unit of time"));
+            }
+        }
+        for engine in &self.engines {
+            let Some(parameters) = engine.parameters() else {
+                continue;
+            };
+            let name = engine.name.replace('-', "_");
+            let side = self.cell(parameters)[0];
+            list.push(of(&format!("{name}_cell_size"), side * length, "length"));
+            list.push(of(
+                &format!("{name}_cell_size_over_mean_free_path"),
+                side / path,
+                "1",
+            ));
+            let simulators = self.simulators_per_cell(parameters);
+            list.push(of(&format!("{name}_simulators_per_cell"), simulators, "1"));
+            let copies = f64::from(parameters.simulators_per_disk);
+            list.push(of(&format!("{name}_simulators_per_particle"), copies, "1"));
+            if let Scheme::ContactPoint { .. } = parameters.scheme {
+                let radius = self.partner_radius(parameters) * length;
+                list.push(of(&format!("{name}_partner_radius"), radius, "length"));
+                let coherent = f64::from(u8::from(parameters.copies == Copies::Coherent));
+                list.push(of(&format!("{name}_coherent_copies"), coherent, "1"));
+            }
+        }
+        list
+    }
+}

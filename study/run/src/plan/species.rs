@@ -1,0 +1,388 @@
+//! Species, sizes and laws of a case.
+
+use rand::{Rng, RngExt};
+use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
+use stosszahl_case::{Case, Kind};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{Constant, Kind as Like, Law, PerPair, Viscoelastic};
+
+use super::data::{Class, PlanError, SpeciesPlan};
+
+/// Most particles of a gas.
+const MOST: usize = (1 << 31) - 1;
+/// Most species in a power law.
+const MOST_MASSES: u64 = 100_000;
+/// Classes of like size in a group, if there are as many particles: theory of one size for each of 12 groups of a wide
+/// distribution is off by 3 %.
+const CLASSES: usize = 8;
+
+/// Particles by size, in the units of the case.
+#[derive(Default)]
+pub(super) struct Particles {
+    /// Sizes, one after the other.
+    pub(super) kinds: Vec<Like>,
+    /// Temperature of each of them.
+    temperatures: Vec<f64>,
+    /// Names; empty where numbers do.
+    names: Vec<Option<String>>,
+    tracer: Option<usize>,
+    /// Number of groups, where each kind is one particle.
+    groups: Option<usize>,
+}
+
+/// The particles of a case without a start file.
+pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
+    let found = if !case.species.is_empty() {
+        listed(case, temperature)?
+    } else if let Some(law) = &case.power_law {
+        let count = |mass| {
+            let share = law.monomers as f64 * (mass as f64).powf(-law.exponent);
+            match law.rounding {
+                // A share that is whole must not fall below itself by rounding.
+                Rounding::Down => (share * (1.0 + 1e-12)).floor() as usize,
+                Rounding::Nearest => share.round() as usize,
+            }
+        };
+        let most = law.largest_mass.unwrap_or(MOST_MASSES + 1);
+        let kinds: Vec<Like> = (1..=most)
+            .map(|mass| Like {
+                radius: 0.5 * root(mass as f64, case.gas.dimension),
+                mass: mass as f64,
+                count: count(mass),
+            })
+            .take_while(|kind| kind.count > 0)
+            .collect();
+        if kinds.len() as u64 > MOST_MASSES {
+            let allowed = format!("a largest mass of at most {MOST_MASSES}");
+            return Err(PlanError::new("power_law.largest_mass", most, allowed));
+        }
+        Particles {
+            temperatures: vec![temperature; kinds.len()],
+            kinds,
+            ..Particles::default()
+        }
+    } else if let Some(continuous) = &case.continuous {
+        let count = continuous.number as usize;
+        if count > MOST {
+            return Err(too_many("continuous.number", count));
+        }
+        let mut stream = Streams::new(case.seed, 0).at(Purpose::Placement, [0, 0]);
+        let mut diameters: Vec<f64> = (0..count)
+            .map(|_| diameter(continuous, &mut stream))
+            .collect();
+        diameters.sort_by(f64::total_cmp);
+        let kinds = diameters.iter().map(|d| Like {
+            radius: 0.5 * d,
+            mass: continuous.unit_mass * d.powi(case.gas.dimension as i32),
+            count: 1,
+        });
+        Particles {
+            kinds: kinds.collect(),
+            temperatures: vec![temperature; count],
+            groups: Some((continuous.groups as usize).clamp(1, count.max(1))),
+            ..Particles::default()
+        }
+    } else {
+        let count = case.gas.number.unwrap_or(0) as usize;
+        Particles {
+            kinds: vec![Like {
+                radius: 0.5 * case.gas.diameter.unwrap_or(1.0),
+                mass: case.gas.mass.unwrap_or(1.0),
+                count,
+            }],
+            temperatures: vec![temperature],
+            ..Particles::default()
+        }
+    };
+    let total = (found.kinds.iter()).fold(0_usize, |sum, kind| sum.saturating_add(kind.count));
+    if total == 0 {
+        let allowed = "at least one particle: gas.number, [[species]], [power_law] or [continuous]";
+        return Err(PlanError::new("gas.number", "no particles", allowed));
+    }
+    if total > MOST {
+        return Err(too_many("gas.number", total));
+    }
+    Ok(found)
+}
+
+fn too_many(key: &str, count: usize) -> PlanError {
+    PlanError::new(key, format!("{count} particles"), format!("at most {MOST}"))
+}
+
+/// The species of `[[species]]`.
+fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
+    let counts = counts(case)?;
+    let mut found = Particles::default();
+    for (index, (one, count)) in case.species.iter().zip(counts).enumerate() {
+        let key = |name: &str| format!("species.{}.{name}", index + 1);
+        let warm = one.temperature.unwrap_or(temperature);
+        if warm != temperature && case.kind() != Kind::Homogeneous {
+            let allowed = "that of the gas: engines in a box start at one temperature";
+            return Err(PlanError::new(key("temperature"), warm, allowed));
+        }
+        if one.tracer && (case.kind() != Kind::Homogeneous || found.tracer.is_some()) {
+            let allowed = "false, but for one species of a gas without positions";
+            return Err(PlanError::new(key("tracer"), true, allowed));
+        }
+        if one.tracer {
+            found.tracer = Some(index);
+        }
+        let name = one.name.clone().filter(|name| !name.is_empty());
+        let doubled =
+            name.is_some() && (found.names.contains(&name) || name.as_deref() == Some("all"));
+        if doubled {
+            let (shown, allowed) = (
+                name.unwrap_or_default(),
+                "a name of its own, other than \"all\"",
+            );
+            return Err(PlanError::new(key("name"), shown, allowed));
+        }
+        found.names.push(name);
+        found.temperatures.push(warm);
+        found.kinds.push(Like {
+            radius: 0.5 * one.diameter,
+            mass: one.mass,
+            count,
+        });
+    }
+    if found.tracer.is_some() && found.kinds.len() == 1 {
+        let allowed = "a species beside it, which it meets";
+        return Err(PlanError::new("species.1.tracer", true, allowed));
+    }
+    Ok(found)
+}
+
+/// Numbers of particles. Shares are made whole so that together they are all; what rounding leaves over or lacks is taken from
+/// the largest share.
+fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
+    let shared = case.species.iter().all(|one| one.share.is_some());
+    if shared {
+        let all = case.gas.number.ok_or_else(|| {
+            PlanError::new(
+                "gas.number",
+                "shares of no number",
+                "the number of all particles",
+            )
+        })? as usize;
+        let total: f64 = case.species.iter().filter_map(|one| one.share).sum();
+        // Shares are written with a few digits.
+        if (total - 1.0).abs() >= 1e-6 {
+            return Err(PlanError::new(
+                "species",
+                format!("shares of {total}"),
+                "shares that sum to 1",
+            ));
+        }
+        let share = |one: &Written| one.share.unwrap_or(0.0) / total;
+        let mut counts: Vec<usize> = (case.species.iter())
+            .map(|one| (share(one) * all as f64).round() as usize)
+            .collect();
+        let largest = (0..counts.len())
+            .max_by(|&a, &b| share(&case.species[a]).total_cmp(&share(&case.species[b])));
+        if let Some(largest) = largest {
+            let others: usize = counts.iter().sum::<usize>() - counts[largest];
+            counts[largest] = all.saturating_sub(others);
+        }
+        if let Some(empty) = counts.iter().position(|&count| count == 0) {
+            let key = format!("species.{}.share", empty + 1);
+            return Err(PlanError::new(
+                key,
+                "a species without particles",
+                "a share that gives one",
+            ));
+        }
+        return Ok(counts);
+    }
+    let one = |(index, one): (usize, &Written)| match (
+        one.number,
+        one.number_density,
+        case.gas.volume,
+    ) {
+        (Some(number), None, _) if one.share.is_none() => Ok(number as usize),
+        (None, Some(density), Some(volume)) if one.share.is_none() && !one.tracer => {
+            Ok((density * volume).round() as usize)
+        }
+        _ => Err(PlanError::new(
+            format!("species.{}.number", index + 1),
+            "none, or several of number, share and number_density",
+            "number for each species, share for each, or number_density in a gas of known volume",
+        )),
+    };
+    case.species.iter().enumerate().map(one).collect()
+}
+
+/// `k^(1/D)`.
+fn root(k: f64, dimension: u64) -> f64 {
+    if dimension == 2 { k.sqrt() } else { k.cbrt() }
+}
+
+/// One diameter of a continuous distribution.
+fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
+    let Continuous {
+        distribution,
+        mean_diameter,
+        relative_width,
+        ..
+    } = *continuous;
+    match distribution {
+        Distribution::Uniform => {
+            let place = 2.0 * stream.random::<f64>() - 1.0;
+            mean_diameter * (1.0 + 3.0_f64.sqrt() * relative_width * place)
+        }
+        Distribution::LogNormal => {
+            // exp(mu + s x) has the mean exp(mu + s^2/2) and the relative variance exp(s^2) - 1. Box & Muller's x; the
+            // complement keeps the logarithm finite.
+            let square = (relative_width * relative_width).ln_1p();
+            let length = (-2.0 * (1.0 - stream.random::<f64>()).ln()).sqrt();
+            let normal = length * (std::f64::consts::TAU * stream.random::<f64>()).cos();
+            mean_diameter * (square.sqrt() * normal - 0.5 * square).exp()
+        }
+    }
+}
+
+impl Particles {
+    /// Species and classes of a gas of this volume.
+    pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<Class>) {
+        let count = self.kinds.len();
+        let in_parts = |parts: usize| -> Vec<usize> {
+            (0..count).map(|index| index * parts / count).collect()
+        };
+        let (groups, classes) = if let Some(number) = self.groups {
+            let split = (count / number).clamp(1, CLASSES);
+            let classes = |parts| self.classes(volume, Some(&in_parts(parts)));
+            (classes(number), classes(number * split))
+        } else {
+            let classes = self.classes(volume, None);
+            (classes.clone(), classes)
+        };
+        let species = groups.iter().enumerate().map(|(index, group)| SpeciesPlan {
+            name: (self.names.get(index).cloned().flatten())
+                .unwrap_or_else(|| (index + 1).to_string()),
+            count: group.count,
+            radius: 0.5 * group.diameter,
+            mass: group.mass,
+            temperature: group.temperature,
+            tracer: self.tracer == Some(index),
+        });
+        (species.collect(), classes)
+    }
+
+    fn classes(&self, volume: f64, part_of: Option<&[usize]>) -> Vec<Class> {
+        let mut classes: Vec<Class> = Vec::new();
+        for (index, (kind, &temperature)) in self.kinds.iter().zip(&self.temperatures).enumerate() {
+            let number = part_of.map_or(index, |parts| parts[index]);
+            if number >= classes.len() {
+                classes.push(Class {
+                    count: 0,
+                    mass: 0.0,
+                    diameter: 0.0,
+                    temperature,
+                    density: 0.0,
+                });
+            }
+            let class = &mut classes[number];
+            class.count += kind.count;
+            // Sums for now where a class has several sizes.
+            class.mass += kind.mass;
+            class.diameter += 2.0 * kind.radius;
+            if self.tracer != Some(index) {
+                class.density += kind.count as f64 / volume;
+            }
+        }
+        if part_of.is_some() {
+            for class in &mut classes {
+                let count = class.count.max(1) as f64;
+                class.mass /= count;
+                class.diameter /= count;
+            }
+        }
+        classes
+    }
+
+    /// Multiplies lengths, masses and energies, for other units.
+    pub(super) fn scaled(mut self, length: f64, mass: f64, energy: f64) -> Self {
+        for kind in &mut self.kinds {
+            kind.radius /= length;
+            kind.mass /= mass;
+        }
+        self.temperatures.iter_mut().for_each(|one| *one /= energy);
+        self
+    }
+
+    /// Mean over the particles.
+    pub(super) fn mean(&self, value: impl Fn(&Like) -> f64) -> f64 {
+        if let [one] = &self.kinds[..] {
+            return value(one);
+        }
+        let sum: f64 = (self.kinds.iter())
+            .map(|kind| kind.count as f64 * value(kind))
+            .sum();
+        sum / self.kinds.iter().map(|kind| kind.count).sum::<usize>() as f64
+    }
+
+    /// Number of particles.
+    pub(super) fn count(&self) -> usize {
+        self.kinds.iter().map(|kind| kind.count).sum()
+    }
+
+    /// Covered area or volume, `ball` of the number and radius of like particles; tracers cover nothing.
+    pub(super) fn covered(&self, ball: impl Fn(f64, f64) -> f64) -> f64 {
+        let kinds = self.kinds.iter().enumerate();
+        kinds
+            .filter(|&(index, _)| self.tracer != Some(index))
+            .map(|(_, kind)| ball(kind.count as f64, kind.radius))
+            .sum()
+    }
+}
+
+/// The normal law of a case with this many species; `thermal` is the unit of speed that viscoelastic strengths are in.
+pub(super) fn law(case: &Case, species: usize, thermal: f64) -> Result<Law, PlanError> {
+    let one = |key: &str, written: Restitution| -> Result<Law, PlanError> {
+        match written {
+            Restitution::Constant(coefficient) => Constant::new(coefficient)
+                .map(Law::from)
+                .map_err(|error| PlanError::new(key, error.found, error.allowed)),
+            // v* = strength (g/thermal)^(1/10)
+            Restitution::Viscoelastic(law) => {
+                let strength = law.viscoelastic / thermal.powf(0.1);
+                Viscoelastic::new(strength)
+                    .map(Law::from)
+                    .map_err(|error| PlanError::new(key, error.found, error.allowed))
+            }
+        }
+    };
+    let general = one("gas.restitution", case.gas.restitution)?;
+    if case.pair.is_empty() {
+        return Ok(general);
+    }
+    let places = species
+        .checked_mul(species)
+        .filter(|&places| places <= 1 << 24);
+    let Some(places) = places.filter(|_| !case.species.is_empty()) else {
+        return Err(PlanError::new(
+            "pair",
+            "pairs",
+            "species in [[species]], at most 4096",
+        ));
+    };
+    let mut laws = vec![general; places];
+    let mut known = Vec::new();
+    for (index, pair) in case.pair.iter().enumerate() {
+        let [a, b] = pair.species;
+        let named = [a.min(b), a.max(b)];
+        if named[0] == 0 || named[1] > species as u64 || known.contains(&named) {
+            return Err(PlanError::new(
+                format!("pair.{}.species", index + 1),
+                format!("{a} and {b}"),
+                format!("two of the {species} species, counted from 1; each pair once"),
+            ));
+        }
+        known.push(named);
+        let [first, second] = named.map(|number| number as usize - 1);
+        laws[first * species + second] =
+            one(&format!("pair.{}.restitution", index + 1), pair.restitution)?;
+    }
+    PerPair::new(species, laws)
+        .map(Law::from)
+        .map_err(|error| PlanError::new("pair", error.found, error.allowed))
+}

@@ -1,0 +1,318 @@
+//! What kinetic theory expects of a case.
+
+use stosszahl_analysis::theory::{Component, Contact, Mixture, TheoryError};
+use stosszahl_case::Kind;
+use stosszahl_case::format::{ContactValues, TimeUnit};
+use stosszahl_model::{Drive, Law, Plane, Space as _, Volume, kinetic};
+
+use super::data::{Class, Plan, PlanError};
+
+/// Most kicks or scalings of a run.
+const MOST_KICKS: f64 = 1e9;
+
+/// Haff's time of the start, twice the energy over the rate of its loss, and the mean free time; infinite where nothing is
+/// lost or nothing collides. `weight` is the share of a class.
+pub(super) fn rates(
+    classes: &[Class],
+    mixture: &Mixture<Law>,
+    weight: impl Fn(&Class) -> f64,
+) -> [f64; 2] {
+    let temperatures: Vec<f64> = classes.iter().map(|class| class.temperature).collect();
+    let (mut energy, mut loss, mut particles, mut hits) = (0.0, 0.0, 0.0, 0.0);
+    for (k, class) in classes.iter().enumerate() {
+        let rates = mixture.rates(k, &temperatures);
+        let weight = weight(class);
+        energy += weight * class.temperature;
+        loss += weight * class.temperature * rates.cooling;
+        particles += weight;
+        hits += weight * rates.collisions;
+    }
+    let over = |a: f64, b: f64| if b > 0.0 { a / b } else { f64::INFINITY };
+    [over(2.0 * energy, loss), over(particles, hits)]
+}
+
+impl Plan {
+    /// How density raises collision rates in theory: as the case says without a box, by Enskog's theory in one.
+    pub fn contact(&self) -> Contact {
+        match (self.kind, self.case.gas.contact_values) {
+            (Kind::Homogeneous, ContactValues::Dilute) => Contact::Dilute,
+            _ => Contact::Enskog,
+        }
+    }
+
+    /// The kinetic equations of the classes.
+    ///
+    /// # Errors
+    /// [`TheoryError`] if the gas has none.
+    pub fn mixture(&self) -> Result<Mixture<Law>, TheoryError> {
+        let components = self.classes.iter().map(|class| Component {
+            mass: class.mass,
+            diameter: class.diameter,
+            density: class.density,
+        });
+        let law = self.law.clone();
+        Mixture::new(self.dimension, components.collect(), law, self.contact())
+    }
+
+    /// Temperatures of the classes at the start.
+    pub fn temperatures(&self) -> Vec<f64> {
+        self.classes.iter().map(|class| class.temperature).collect()
+    }
+
+    /// Whether the theory of one species of smooth particles with a constant restitution applies, in a gas that is alike
+    /// everywhere.
+    pub fn has_theory(&self) -> bool {
+        let sizes = !matches!(self.grains.sizes, stosszahl_model::GrainSizes::Each(_));
+        self.kind == Kind::Comparison
+            && sizes
+            && self.classes.len() == 1
+            && self.law.constant().is_some()
+    }
+
+    /// Fourth cumulant of the homogeneous cooling state, or of the steady state of a driven gas; 0 for an elastic gas.
+    pub fn fourth_cumulant(&self) -> f64 {
+        if self.case.drive.is_some() {
+            kinetic::heated_fourth_cumulant(self.dimension, self.restitution)
+        } else {
+            kinetic::fourth_cumulant(self.dimension, self.restitution)
+        }
+    }
+
+    /// Enskog's collision rate per particle \[1/engine time\].
+    pub fn collision_rate(&self) -> f64 {
+        match (self.kind, self.dimension) {
+            (Kind::Comparison, 2) => kinetic::collision_rate(
+                self.packing_fraction,
+                self.contact_value,
+                self.fourth_cumulant(),
+            ),
+            _ => 1.0 / self.mean_free_time,
+        }
+    }
+
+    /// Enskog's mean free path \[engine length\].
+    pub fn mean_free_path(&self) -> f64 {
+        let (packing, chi, diameter) = (
+            self.packing_fraction,
+            self.contact_value,
+            2.0 * self.mean_radius(),
+        );
+        diameter
+            * match self.dimension {
+                2 => kinetic::mean_free_path(packing, chi),
+                _ => Volume::mean_free_path(packing, chi),
+            }
+    }
+
+    /// Cross section of two classes \[length^(D-1)\].
+    fn cross_section(&self, one: &Class, other: &Class) -> f64 {
+        let distance = 0.5 * one.diameter + 0.5 * other.diameter;
+        match self.dimension {
+            2 => Plane::cross_section(distance),
+            _ => Volume::cross_section(distance),
+        }
+    }
+
+    /// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one
+    /// temperature (Kawasaki 1985, A.1; Bird 1976).
+    pub fn dilute_mean_free_path(&self) -> f64 {
+        let total: f64 = self.classes.iter().map(|class| class.count as f64).sum();
+        let paths = self.classes.iter().map(|one| {
+            let rate: f64 = (self.classes.iter())
+                .map(|other| {
+                    let density = other.count as f64 / self.volume;
+                    density * self.cross_section(one, other) * (1.0 + one.mass / other.mass).sqrt()
+                })
+                .sum();
+            one.count as f64 / total / rate
+        });
+        paths.sum()
+    }
+
+    /// Collisions per particle and time in the uniform dilute box.
+    pub fn dilute_collision_rate(&self) -> f64 {
+        let total: f64 = self.classes.iter().map(|class| class.count as f64).sum();
+        let mean_speed = match self.dimension {
+            2 => std::f64::consts::FRAC_PI_2,
+            _ => 8.0 / std::f64::consts::PI,
+        };
+        let rates = self.classes.iter().map(|one| {
+            let with = self.classes.iter().map(|other| {
+                let density = other.count as f64 / self.volume;
+                let over = self.temperature * (1.0 / one.mass + 1.0 / other.mass);
+                density * self.cross_section(one, other) * (mean_speed * over).sqrt()
+            });
+            one.count as f64 / total * with.sum::<f64>()
+        });
+        rates.sum()
+    }
+
+    /// A time of the case over Haff's time; none in a gas that does not cool.
+    pub fn time_over_haff(&self, time: f64) -> Option<f64> {
+        let haff = self.haff_time.is_finite() && self.haff_time > 0.0;
+        haff.then(|| match self.time_unit {
+            TimeUnit::Haff => time,
+            _ => self.engine_time(time) / self.haff_time,
+        })
+    }
+
+    /// Energy over that of the start at a time of the case, by Haff's law with its Sonine factor; none where it does not
+    /// apply, as for a driven gas.
+    pub fn haff_ratio(&self, time: f64) -> Option<f64> {
+        let free = self.case.drive.is_none();
+        (free && self.has_theory()).then(|| match self.time_over_haff(time) {
+            Some(time) => kinetic::haff_law(time, self.fourth_cumulant()),
+            None => 1.0,
+        })
+    }
+
+    /// Collisions per particle that theory expects up to a time of the case; rough without a theory, and in flows those of
+    /// the uniform gas at the temperature of the start.
+    pub fn expected_collisions(&self, time: f64) -> f64 {
+        let rate = 1.0 / self.mean_free_time;
+        if self.kind == Kind::Flow {
+            return rate * self.engine_time(time);
+        }
+        if let Some(drive) = self.case.drive {
+            return self.driven_collisions(drive.heating, time);
+        }
+        match self.time_over_haff(time) {
+            Some(time) if self.kind == Kind::Comparison => {
+                kinetic::haff_collisions(self.dimension, self.restitution, time)
+            }
+            // The collision rate of any gas that cools as Haff's law says.
+            Some(time) => rate * self.haff_time * time.ln_1p(),
+            None => rate * self.engine_time(time),
+        }
+    }
+
+    /// The share of a run that is done at a time of the case, by the collisions that theory expects.
+    pub fn share(&self, time: f64) -> f64 {
+        let all = self.expected_collisions(self.case.run.until);
+        if all > 0.0 && all.is_finite() {
+            (self.expected_collisions(time) / all).clamp(0.0, 1.0)
+        } else {
+            (time / self.case.run.until).clamp(0.0, 1.0)
+        }
+    }
+
+    /// Temperatures of the species over that of the start at times of the case, by Enskog's equations in as many Sonine
+    /// orders as are quick; none where they do not apply.
+    pub fn partial_temperatures(&self, times: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let constant = !matches!(self.law, Law::Viscoelastic(_));
+        let applies = self.kind == Kind::Comparison && self.case.drive.is_none() && constant;
+        if !applies || self.case.species.len() < 2 {
+            return None;
+        }
+        let times: Vec<f64> = times.iter().map(|&time| self.engine_time(time)).collect();
+        let (mixture, start) = (self.mixture().ok()?, vec![1.0; self.species.len()]);
+        let mut orders = (1..=mixture.affordable_orders()).rev();
+        let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
+        Some(
+            found
+                .into_iter()
+                .map(|moment| moment.temperatures)
+                .collect(),
+        )
+    }
+
+    /// The drive in engine units.
+    ///
+    /// # Errors
+    /// [`PlanError`] if its numbers leave the range of floating-point numbers.
+    pub fn drive(&self) -> Result<Option<Drive>, PlanError> {
+        let Some(drive) = self.case.drive else {
+            return Ok(None);
+        };
+        let heating = drive.heating * self.temperature / self.time;
+        Drive::new(heating, drive.interval * self.time)
+            .map(Some)
+            .map_err(|error| PlanError::new("drive", error.found, error.allowed))
+    }
+
+    /// Checks what keeps the gas in motion.
+    pub(super) fn check_drive(&self) -> Result<(), PlanError> {
+        let until = self.case.run.until;
+        let often = |key: &str, interval: f64| {
+            if interval > 0.0 && interval < until && until / interval <= MOST_KICKS {
+                return Ok(());
+            }
+            let allowed = format!(
+                "above 0, below run.until = {until}, and at least a {MOST_KICKS:e}th of it"
+            );
+            Err(PlanError::new(key, interval, allowed))
+        };
+        if let Some(drive) = self.case.drive {
+            if self.kind != Kind::Comparison {
+                return Err(PlanError::new(
+                    "drive",
+                    "kicks",
+                    "a smooth gas in a periodic box",
+                ));
+            }
+            often("drive.interval", drive.interval)?;
+            self.drive()?;
+        }
+        if let Some(thermostat) = self.case.thermostat {
+            if self.kind != Kind::Homogeneous {
+                return Err(PlanError::new(
+                    "thermostat",
+                    "a thermostat",
+                    "a gas without [box]",
+                ));
+            }
+            often("thermostat.interval", thermostat.interval)?;
+        }
+        if self.case.sticking.is_some()
+            && (self.kind != Kind::Homogeneous || self.classes.len() != 1)
+        {
+            let allowed = "one species in a gas without [box]";
+            return Err(PlanError::new("sticking", "particles that stick", allowed));
+        }
+        Ok(())
+    }
+
+    /// Heating in temperatures of the start for each Haff time.
+    fn heating_per_haff(&self) -> Option<f64> {
+        let drive = self.case.drive?;
+        match self.time_unit {
+            TimeUnit::Haff => Some(drive.heating),
+            _ => self
+                .haff_time
+                .is_finite()
+                .then(|| drive.heating * self.haff_time / self.time),
+        }
+    }
+
+    /// Temperature of the steady state over that of the start, by Enskog's theory with its Sonine correction; none for a
+    /// gas that has no such state or no such theory.
+    pub fn steady_temperature(&self) -> Option<f64> {
+        let heating = self.heating_per_haff().filter(|_| self.has_theory())?;
+        Some(kinetic::heated_temperature(heating, self.fourth_cumulant()))
+    }
+
+    /// The same, roughly, for particles of several sizes and viscoelastic ones too.
+    pub fn steady_guess(&self) -> Option<f64> {
+        Some(kinetic::heated_temperature(self.heating_per_haff()?, 0.0))
+    }
+
+    /// Relaxation time of the steady state, in the unit of time of the case.
+    pub fn relaxation_time(&self, fourth_cumulant: f64) -> Option<f64> {
+        let heating = self.heating_per_haff()?;
+        let relaxation = kinetic::heated_relaxation(heating, fourth_cumulant);
+        Some(match self.time_unit {
+            TimeUnit::Haff => relaxation,
+            _ => relaxation * self.haff_time / self.time,
+        })
+    }
+
+    /// Collisions per particle up to a time in the steady state; without one, while the gas heats up.
+    fn driven_collisions(&self, heating: f64, time: f64) -> f64 {
+        let path = match self.steady_guess() {
+            Some(temperature) => temperature.sqrt() * time,
+            // The integral of sqrt(1 + h t).
+            None => 2.0 / (3.0 * heating) * ((1.0 + heating * time).powf(1.5) - 1.0),
+        };
+        self.time / self.mean_free_time * path
+    }
+}

@@ -1,0 +1,95 @@
+//! When something is due: the times of all measures, and of the scalings of a thermostat.
+
+use crate::measure::Measure;
+use crate::plan::Plan;
+
+/// What is due at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Due {
+    /// When, in the unit of time of the case.
+    pub time: f64,
+    /// Whether velocities are scaled, before anything is looked at.
+    pub heating: bool,
+    /// The measures that look, by their position among those of the case.
+    pub measures: Vec<usize>,
+}
+
+/// All that is due, in order of time. The last is the end of the run, whether anything looks there or not.
+pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<Due> {
+    let until = plan.case.run.until;
+    let times = measures.iter().map(|measure| measure.times(plan)).collect();
+    let heating = plan.case.thermostat.map_or_else(Vec::new, |thermostat| {
+        let count = (until / thermostat.interval) as u64;
+        (1..=count)
+            .map(|i| i as f64 * thermostat.interval)
+            .collect()
+    });
+    merged(times, &heating, until)
+}
+
+/// Unites lists of times within the run.
+fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<Due> {
+    let looks = measures.into_iter().enumerate();
+    let mut all: Vec<(f64, Option<usize>)> = looks
+        .flat_map(|(measure, times)| times.into_iter().map(move |time| (time, Some(measure))))
+        .chain(heating.iter().map(|&time| (time, None)))
+        .filter(|(time, _)| (0.0..=until).contains(time))
+        .collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut list: Vec<Due> = Vec::new();
+    let empty = |time| Due {
+        time,
+        heating: false,
+        measures: Vec::new(),
+    };
+    for (time, what) in all {
+        if list.last().is_none_or(|last| last.time != time) {
+            list.push(empty(time));
+        }
+        let Some(last) = list.last_mut() else {
+            continue;
+        };
+        match what {
+            None => last.heating = true,
+            Some(measure) if last.measures.contains(&measure) => {}
+            Some(measure) => last.measures.push(measure),
+        }
+    }
+    if list.last().is_none_or(|last| last.time < until) {
+        list.push(empty(until));
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_united_and_end_with_the_run() {
+        let list = merged(
+            vec![vec![2.0, 0.0, 2.0, 9.0], vec![1.0, 2.0]],
+            &[1.0, 2.5],
+            3.0,
+        );
+        let times: Vec<f64> = list.iter().map(|due| due.time).collect();
+        assert_eq!(times, [0.0, 1.0, 2.0, 2.5, 3.0]);
+        assert_eq!(
+            list[1],
+            Due {
+                time: 1.0,
+                heating: true,
+                measures: vec![1]
+            }
+        );
+        assert_eq!(list[2].measures, [0, 1]);
+        assert_eq!(
+            list[4],
+            Due {
+                time: 3.0,
+                heating: false,
+                measures: vec![]
+            }
+        );
+    }
+}

@@ -1,0 +1,474 @@
+//! The initial state of a replica, which all engines share: placed, given velocities, and equilibrated elastically.
+
+use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::equilibrium::{self, Outcome};
+use stosszahl_case::Kind;
+use stosszahl_case::format::{Placement, Velocities};
+use stosszahl_ed::Dissipation;
+use stosszahl_model::initial::{self, Arrangement, PlacementError};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{
+    Body, Budget, Collision, Domain, Failure, Free, GrainSizes, Law, Observer, Particle, Particles,
+    Plane, Polydisperse, Rough, Scene, Simulation, Sizes as _, Smooth, Space, State, Surface,
+    Vector as _, Volume,
+};
+
+use crate::places::{Full, Places, Room};
+use crate::plan::{Plan, PlanError};
+
+/// Bins of the test for uniform impact parameters, and collisions that it needs in each.
+const BINS: usize = 20;
+const COLLISIONS_PER_BIN: u64 = 1000;
+/// Collisions in one leg of the equilibration, for each particle, and at least.
+const LEG: u64 = 4;
+const LEAST_LEG: u64 = 100_000;
+/// Deepest overlap that counts as rounding.
+const OVERLAP_TOLERANCE: f64 = 1e-9;
+/// Sets of simulators beyond the first begin with other numbers.
+const SETS: u64 = 3;
+
+/// How a start came about.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StartReport {
+    /// How the particles were placed.
+    pub placement: String,
+    /// Elastic collisions per particle.
+    pub collisions_per_particle: f64,
+    /// Whether the collisions asked for happened, at least one, and no test failed.
+    pub equilibrated: bool,
+    /// The tests of the last block.
+    pub tests: Vec<Outcome>,
+}
+
+/// Why a start cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// Particles find no place.
+    #[error(transparent)]
+    Full(#[from] Full),
+    /// A lattice, or several sizes, do not fit.
+    #[error("start.placement: {0}")]
+    Placement(#[from] PlacementError),
+    /// Particles overlap, which is an error of the program.
+    #[error("particles {} and {} of the start overlap by {depth}", pair[0], pair[1])]
+    Overlap {
+        /// The pair.
+        pair: [usize; 2],
+        /// How deep.
+        depth: f64,
+    },
+    /// The plan has no such box.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// Sizes or sides that cannot be.
+    #[error(transparent)]
+    Invalid(#[from] stosszahl_model::Invalid),
+    /// Elastic dynamics cannot start or go on.
+    #[error("elastic equilibration: {0}")]
+    Dynamics(#[from] stosszahl_ed::EngineError),
+    /// The same, from within a leg.
+    #[error("elastic equilibration: {0}")]
+    Failure(#[from] Failure),
+}
+
+/// A start on its way: what a checkpoint holds.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Preparation {
+    /// Elastic dynamics, between two legs.
+    gas: Vec<u8>,
+    collisions: u64,
+    bins: Vec<u64>,
+    /// Bragg peaks of the lattice that must melt.
+    reciprocal: Vec<[i32; 2]>,
+    placement: String,
+    /// Set at the end.
+    report: Option<StartReport>,
+}
+
+/// |b|/d in bins.
+struct Histogram<'a>(&'a mut [u64]);
+
+impl Observer for Histogram<'_> {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            let bin = (collision.impact_square().sqrt() * BINS as f64) as usize;
+            self.0[bin.min(BINS - 1)] += 1;
+        }
+    }
+}
+
+/// The first state of a set of simulators, not equilibrated; that of number 0 is the start of exact dynamics too.
+///
+/// # Errors
+/// [`StartError`] if it cannot be made.
+pub fn placed(
+    plan: &Plan,
+    set: u64,
+    streams: Streams,
+) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
+    let streams = match set {
+        0 => streams,
+        _ => streams.branch(SETS).branch(set),
+    };
+    match (plan.dimension, plan.grains.rough) {
+        (2, None) => by_surface::<Plane, _>(plan, Smooth, streams),
+        (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, streams),
+        (_, None) => by_surface::<Volume, _>(plan, Smooth, streams),
+        (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, streams),
+    }
+}
+
+/// Particles of any sizes, as the functions that draw velocities know them.
+type Each<S, C> = Scene<S, C, Law, Polydisperse, Free>;
+
+fn scene<S: Space, C: Surface<S>>(plan: &Plan, surface: C) -> Result<Each<S, C>, StartError> {
+    let count = plan.count();
+    let pairs: Vec<(f64, f64)> = match &plan.grains.sizes {
+        GrainSizes::Equal(one) => vec![(one.radius, one.mass); count],
+        GrainSizes::Each(all) => all.pairs().to_vec(),
+        GrainSizes::Species(species) => (species.kinds().iter())
+            .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count))
+            .collect(),
+    };
+    Ok(Scene {
+        space: S::default(),
+        surface,
+        restitution: Law::ELASTIC,
+        sizes: Polydisperse::new(pairs)?,
+        field: Free,
+    })
+}
+
+fn by_surface<S: Space, C: Surface<S>>(
+    plan: &Plan,
+    surface: C,
+    streams: Streams,
+) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
+    let scene = scene(plan, surface)?;
+    let walls = plan.walls::<S>()?;
+    let domain = walls.domain(S::vector(|axis| plan.lengths[axis]))?;
+    let count = if plan.case.start.empty {
+        0
+    } else {
+        plan.count()
+    };
+    let radius = |index: usize| scene.sizes.radius(scene.sizes.tag(index));
+    let (positions, reciprocal, placement) = if plan.kind == Kind::Comparison && plan.dimension == 2
+    {
+        let (places, reciprocal, name) = in_plane(plan, streams, radius)?;
+        let places = places.into_iter().map(|at| S::vector(|axis| at[axis]));
+        (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
+    } else {
+        let exact = plan.engine("ed").is_some() || plan.equilibration() > 0.0;
+        let room = match (exact, plan.keeps_clear()) {
+            (true, _) => Room::Grains,
+            (false, true) => Room::Surfaces,
+            (false, false) => Room::Points,
+        };
+        let radii: Vec<f64> = (0..count).map(radius).collect();
+        let obstacles = plan.obstacles()?;
+        let places = Places::new(&radii, domain, &walls, &obstacles, room);
+        let mut stream = streams.at(Purpose::Placement, [0, 0]);
+        (places.all(&mut stream)?, Vec::new(), "at random".to_owned())
+    };
+    let body = |at| Body::new(at, <S::Vector as Default>::default());
+    let mut state: State<Each<S, C>> = State {
+        time: 0.0,
+        domain,
+        bodies: positions.into_iter().map(body).collect(),
+    };
+    velocities(plan, &scene, &mut state, streams)?;
+    Ok((particles(plan, &scene, &state), reciprocal, placement))
+}
+
+/// Velocities and spins of a start.
+fn velocities<S: Space, C: Surface<S>>(
+    plan: &Plan,
+    scene: &Each<S, C>,
+    state: &mut State<Each<S, C>>,
+    streams: Streams,
+) -> Result<(), StartError> {
+    if plan.case.start.velocities == Velocities::File {
+        let velocities = plan
+            .file
+            .iter()
+            .filter_map(|file| file.velocities.as_ref())
+            .flatten();
+        for (body, velocity) in state.bodies.iter_mut().zip(velocities) {
+            body.velocity = S::vector(|axis| velocity[axis]);
+        }
+        return Ok(());
+    }
+    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(scene, state, plan.temperature, &mut stream);
+    if let Some(drift) = plan.drift()? {
+        for body in &mut state.bodies {
+            body.velocity += S::vector(|axis| drift[axis]);
+        }
+    }
+    let spins = plan.case.start.spin_temperature.unwrap_or(plan.temperature);
+    let mut stream = streams.at(Purpose::Spins, [0, 0]);
+    initial::thermal_spins(scene, state, spins, &mut stream);
+    Ok(())
+}
+
+/// Places of disks in a periodic box, the lattice that they must forget, and its name.
+type Placed = (Vec<Vector2<f64>>, Vec<[i32; 2]>, String);
+
+fn in_plane(
+    plan: &Plan,
+    streams: Streams,
+    radius: impl Fn(usize) -> f64,
+) -> Result<Placed, StartError> {
+    let domain = Domain::<Plane>::periodic([plan.lengths[0], plan.lengths[1]].into())?;
+    let (placement, name) = match (&plan.file, plan.arrangement()) {
+        (Some(file), _) => return Ok((file.positions.clone(), Vec::new(), "file".to_owned())),
+        (None, Some(_)) if matches!(plan.grains.sizes, GrainSizes::Each(_)) => {
+            let radii: Vec<f64> = (0..plan.count()).map(&radius).collect();
+            let placement = initial::place_unlike(&radii, &domain, &streams)?;
+            (placement, "disordered, large particles first".to_owned())
+        }
+        (None, arrangement) => {
+            let arrangement = arrangement.unwrap_or(Arrangement::Disordered);
+            let placement = initial::place(
+                arrangement,
+                plan.count(),
+                2.0 * radius(0),
+                &domain,
+                &streams,
+            )?;
+            let molten = arrangement == Arrangement::Disordered && !placement.reciprocal.is_empty();
+            let name = if molten {
+                "molten hexagonal lattice".to_owned()
+            } else {
+                format!("{arrangement:?}").to_lowercase()
+            };
+            (placement, name)
+        }
+    };
+    let overlap = initial::first_overlap(&placement.positions, &radius, &domain, OVERLAP_TOLERANCE);
+    if let Some(initial::Overlap { pair, depth }) = overlap {
+        return Err(StartError::Overlap { pair, depth });
+    }
+    Ok((placement.positions, placement.reciprocal, name))
+}
+
+impl Plan {
+    /// The arrangement to place; none with a start file.
+    pub fn arrangement(&self) -> Option<Arrangement> {
+        match self.case.start.placement {
+            Placement::Disordered => Some(Arrangement::Disordered),
+            Placement::Square => Some(Arrangement::Square),
+            Placement::Hexagonal => Some(Arrangement::Hexagonal),
+            Placement::File => None,
+        }
+    }
+}
+
+/// The state as measurements and engines have it.
+fn particles<S: Space, C: Surface<S>>(
+    plan: &Plan,
+    scene: &Each<S, C>,
+    state: &State<Each<S, C>>,
+) -> Particles {
+    let particle = |(index, body): (usize, &Body<Each<S, C>>)| {
+        let (radius, mass) = scene.sizes.pairs()[index];
+        Particle {
+            position: body.position.spatial(),
+            velocity: body.velocity.spatial(),
+            spin: <C as Surface<S>>::spin_in_space(body.spin),
+            spin_energy: scene.surface.spin_energy(mass, radius, body.spin),
+            species: plan.species_of(index) as u32,
+            ..Particle::of(radius, mass)
+        }
+    };
+    Particles {
+        time: state.time,
+        dimension: S::DIMENSION,
+        lengths: plan.lengths,
+        periodic: [0, 1, 2].map(|axis| state.domain.is_periodic(axis)),
+        all: state.bodies.iter().enumerate().map(particle).collect(),
+    }
+}
+
+/// Gives smooth disks the temperature of the start and no drift.
+fn rescale(plan: &Plan, all: &mut Particles) -> Result<(), StartError> {
+    let scene = scene::<Plane, Smooth>(plan, Smooth)?;
+    let body = |one: &Particle| Body::new(one.position.xy(), one.velocity.xy());
+    let mut state: State<Each<Plane, Smooth>> = State {
+        time: 0.0,
+        domain: Domain::periodic([plan.lengths[0], plan.lengths[1]].into())?,
+        bodies: all.all.iter().map(body).collect(),
+    };
+    initial::rescale(&scene, &mut state, plan.temperature);
+    for (particle, body) in all.all.iter_mut().zip(&state.bodies) {
+        particle.velocity = body.velocity.spatial();
+    }
+    Ok(())
+}
+
+impl Preparation {
+    /// Places the particles of a replica.
+    ///
+    /// # Errors
+    /// [`StartError`] if they do not fit.
+    pub fn new(plan: &Plan, streams: Streams) -> Result<Self, StartError> {
+        let (particles, reciprocal, placement) = placed(plan, 0, streams)?;
+        let boundaries = plan.exact_boundaries(streams)?;
+        let gas =
+            stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &particles)?;
+        Ok(Self {
+            gas: gas.checkpoint()?,
+            collisions: 0,
+            bins: vec![0; BINS],
+            reciprocal,
+            placement,
+            report: None,
+        })
+    }
+
+    /// How it came about, once it is finished.
+    pub fn report(&self) -> Option<&StartReport> {
+        self.report.as_ref()
+    }
+
+    /// Share of the longest equilibration that is done.
+    pub fn share(&self, plan: &Plan) -> f64 {
+        self.collisions as f64 / pairs(plan, plan.longest_equilibration()).max(1) as f64
+    }
+
+    /// Equilibrates for one leg, in blocks, until the collisions asked for have happened and no test fails, or patience ends.
+    /// True once finished. A leg is a function of the preparation before it.
+    ///
+    /// # Errors
+    /// [`StartError`] if elastic dynamics cannot go on.
+    pub fn leg(&mut self, plan: &Plan, streams: Streams) -> Result<bool, StartError> {
+        let asked = pairs(plan, plan.equilibration());
+        let most = pairs(plan, plan.longest_equilibration()).max(asked);
+        // The last half of what was asked is tested, or more where that is too little to tell.
+        let block = (asked / 2).max(BINS as u64 * COLLISIONS_PER_BIN);
+        if self.report.is_some() {
+            return Ok(true);
+        }
+        let done = self.collisions;
+        let in_block: u64 = self.bins.iter().sum();
+        // Blocks end at a multiple of their length after the first half of what was asked.
+        let first = asked.saturating_sub(block);
+        let target = if done < first {
+            first
+        } else {
+            done + block.saturating_sub(in_block)
+        };
+        let target = if asked == 0 { 0 } else { target.min(most) };
+        let mut gas = self.gas(plan, streams)?;
+        if done < target {
+            let leg = (LEG * plan.count() as u64)
+                .max(LEAST_LEG)
+                .min(target - done);
+            // As long as theory needs for a hundred collisions of each particle: a gas in which nothing collides in all that
+            // time has nothing to forget.
+            let horizon = gas.time() + 100.0 / plan.collision_rate();
+            if done < first {
+                gas.advance(horizon, Budget::Collisions(leg), &mut ())?;
+            } else {
+                gas.advance(
+                    horizon,
+                    Budget::Collisions(leg),
+                    &mut Histogram(&mut self.bins),
+                )?;
+            }
+            self.gas = gas.checkpoint()?;
+            self.collisions = gas.work().collisions;
+            if self.collisions > done {
+                return Ok(false);
+            }
+        }
+        let particles = gas.particles();
+        let tests = self.tests(plan, &particles);
+        let failed = tests.iter().any(|test| test.passed == Some(false));
+        let done = self.collisions;
+        if failed && done < most && done >= target && target > 0 {
+            self.bins = vec![0; BINS];
+            return Ok(false);
+        }
+        self.report = Some(StartReport {
+            placement: self.placement.clone(),
+            collisions_per_particle: 2.0 * done as f64 / plan.count() as f64,
+            equilibrated: !failed && asked > 0 && done >= asked,
+            tests,
+        });
+        Ok(true)
+    }
+
+    fn gas(&self, plan: &Plan, streams: Streams) -> Result<Box<dyn Simulation>, StartError> {
+        let boundaries = plan.exact_boundaries(streams)?;
+        let count = plan.count();
+        Ok(stosszahl_ed::resume(
+            &plan.grains,
+            count,
+            Dissipation::Elastic,
+            &boundaries,
+            &self.gas,
+        )?)
+    }
+
+    /// The finished start, at time 0.
+    ///
+    /// # Errors
+    /// [`StartError`] if the preparation is damaged.
+    pub fn particles(&self, plan: &Plan, streams: Streams) -> Result<Particles, StartError> {
+        let mut particles = self.gas(plan, streams)?.particles();
+        particles.time = 0.0;
+        let drawn = plan.case.start.velocities == Velocities::Maxwellian;
+        if plan.equilibration() > 0.0 && drawn && plan.kind == Kind::Comparison {
+            rescale(plan, &mut particles)?;
+        }
+        Ok(particles)
+    }
+
+    fn tests(&self, plan: &Plan, particles: &Particles) -> Vec<Outcome> {
+        let mut tests = vec![equilibrium::impact_uniform(&self.bins)];
+        if plan.kind != Kind::Comparison {
+            return tests;
+        }
+        let places: Vec<Vector2<f64>> = particles.all.iter().map(|one| one.position.xy()).collect();
+        let lengths = [plan.lengths[0], plan.lengths[1]];
+        let packing = plan.packing_fraction;
+        if !self.reciprocal.is_empty() {
+            tests.push(equilibrium::lattice_forgotten(
+                &places,
+                lengths,
+                &self.reciprocal,
+                packing,
+            ));
+        }
+        if matches!(plan.grains.sizes, GrainSizes::Equal(_)) {
+            let diameter = 2.0 * plan.species[0].radius;
+            tests.push(equilibrium::long_waves_fluctuate(
+                &places, lengths, diameter, packing,
+            ));
+        }
+        tests
+    }
+}
+
+/// Pair collisions of so many collisions per particle.
+fn pairs(plan: &Plan, per_particle: f64) -> u64 {
+    (0.5 * per_particle * plan.count() as f64).ceil() as u64
+}
+
+/// Whether the start of a case is equilibrated or tested by elastic dynamics: disks that keep their distance.
+pub fn is_prepared(plan: &Plan) -> bool {
+    plan.dimension == 2 && (plan.kind == Kind::Comparison || plan.equilibration() > 0.0)
+}
+
+impl Plan {
+    /// Mean velocity of the start.
+    fn drift(&self) -> Result<Option<Vector3<f64>>, PlanError> {
+        let list = self.case.start.velocity.as_deref();
+        list.map(|list| self.vector("start.velocity", list))
+            .transpose()
+    }
+}

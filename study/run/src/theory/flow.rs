@@ -1,0 +1,197 @@
+//! What theory says of a flow, where it says something in closed form. All numbers are in engine units.
+
+use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
+use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
+use stosszahl_analysis::theory::{Column, Layer, TheoryError};
+use stosszahl_case::format::{Face, FaceWord, Wall, WallsActOn};
+use stosszahl_dsmc::Scheme;
+use stosszahl_model::{Plane, Space, Volume};
+
+use crate::plan::{EngineKind, EnginePlan, Plan};
+
+/// Whether all contacts of particles keep their energy.
+pub fn is_elastic(plan: &Plan) -> bool {
+    let rough = plan.grains.rough;
+    plan.law.is_elastic() && rough.is_none_or(|rough| rough.tangential_restitution().abs() == 1.0)
+}
+
+/// Whether walls and obstacles keep the energy of particles too, and nothing leaves or is kicked.
+pub fn keeps_energy(plan: &Plan) -> bool {
+    let specular = |face: &Face| match face {
+        Face::Word(word) => *word != FaceWord::Open,
+        Face::Wall(wall) => keeps(wall),
+    };
+    let obstacles = plan.case.obstacle.iter().all(|obstacle| {
+        obstacle.temperature.is_none()
+            && obstacle.restitution.is_none_or(|r| r == 1.0)
+            && obstacle.slip.is_none_or(|slip| slip.abs() == 1.0)
+    });
+    let driven = plan.case.drive.is_some() || plan.case.thermostat.is_some();
+    // Along a periodic axis gravity does work for ever.
+    let pull = plan.grains.gravity.unwrap_or_default();
+    let ends = |axis: usize| pull[axis] == 0.0 || *plan.case.walls.at(axis, 0) != Face::default();
+    is_elastic(plan) && !driven && faces(plan).all(specular) && obstacles && (0..3).all(ends)
+}
+
+fn faces(plan: &Plan) -> impl Iterator<Item = &Face> {
+    (0..3).flat_map(|axis| [0, 1].map(|side| plan.case.walls.at(axis, side)))
+}
+
+/// Whether a wall gives no energy: it reverses velocities, and does not move where it has friction.
+fn keeps(wall: &Wall) -> bool {
+    let slip = wall.slip.unwrap_or(1.0);
+    let slides = wall.sliding.iter().flatten().any(|&v| v != 0.0);
+    wall.restitution == Some(1.0)
+        && slip.abs() == 1.0
+        && wall.vibration.is_none()
+        && (slip == 1.0 || !slides)
+}
+
+/// Temperature of rotation at the start.
+fn spin_temperature(plan: &Plan) -> f64 {
+    let written = plan.case.start.spin_temperature;
+    written.map_or(plan.temperature, |t| t / plan.scale.energy)
+}
+
+/// Temperatures of translation and rotation at some engine times, of a homogeneous gas of equal rough particles at the
+/// collision rate of an engine; `None` of other gases.
+///
+/// # Errors
+/// [`TheoryError`] if its equations cannot be solved.
+pub fn cooling(
+    plan: &Plan,
+    engine: &EnginePlan,
+    times: &[f64],
+) -> Result<Option<Vec<Temperatures>>, TheoryError> {
+    let homogeneous = plan.case.domain.is_some()
+        && plan.case.walls.is_periodic()
+        && plan.case.gravity.is_none()
+        && plan.case.obstacle.is_empty()
+        && plan.case.drive.is_none();
+    let ([kind], true, Some(surface), Some(restitution)) = (
+        &plan.species[..],
+        homogeneous,
+        plan.grains.rough,
+        plan.law.constant(),
+    ) else {
+        return Ok(None);
+    };
+    let dilute =
+        matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme == Scheme::Boltzmann);
+    let chi = match plan.dimension {
+        _ if dilute => 1.0,
+        2 => Plane::contact_value(plan.packing_fraction),
+        _ => Volume::contact_value(plan.packing_fraction),
+    };
+    let density = kind.count as f64 / plan.volume;
+    let diameter = 2.0 * kind.radius;
+    let gas = if plan.dimension == 2 {
+        RoughGas::new::<Plane>(restitution, surface, density, diameter, kind.mass, chi)?
+    } else {
+        RoughGas::new::<Volume>(restitution, surface, density, diameter, kind.mass, chi)?
+    };
+    let start = Temperatures {
+        translation: plan.temperature,
+        rotation: spin_temperature(plan),
+    };
+    // Particles that do not spin at first have no Maxwellian to expand about.
+    let found = match gas.expand(MOST_ROUGH_ORDERS, start, times) {
+        Ok(found) => found.iter().map(|moment| moment.temperatures).collect(),
+        Err(_) => gas.cooling(start, times)?,
+    };
+    Ok(Some(found))
+}
+
+/// The settled column of an engine: an elastic dilute gas between still walls at the ends of the second axis, along which
+/// gravity points.
+///
+/// # Errors
+/// [`TheoryError`] if its equation cannot be solved.
+pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, TheoryError> {
+    let case = &plan.case;
+    let Some(gravity) = plan.grains.gravity else {
+        return Ok(None);
+    };
+    // Exact dynamics needs room for its particles at the start, so that points do not begin uniform beside it.
+    let centre = |act: Option<WallsActOn>| act.is_none_or(|place| place == WallsActOn::Centre);
+    let points = engine.name == "dsmc-boltzmann"
+        && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.walls_act_on))
+        && case.engine.ed.is_none();
+    let closed = [0, 1].iter().all(|&side| {
+        !matches!(
+            case.walls.at(1, side),
+            Face::Word(FaceWord::Open | FaceWord::Periodic)
+        )
+    });
+    let applies = points
+        && closed
+        && gravity.x == 0.0
+        && gravity.y != 0.0
+        && gravity.z == 0.0
+        && keeps_energy(plan)
+        && case.obstacle.is_empty()
+        && case.start.velocity.is_none();
+    // A perfectly rough gas shares its energy with its spins, a smooth one has none.
+    let spins = spin_temperature(plan) == plan.temperature;
+    let shares = match plan.grains.rough {
+        None => Some(plan.dimension),
+        Some(rough) if rough.tangential_restitution() > 0.0 && spins => {
+            Some(plan.dimension + if plan.dimension == 2 { 1 } else { 3 })
+        }
+        Some(_) => None,
+    };
+    let Some(freedoms) = shares.filter(|_| applies) else {
+        return Ok(None);
+    };
+    let layers: Vec<Layer> = plan
+        .species
+        .iter()
+        .map(|kind| Layer {
+            mass: kind.mass,
+            number: kind.count as f64,
+        })
+        .collect();
+    let (height, strength) = (plan.lengths[1], gravity.y.abs());
+    Column::settled(&layers, height, strength, plan.temperature, freedoms).map(Some)
+}
+
+/// Number density of a species, or of all, averaged between two heights of the settled column.
+pub fn density(plan: &Plan, column: &Column, species: Option<usize>, ends: [f64; 2]) -> f64 {
+    let height = plan.lengths[1];
+    // Gravity may point up the axis.
+    let falls = plan.grains.gravity.is_some_and(|gravity| gravity.y < 0.0);
+    let [from, to] = if falls {
+        ends
+    } else {
+        [height - ends[1], height - ends[0]]
+    };
+    let one = |kind: &crate::plan::SpeciesPlan| {
+        let uniform = kind.count as f64 / plan.volume;
+        uniform * column.mean_density(kind.mass, from.max(0.0), to.min(height))
+    };
+    match species {
+        Some(index) => one(&plan.species[index]),
+        None => plan.species.iter().map(one).sum(),
+    }
+}
+
+/// The temperature of all walls, if all have the same, none moves and the gas is elastic.
+pub fn wall_temperature(plan: &Plan) -> Option<f64> {
+    if !is_elastic(plan) || plan.grains.gravity.is_some() || plan.case.drive.is_some() {
+        return None;
+    }
+    let mut found = None;
+    for face in faces(plan) {
+        match face {
+            Face::Word(FaceWord::Periodic | FaceWord::Specular) => {}
+            Face::Wall(Wall {
+                temperature: Some(t),
+                vibration: None,
+                sliding: None,
+                ..
+            }) if found.is_none_or(|known| known == *t) => found = Some(*t),
+            _ => return None,
+        }
+    }
+    found.map(|t| t / plan.scale.energy)
+}

@@ -1,0 +1,100 @@
+//! Runs that leave no files: those of the pilot and of the frontier, with what they measure.
+
+use std::sync::atomic::AtomicBool;
+
+use stosszahl_analysis::energy::EnergySample;
+use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_case::Case;
+use stosszahl_model::{Particles, kinetic, snapshot::Fingerprint};
+
+use crate::control::Control;
+use crate::follow::{Part, PartError, prepare};
+use crate::measure::{Finished, Measure};
+use crate::measures;
+use crate::plan::{EnginePlan, Plan};
+
+/// One replica of a plan.
+#[derive(Clone, Copy)]
+pub(crate) struct Unsaved<'a> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// What is measured.
+    pub measures: &'a [&'static dyn Measure],
+    /// The number of the replica.
+    pub replica: u64,
+    /// Set to stop at the next leg.
+    pub stop: &'a AtomicBool,
+}
+
+impl Unsaved<'_> {
+    /// The start that all engines share.
+    pub(crate) fn start(&self) -> Result<Particles, PartError> {
+        let control = Control::new(None, Fingerprint::default(), 1e9, self.stop, &|_, _| {});
+        Ok(prepare(self.plan, self.replica, &control)?.1)
+    }
+
+    /// One engine from it.
+    pub(crate) fn run(
+        &self,
+        engine: &EnginePlan,
+        start: &Particles,
+    ) -> Result<Finished, PartError> {
+        let part = Part {
+            plan: self.plan,
+            engine,
+            measures: self.measures,
+            replica: self.replica,
+            start: Some(start),
+        };
+        let control = Control::new(None, Fingerprint::default(), 1e9, self.stop, &|_, _| {});
+        part.run(&control)
+    }
+}
+
+/// The measures of these names, with their default options unless a case says otherwise.
+pub(crate) fn measures(names: &[&str]) -> Vec<&'static dyn Measure> {
+    let all = measures::ALL.iter().copied();
+    all.filter(|one| names.contains(&one.name())).collect()
+}
+
+/// The case with so many equal particles at a packing fraction; as it is where it says its particles otherwise.
+pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case {
+    let mut case = case.clone();
+    match (&mut case.species[..], &mut case.gas.number) {
+        ([], Some(number)) => *number = count as u64,
+        ([one], _) => {
+            one.number = Some(count as u64);
+            one.share = None;
+            case.gas.number = None;
+        }
+        _ => return case,
+    }
+    if let Some(domain) = &mut case.domain {
+        if let Some([width, height]) = domain.size.take().as_deref() {
+            domain.aspect_ratio = height / width;
+        }
+        domain.packing_fraction = Some(packing_fraction);
+    }
+    case
+}
+
+/// Kinetic energy over that of the start, K/K(0), at all samples but the first.
+pub(crate) fn energies(run: &Finished) -> Vec<f64> {
+    let record = run.record::<Vec<(f64, EnergySample)>>();
+    let energies = record.into_iter().flatten().map(|one| one.1.temperature);
+    let energies: Vec<f64> = energies.collect();
+    let later = energies.iter().skip(1);
+    later.map(|energy| energy / energies[0]).collect()
+}
+
+/// The first window of time.
+pub(crate) fn window(run: &Finished) -> Option<&Window> {
+    run.record::<Windows>()?.windows.first()
+}
+
+/// The collision rate of the first window over Enskog's at the temperature found.
+pub(crate) fn collision_rate(plan: &Plan, run: &Finished) -> f64 {
+    let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
+    let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));
+    found.map_or(f64::NAN, |found| found.rate)
+}

@@ -1,0 +1,128 @@
+//! `stosszahl-trials bench mixture`: a highly polydisperse cooling gas of spheres, the case of Table I of Bodrova & Osinsky (2024).
+
+use clap::{Args, ValueEnum};
+use stosszahl_dsmc::homogeneous::{Bird, Contact, Engine, LowRank, Selection, Slots};
+
+use super::{Speed, Work, timed};
+use crate::Trouble;
+use crate::gas::{Spheres, spheres, without_positions};
+
+/// `stosszahl-trials bench mixture`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchMixture {
+    /// How pairs are selected.
+    #[arg(long, value_enum, default_value_t = Pick::Own)]
+    pub selection: Pick,
+    /// Number of monomers; there are k^-3 times as many spheres of mass k.
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    pub monomers: u32,
+    /// How numbers that are not whole become so: down (100 sizes for a million monomers) or to the nearest (125 sizes).
+    #[arg(long, value_enum, default_value_t = Counts::Down)]
+    pub counts: Counts,
+    /// Coefficient of restitution.
+    #[arg(long, value_name = "R", default_value_t = 0.5)]
+    pub restitution: f64,
+    /// Pair collisions to time [default: until the time].
+    #[arg(long, value_name = "M")]
+    pub collisions: Option<u64>,
+    /// Time to reach, in units of the monomers' diameter over thermal speed.
+    #[arg(long, value_name = "T", default_value_t = 100.0)]
+    pub until: f64,
+    /// Seed of the start and of the run.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How pairs are selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Pick {
+    /// Bird's single majorant.
+    Bird,
+    /// Products of the weights of size classes, found in trees.
+    LowRank,
+    /// Groups of like speed and size in alias tables.
+    Own,
+}
+
+/// How numbers of particles become whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Counts {
+    /// Down.
+    Down,
+    /// To the nearest.
+    Nearest,
+}
+
+impl Work for BenchMixture {
+    fn measure(&self) -> Result<Speed, Trouble> {
+        match self.selection {
+            Pick::Bird => self.measure_by::<Bird>(),
+            Pick::LowRank => self.measure_by::<LowRank>(),
+            Pick::Own => self.measure_by::<Slots>(),
+        }
+    }
+
+    fn json(&self) -> bool {
+        self.json
+    }
+}
+
+impl BenchMixture {
+    fn measure_by<S: Selection<Spheres>>(&self) -> Result<Speed, Trouble> {
+        let monomers = f64::from(self.monomers);
+        let kinds: Vec<(f64, f64, usize)> = (1_u32..=2000)
+            .map(|k| {
+                let mass = f64::from(k);
+                let share = monomers / (mass * mass * mass);
+                let count = match self.counts {
+                    // A share that is whole must not fall below itself by rounding.
+                    Counts::Down => (share + 1e-9).floor(),
+                    Counts::Nearest => share.round(),
+                };
+                (mass.cbrt(), mass, count as usize)
+            })
+            .take_while(|kind| kind.2 > 0)
+            .collect();
+        let sizes = kinds.len();
+        let particles: usize = kinds.iter().map(|kind| kind.2).sum();
+        let scene = spheres(&kinds, self.restitution)?;
+        // A tenth of a monomer for each unit of volume, temperature one.
+        let extent = (monomers / 0.1, particles);
+        let mut engine: Engine<_, S> =
+            without_positions(scene, Contact::Dilute, extent, |_| 1.0, self.seed)?;
+        let most = self.collisions.unwrap_or(u64::MAX);
+        let (ended, seconds, _) = timed(|| engine.advance(self.until, most, &mut ()));
+        ended?;
+        let tally = engine.tally();
+        let collisions = tally.collisions;
+        let each = |count: u64| count as f64 / collisions.max(1) as f64;
+        let (trials, proposals) = (each(tally.trials), each(tally.proposals));
+        let (time, energy) = (engine.time(), engine.gas().kinetic_energy());
+        let memory = engine.bytes() as f64 / particles as f64;
+        Ok(Speed {
+            words: format!(
+                "{particles} particles of {sizes} sizes, selection {}: {collisions} collisions to time {time:.4} in \
+                 {seconds:.2} s ({:.4e}/s); each {trials:.3} pairs looked at, {proposals:.3} proposals; energy \
+                 {energy:.6e}; {memory:.1} bytes/particle",
+                S::NAME,
+                collisions as f64 / seconds
+            ),
+            values: vec![
+                ("selection", S::NAME.into()),
+                ("particles", particles.into()),
+                ("sizes", sizes.into()),
+                ("seconds", seconds.into()),
+                ("collisions", collisions.into()),
+                ("trials_per_collision", trials.into()),
+                ("proposals_per_collision", proposals.into()),
+                ("rebuilds", tally.rebuilds.into()),
+                ("time", time.into()),
+                ("final_energy", energy.into()),
+                ("bytes_per_particle", memory.into()),
+            ],
+        })
+    }
+}

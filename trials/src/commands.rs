@@ -1,0 +1,50 @@
+//! What each command does.
+
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use crate::arguments::{Arguments, Bench, Command, Stress, Validate};
+use crate::bench::Work;
+use crate::{Done, stress, validate};
+
+/// Says a line at once.
+pub(crate) fn say(text: &str) {
+    let mut out = io::stdout();
+    // A closed standard output ends nothing.
+    let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+}
+
+fn bench(work: &dyn Work) -> Done {
+    say(&work.measure()?.text(work.json()));
+    Ok(())
+}
+
+/// Does what the command line asks.
+pub fn execute(arguments: Arguments) -> ExitCode {
+    let done = match arguments.command {
+        Command::Bench(Bench::Ed(work)) => bench(&work),
+        Command::Bench(Bench::Dsmc(work)) => bench(&work),
+        Command::Bench(Bench::Mixture(work)) => bench(&work),
+        Command::Stress(Stress::Ed(asked)) => {
+            stress::command(&stress::event_driven(), &asked.cases, asked.collisions)
+        }
+        Command::Stress(Stress::Dsmc(asked)) => {
+            stress::command(&stress::monte_carlo(), &asked, None)
+        }
+        Command::Stress(Stress::Mixture(asked)) => {
+            stress::command(&stress::mixtures(), &asked, None)
+        }
+        Command::Stress(Stress::Walls(asked)) => stress::command(&stress::walls(), &asked, None),
+        Command::Validate(asked) => match asked.engine {
+            Some(Validate::Dsmc(asked)) => validate::schemes_command(&asked),
+            None => validate::command(&asked.all),
+        },
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What a trial finds.
+
+use std::any::Any;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::table::Row;
+use crate::{Done, Effort};
+
+/// Numbers, faults and rows of one trial.
+#[derive(Debug)]
+pub struct Findings {
+    /// How much work is put in.
+    pub effort: Effort,
+    trial: &'static str,
+    about: String,
+    found: Vec<String>,
+    faults: Vec<String>,
+    hidden: usize,
+    rows: Vec<Row>,
+}
+
+/// Faults of one trial that are listed; more are counted.
+const MOST_FAULTS: usize = 8;
+
+impl Findings {
+    /// None yet.
+    pub fn new(trial: &'static str, effort: Effort) -> Self {
+        Self {
+            effort,
+            trial,
+            about: String::new(),
+            found: Vec::new(),
+            faults: Vec::new(),
+            hidden: 0,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Says which of several gases the faults that follow are of.
+    pub fn about(&mut self, what: impl Into<String>) {
+        self.about = what.into();
+    }
+
+    fn of_it(&self, text: &str) -> String {
+        match &*self.about {
+            "" => text.to_owned(),
+            about => format!("{about}: {text}"),
+        }
+    }
+
+    /// Notes what was found.
+    pub fn found(&mut self, text: impl Into<String>) {
+        self.found.push(text.into());
+    }
+
+    /// Notes what was found of the present gas.
+    pub fn found_of_it(&mut self, text: &str) {
+        self.found.push(self.of_it(text));
+    }
+
+    /// Notes a claim, and says it at once.
+    pub fn add(&mut self, row: Row) {
+        if let Some(say) = self.effort.say {
+            say(&row.line());
+        }
+        self.rows.push(row);
+    }
+
+    /// The claims so far.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Notes what does not hold.
+    pub fn fault(&mut self, text: impl AsRef<str>) {
+        if self.faults.len() < MOST_FAULTS {
+            self.faults.push(self.of_it(text.as_ref()));
+        } else {
+            self.hidden += 1;
+        }
+    }
+
+    /// Notes a fault unless a size is at most its bound; a size that is no number is a fault.
+    pub fn at_most(&mut self, what: &str, size: f64, bound: f64) {
+        // Written so that NaN fails.
+        let holds = size <= bound;
+        must!(self, holds; "{what}: {size:.3e}, allowed {bound:.3e}");
+    }
+
+    /// Does one of several things that a trial tries; a panic in it is a fault and ends only this one.
+    pub fn guard(&mut self, attempt: impl FnOnce(&mut Self) -> Done) {
+        match catch_unwind(AssertUnwindSafe(|| attempt(self))) {
+            Ok(Ok(())) => {}
+            Ok(Err(trouble)) => self.fault(trouble.to_string()),
+            Err(panic) => self.fault(format!("panic: {}", said(panic))),
+        }
+    }
+
+    /// Tells how far long work is.
+    pub fn progress(&self, share: f64, detail: &str) {
+        if self.effort.tell {
+            let (trial, share) = (self.trial, 100.0 * share);
+            // Losing a line of progress harms nothing.
+            let _ = writeln!(std::io::stderr(), "{trial}: {share:.1} % {detail}");
+        }
+    }
+
+    /// What was found, faults and rows.
+    pub(crate) fn into_parts(mut self) -> (Vec<String>, Vec<String>, Vec<Row>) {
+        if self.hidden > 0 {
+            self.faults.push(format!("and {} more", self.hidden));
+        }
+        (self.found, self.faults, self.rows)
+    }
+}
+
+/// The message of a panic.
+pub(crate) fn said(panic: Box<dyn Any + Send>) -> String {
+    match panic.downcast::<String>() {
+        Ok(text) => *text,
+        Err(panic) => panic.downcast::<&str>().map_or_else(
+            |_| "without a message".to_owned(),
+            |text| (*text).to_owned(),
+        ),
+    }
+}

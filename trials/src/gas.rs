@@ -1,0 +1,238 @@
+//! How gases are made: scenes, boxes, starts, engines.
+
+use nalgebra::{Vector2, vector};
+use rand::RngExt;
+use stosszahl_dsmc::homogeneous::{self, Bounce, Contact, Grains, Selection};
+use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
+use stosszahl_ed::{Dissipation, Engine};
+use stosszahl_model::initial::{self, Arrangement};
+use stosszahl_model::random::{Purpose, Stream, Streams};
+use stosszahl_model::{
+    Body, Constant, Domain, Free, Kind, Monodisperse, Physics, Plane, Polydisperse, Restitution,
+    Scene, Sizes, Smooth, Space, Species, State, VectorOf, Volume,
+};
+
+use crate::Trouble;
+
+/// Smooth particles in free flight.
+pub type Particles<S, Z = Monodisperse, R = Constant> = Scene<S, Smooth, R, Z, Free>;
+/// Smooth equal disks of diameter and mass one.
+pub type Disks = Particles<Plane>;
+/// Disks of different sizes.
+pub type Mixture = Particles<Plane, Polydisperse>;
+/// Spheres of several species.
+pub type Spheres = Particles<Volume, Species>;
+
+/// Diameter and mass one.
+pub const UNIT: Monodisperse = Monodisperse {
+    radius: 0.5,
+    mass: 1.0,
+};
+
+/// What a Monte Carlo scheme is given unless a trial says otherwise.
+pub const PLAIN: Parameters = Parameters {
+    scheme: Scheme::Boltzmann,
+    displacement: Displacement::None,
+    cell_size: None,
+    simulators_per_disk: 1,
+    copies: Copies::Independent,
+    steps_per_crossing: 4.0,
+    largest_contact_value: 10.0,
+};
+
+/// A scene of smooth particles in free flight.
+pub fn particles<S: Space, Z: Sizes, R: Restitution>(
+    restitution: R,
+    sizes: Z,
+) -> Particles<S, Z, R> {
+    Scene {
+        space: S::default(),
+        surface: Smooth,
+        restitution,
+        sizes,
+        field: Free,
+    }
+}
+
+/// A coefficient of restitution.
+///
+/// # Errors
+/// [`Trouble::Invalid`] if it is not from 0 to 1.
+pub fn law(restitution: f64) -> Result<Constant, Trouble> {
+    Ok(Constant::new(restitution)?)
+}
+
+/// Unit disks with a restitution.
+///
+/// # Errors
+/// As [`law`].
+pub fn disks(restitution: f64) -> Result<Disks, Trouble> {
+    Ok(particles(law(restitution)?, UNIT))
+}
+
+/// Disks of different sizes, (radius, mass) each.
+///
+/// # Errors
+/// As [`law`], or if a size is not positive.
+pub fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, Trouble> {
+    Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
+}
+
+/// Spheres of species, (diameter, mass, number) each.
+///
+/// # Errors
+/// As [`law`], or if a size is not positive.
+pub fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<Spheres, Trouble> {
+    let kinds = kinds.iter().map(|&(diameter, mass, count)| Kind {
+        radius: 0.5 * diameter,
+        mass,
+        count,
+    });
+    let species = Species::new(kinds.collect())?;
+    Ok(particles(law(restitution)?, species))
+}
+
+/// A periodic box.
+///
+/// # Errors
+/// [`Trouble::Invalid`] if it has no size.
+pub fn domain(width: f64, height: f64) -> Result<Domain<Plane>, Trouble> {
+    Ok(Domain::periodic(vector![width, height])?)
+}
+
+/// The square box in which a number of unit disks has a packing fraction.
+///
+/// # Errors
+/// As [`domain`].
+pub fn square(count: usize, packing: f64) -> Result<Domain<Plane>, Trouble> {
+    let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
+    domain(side, side)
+}
+
+/// Bodies without spin of a state at time zero.
+pub fn state<P: Physics>(
+    domain: Domain<P::Space>,
+    bodies: impl IntoIterator<Item = (VectorOf<P>, VectorOf<P>)>,
+) -> State<P> {
+    let bodies = bodies.into_iter();
+    State {
+        time: 0.0,
+        domain,
+        bodies: bodies
+            .map(|(at, velocity)| Body::new(at, velocity))
+            .collect(),
+    }
+}
+
+/// Bodies at these places with Maxwellian velocities: temperature one, no momentum.
+pub fn warm<P: Physics>(
+    scene: &P,
+    domain: Domain<P::Space>,
+    places: impl IntoIterator<Item = VectorOf<P>>,
+    seed: u64,
+) -> State<P> {
+    let places = places.into_iter();
+    let mut state = state(domain, places.map(|at| (at, VectorOf::<P>::default())));
+    let mut stream = Streams::new(seed, 0).at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(scene, &mut state, 1.0, &mut stream);
+    state
+}
+
+/// The random numbers of a trial.
+pub fn random(seed: u64) -> Stream {
+    Streams::new(seed, 0).at(Purpose::Placement, [0, 0])
+}
+
+/// Positions uniform in a rectangle, whether they overlap or not.
+pub fn scattered(
+    count: usize,
+    low: [f64; 2],
+    sides: [f64; 2],
+    stream: &mut Stream,
+) -> Vec<Vector2<f64>> {
+    let mut place = |axis: usize| low[axis] + sides[axis] * stream.random::<f64>();
+    (0..count).map(|_| vector![place(0), place(1)]).collect()
+}
+
+/// Positions without overlap by trial, one disk after another in the order of their sizes; `None` if one finds no place
+/// in a number of attempts. Cost N^2.
+pub fn place_by_trial<Z: Sizes>(
+    sizes: &Z,
+    count: usize,
+    domain: &Domain<Plane>,
+    attempts: usize,
+    stream: &mut Stream,
+) -> Option<Vec<Vector2<f64>>> {
+    let radius = |index: usize| sizes.radius(sizes.tag(index));
+    let lengths = domain.lengths();
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| radius(b).total_cmp(&radius(a)));
+    let mut positions = vec![Vector2::zeros(); count];
+    for (placed, &who) in order.iter().enumerate() {
+        positions[who] = (0..attempts).find_map(|_| {
+            let at = scattered(1, [0.0; 2], lengths.into(), stream)[0];
+            let free = |&other: &usize| {
+                domain.distance(at, positions[other]) > radius(who) + radius(other)
+            };
+            order[..placed].iter().all(free).then_some(at)
+        })?;
+    }
+    Some(positions)
+}
+
+/// A Maxwellian gas of unit disks at temperature one, `aspect` the height over width of its box.
+///
+/// # Errors
+/// [`Trouble`] if the disks do not fit, or the box is no box.
+pub fn fluid(
+    arrangement: Arrangement,
+    disks: usize,
+    packing_fraction: f64,
+    aspect: f64,
+    seed: u64,
+) -> Result<State<Disks>, Trouble> {
+    let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
+    let width = (area / aspect).sqrt();
+    let domain = domain(width, area / width)?;
+    let placed = initial::place(arrangement, disks, 1.0, &domain, &Streams::new(seed, 0))?;
+    let scene = particles(Constant::ELASTIC, UNIT);
+    Ok(warm(&scene, domain, placed.positions, seed))
+}
+
+/// A disordered gas in a square box.
+///
+/// # Errors
+/// As [`fluid`].
+pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>, Trouble> {
+    fluid(Arrangement::Disordered, disks, packing, 1.0, seed)
+}
+
+/// A gas after a number of elastic collisions of each disk under exact dynamics, time zero.
+///
+/// # Errors
+/// [`Trouble`] if the engine cannot go on.
+pub fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State<Disks>, Trouble> {
+    let collisions = (0.5 * collisions_each * start.bodies.len() as f64).ceil() as u64;
+    let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
+    engine.advance(f64::INFINITY, collisions, &mut ())?;
+    let mut state = engine.state();
+    state.time = 0.0;
+    Ok(state)
+}
+
+/// A gas without positions that bounces, in a volume, with a number of particles; each species at a temperature.
+///
+/// # Errors
+/// [`Trouble::Homogeneous`] if a number is out of range.
+pub fn without_positions<P: Grains, S: Selection<P>>(
+    scene: P,
+    contact: Contact,
+    (volume, count): (f64, usize),
+    temperature: impl Fn(u32) -> f64,
+    seed: u64,
+) -> Result<homogeneous::Engine<P, S>, Trouble> {
+    let streams = Streams::new(seed, 0);
+    let mut start = streams.at(Purpose::Velocities, [0, 0]);
+    let gas = homogeneous::Gas::maxwellian(scene, contact, volume, count, temperature, &mut start)?;
+    Ok(homogeneous::Engine::new(gas, (), Bounce, streams)?)
+}

@@ -1,0 +1,25 @@
+//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed ([`mod@bench`]).
+//!
+//! They stand on the public interface of the engines, as any other program would, and no user's program contains them.
+//! A [`Trial`] is a row in a table: its name, what is tried, what must hold, and a function that finds out. All
+//! trials run in one loop, [`Trial::run`]; what they find is text, faults and [rows](table::Row) of claims. Gases are
+//! made in one place, [`gas`].
+
+#[macro_use]
+mod trial;
+pub mod arguments;
+pub mod bench;
+pub mod commands;
+mod findings;
+pub mod gas;
+pub mod stress;
+pub mod table;
+mod trouble;
+pub mod validate;
+
+pub use findings::Findings;
+pub use trial::{Effort, Report, Trial};
+pub use trouble::Trouble;
+
+/// What a trial returns: nothing, or what kept it from being tried.
+pub type Done = Result<(), Trouble>;

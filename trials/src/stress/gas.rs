@@ -1,0 +1,434 @@
+//! A start of exact disks and what must hold of every run from it.
+
+use nalgebra::Vector2;
+use rand::RngExt;
+use stosszahl_ed::{Checkpoint, Dissipation, Engine, EngineError, plain, time_to_contact};
+use stosszahl_model::{Collision, Free, Observer, Physics, Plane, Sizes, Smooth, State, initial};
+
+use crate::gas::{Disks, disks, disordered as fluid, domain, random, state};
+use crate::{Done, Findings, Trouble};
+
+/// The physics of all cases: smooth disks in free flight.
+pub(super) trait Planar: Physics<Space = Plane, Surface = Smooth, Field = Free> {}
+
+impl<P: Physics<Space = Plane, Surface = Smooth, Field = Free>> Planar for P {}
+
+/// Largest relative error of the energy: 1e5 roundings of 1e-16, all to one side. Drifts that are random walks stay far
+/// below.
+pub(super) const ENERGY: f64 = 1e-11;
+/// Deepest overlap over the largest diameter: positions and flights of tens of diameters are rounded to 1e-14, with room
+/// for a contact that a fast disk makes late.
+pub(super) const OVERLAP: f64 = 1e-11;
+/// Largest error of the momentum over the sum of m |v| at the start; as [`ENERGY`].
+pub(super) const MOMENTUM: f64 = 1e-11;
+
+/// Largest speed at which a colliding pair may recede, over its whole relative speed: a contact that grazes is where the
+/// square root of a difference of terms of 1e-14 says.
+const RECEDING: f64 = 1e-6;
+/// Relative speed that is nothing but the rounding of velocities of order one, over [`RECEDING`].
+const RESTING: f64 = 1e-8;
+
+/// What is summed over the collisions of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ledger {
+    /// Energy lost.
+    pub lost: f64,
+    /// Momentum times distance.
+    pub virial: f64,
+    /// How many.
+    pub collisions: u64,
+    /// Time of the first.
+    pub first: Option<f64>,
+    /// Time of the last.
+    pub last: f64,
+    /// Whether one was earlier than the one before.
+    pub disordered: bool,
+    /// Largest speed at which a colliding pair receded, over its whole relative speed.
+    pub receding: f64,
+}
+
+impl Observer for Ledger {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            self.lost += collision.energy_lost();
+            self.virial += collision.virial();
+            self.collisions += 1;
+            let (relative, line) = (&collision.relative, &collision.line);
+            let receding = relative.dot(line) / ((relative.norm() + RESTING) * line.norm());
+            self.receding = self.receding.max(receding);
+            self.disordered |= collision.time < self.last;
+            self.last = collision.time;
+            self.first.get_or_insert(collision.time);
+        }
+    }
+}
+
+/// A start.
+#[derive(Clone, Debug)]
+pub(super) struct Gas<P: Planar> {
+    pub scene: P,
+    pub dissipation: Dissipation,
+    pub start: State<P>,
+}
+
+/// A run from it.
+pub(super) struct Course<P: Planar> {
+    pub end: Checkpoint<P>,
+    pub ledger: Ledger,
+    /// Deepest overlap at the end of any leg.
+    pub overlap: f64,
+    /// Whether the time was reached.
+    pub reached: bool,
+    pub stopped: Option<EngineError>,
+}
+
+impl<P: Planar> Course<P> {
+    /// How many collisions it had.
+    pub fn collisions(&self) -> u64 {
+        self.ledger.collisions
+    }
+
+    /// Whether inelastic collapse ended it.
+    pub fn collapsed(&self) -> bool {
+        matches!(self.stopped, Some(EngineError::InelasticCollapse { .. }))
+    }
+
+    /// How it ended, in words.
+    pub fn ended(&self) -> String {
+        format!("{} collisions, {:?}", self.collisions(), self.stopped)
+    }
+}
+
+/// Unit disks with a restitution at places with velocities, in a box.
+pub(super) fn few(
+    restitution: f64,
+    [width, height]: [f64; 2],
+    bodies: impl IntoIterator<Item = ([f64; 2], [f64; 2])>,
+) -> Result<Gas<Disks>, Trouble> {
+    let bodies = bodies
+        .into_iter()
+        .map(|(at, velocity)| (at.into(), velocity.into()));
+    Ok(Gas::new(
+        disks(restitution)?,
+        state(domain(width, height)?, bodies),
+    ))
+}
+
+/// A disordered Maxwellian gas of unit disks in a square box.
+pub(super) fn disordered(
+    count: usize,
+    packing: f64,
+    restitution: f64,
+    seed: u64,
+) -> Result<Gas<Disks>, Trouble> {
+    Ok(Gas::new(disks(restitution)?, fluid(count, packing, seed)?))
+}
+
+impl<P: Planar> Gas<P> {
+    /// The gas whose collisions follow the scene.
+    pub fn new(scene: P, start: State<P>) -> Self {
+        Self {
+            scene,
+            dissipation: Dissipation::Scene,
+            start,
+        }
+    }
+
+    /// The same with a contact time.
+    pub fn with_contact_time(mut self, contact_time: f64) -> Self {
+        self.dissipation = Dissipation::ContactTime(contact_time);
+        self
+    }
+
+    pub fn engine(&self, from: Checkpoint<P>) -> Result<Engine<P>, EngineError> {
+        Engine::new(self.scene.clone(), self.dissipation, from)
+    }
+
+    pub fn diameter(&self) -> f64 {
+        2.0 * self.scene.sizes().largest_radius()
+    }
+
+    /// Runs until a time or a number of collisions.
+    pub fn run(&self, until: f64, collisions: u64) -> Result<Course<P>, EngineError> {
+        self.run_in_legs(until, collisions, collisions, |_, _| ())
+    }
+
+    /// The same in legs of a number of collisions.
+    pub fn run_in_legs(
+        &self,
+        until: f64,
+        collisions: u64,
+        leg: u64,
+        mut after_leg: impl FnMut(&Checkpoint<P>, &Ledger),
+    ) -> Result<Course<P>, EngineError> {
+        let mut course = Course {
+            end: self.start.clone().into(),
+            ledger: Ledger::default(),
+            overlap: 0.0,
+            reached: false,
+            stopped: None,
+        };
+        while course.collisions() < collisions && !course.reached && course.stopped.is_none() {
+            let mut engine = self.engine(course.end)?;
+            let before = course.ledger.collisions;
+            match engine.advance(until, leg.min(collisions - before), &mut course.ledger) {
+                Ok(reached) => {
+                    let silent = course.ledger.collisions == before;
+                    course.reached = reached && (until.is_finite() || silent);
+                }
+                Err(error) => course.stopped = Some(error),
+            }
+            course.overlap = course.overlap.max(engine.worst_overlap());
+            course.end = engine.checkpoint();
+            after_leg(&course.end, &course.ledger);
+        }
+        Ok(course)
+    }
+
+    /// What must hold of every run: finite numbers, collisions in order of time, exclusion, energy and momentum.
+    pub fn audit(&self, log: &mut Findings, course: &Course<P>) {
+        let end = &course.end.state;
+        let bodies = end.bodies.iter();
+        let mut numbers = bodies.flat_map(|b| b.position.iter().chain(b.velocity.iter()));
+        let finite = numbers.all(|x| x.is_finite()) && end.time.is_finite();
+        must!(log, finite; "a number that is not finite");
+        if !finite {
+            return;
+        }
+        must!(log, !course.ledger.disordered; "collisions out of order");
+        log.at_most("receding pair", course.ledger.receding, RECEDING);
+        log.at_most("overlap over d", course.overlap / self.diameter(), OVERLAP);
+        // By other means than the engine's.
+        if let Some(initial::Overlap {
+            pair: [one, other],
+            depth,
+        }) = self.overlap(end, OVERLAP * self.diameter())
+        {
+            log.fault(format!("disks {one} and {other} overlap by {depth:.3e}"));
+        }
+        log.at_most("energy", self.energy_error(course), ENERGY);
+        log.at_most("momentum", self.momentum_error(end), MOMENTUM);
+    }
+
+    /// Radius and mass of a disk.
+    fn size(&self, index: usize) -> (f64, f64) {
+        let sizes = self.scene.sizes();
+        let tag = sizes.tag(index);
+        (sizes.radius(tag), sizes.mass(tag))
+    }
+
+    /// The first pair that overlaps by more than a tolerance.
+    pub fn overlap(&self, state: &State<P>, tolerance: f64) -> Option<initial::Overlap> {
+        let positions: Vec<_> = state.bodies.iter().map(|body| body.position).collect();
+        initial::first_overlap(
+            &positions,
+            |index| self.size(index).0,
+            &state.domain,
+            tolerance,
+        )
+    }
+
+    /// |K + what the collisions lost - K(0)| / K(0).
+    pub fn energy_error(&self, course: &Course<P>) -> f64 {
+        let energy = self.start.kinetic_energy(&self.scene);
+        let now = course.end.state.kinetic_energy(&self.scene) + course.ledger.lost;
+        if energy > 0.0 {
+            (now / energy - 1.0).abs()
+        } else {
+            now.abs()
+        }
+    }
+
+    /// |P - P(0)| / sum of m |v| at the start.
+    pub fn momentum_error(&self, state: &State<P>) -> f64 {
+        let bodies = self.start.bodies.iter().enumerate();
+        let scale: f64 = bodies
+            .map(|(index, body)| self.size(index).1 * body.velocity.norm())
+            .sum();
+        let change = (state.momentum(&self.scene) - self.start.momentum(&self.scene)).norm();
+        if scale > 0.0 { change / scale } else { change }
+    }
+
+    /// Runs, audits and says what was found; then the same under kills.
+    pub fn holds(&self, log: &mut Findings, collisions: u64) -> Result<Course<P>, Trouble> {
+        let leg = collisions.div_ceil(4).max(1);
+        let course = self.run_in_legs(f64::INFINITY, collisions, leg, |_, _| ())?;
+        if let Some(error) = &course.stopped {
+            log.fault(error.to_string());
+        }
+        self.audit(log, &course);
+        log.found_of_it(&format!(
+            "{} collisions, energy {:.1e}, overlap {:.1e} d",
+            course.collisions(),
+            self.energy_error(&course),
+            course.overlap / self.diameter()
+        ));
+        self.survives_kills(log, collisions.min(4000), 1)?;
+        Ok(course)
+    }
+
+    /// Cuts the run into legs of random length. One gas goes on in memory; the other is killed within each leg, so
+    /// that what it did there is lost, and continues from the bytes of its last checkpoint. Both must end in the same
+    /// bytes, or in the same error.
+    pub fn survives_kills(&self, log: &mut Findings, collisions: u64, seed: u64) -> Done {
+        const LEGS: u64 = 4;
+        let mut stream = random(seed);
+        let mut in_memory = Checkpoint::from(self.start.clone());
+        let mut bytes = postcard::to_stdvec(&in_memory)?;
+        // A box in which nothing collides ends its legs by time instead: that in which the fastest disk flies a thousand
+        // diameters.
+        let horizon = match 1e3 * self.diameter() / fastest(&self.start) {
+            time if time.is_finite() => time,
+            _ => 1.0,
+        };
+        for leg in 0..LEGS {
+            let most = stream.random_range(1..=(2 * collisions / LEGS).max(1));
+            let until = in_memory.state.time + horizon;
+            let mut engine = self.engine(in_memory)?;
+            let ended = engine.advance(until, most, &mut ());
+            in_memory = engine.checkpoint();
+
+            let mut killed = self.engine(postcard::from_bytes(&bytes)?)?;
+            // What happens before a kill is of no consequence.
+            let _ = killed.advance(until, stream.random_range(0..=most), &mut ());
+            let _ = killed.checkpoint();
+            let mut resumed = self.engine(postcard::from_bytes(&bytes)?)?;
+            let again = resumed.advance(until, most, &mut ());
+            bytes = postcard::to_stdvec(&resumed.checkpoint())?;
+            must!(log, ended == again; "leg {leg} ended otherwise after a kill: {ended:?}, {again:?}");
+            let same = postcard::to_stdvec(&in_memory)? == bytes;
+            must!(log, same; "leg {leg} has other bytes after a kill");
+            if ended.is_err() || !same {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The first collisions against those of all pairs: same pairs in the same order, times within a tolerance of the
+    /// last one's.
+    pub fn follows_all_pairs(
+        &self,
+        log: &mut Findings,
+        collisions: usize,
+        tolerance: f64,
+    ) -> Result<usize, Trouble> {
+        let mut slow_state = self.start.clone();
+        let slow = plain::run(&self.scene, &mut slow_state, collisions);
+        let fast = self.pairs(slow.len())?;
+        must!(log, fast.len() == slow.len(); "{} collisions of {}", fast.len(), slow.len());
+        let scale = slow
+            .last()
+            .map_or(0.0, |event| event.time - self.start.time);
+        for (number, (ours, theirs)) in fast.iter().zip(&slow).enumerate() {
+            let good = ours.1 == theirs.pair && (ours.0 - theirs.time).abs() <= tolerance * scale;
+            must!(log, good; "collision {number} is {ours:?}, of all pairs {theirs:?}");
+            if !good {
+                break;
+            }
+        }
+        Ok(slow.len())
+    }
+
+    /// Each of the next collisions is the one that all pairs find from the state before it, to a tolerance of the time.
+    /// States are compared anew each time, so that differences do not grow.
+    pub fn collides_as_all_pairs(
+        &self,
+        log: &mut Findings,
+        collisions: usize,
+        tolerance: f64,
+    ) -> Result<usize, Trouble> {
+        let mut engine = self.engine(self.start.clone().into())?;
+        for number in 0..collisions {
+            let before = engine.state();
+            let theirs = next_of_all_pairs(&self.scene, &before);
+            let ours = next_pair(&mut engine, &before)?;
+            let good = ours.zip(theirs).is_some_and(|(ours, theirs)| {
+                ours.1 == theirs.1 && (ours.0 - theirs.0).abs() <= tolerance
+            });
+            must!(log, good; "collision {number} is {ours:?}, of all pairs {theirs:?}");
+            if !good {
+                return Ok(number);
+            }
+        }
+        Ok(collisions)
+    }
+
+    /// Time and pair of the next collisions: the disks whose velocities changed.
+    pub fn pairs(&self, collisions: usize) -> Result<Vec<(f64, [usize; 2])>, EngineError> {
+        let mut engine = self.engine(self.start.clone().into())?;
+        let mut list = Vec::with_capacity(collisions);
+        while list.len() < collisions {
+            let before = engine.state();
+            let Some(pair) = next_pair(&mut engine, &before)? else {
+                break;
+            };
+            list.push(pair);
+        }
+        Ok(list)
+    }
+}
+
+fn fastest<P: Planar>(state: &State<P>) -> f64 {
+    let speeds = state.bodies.iter().map(|body| body.velocity.norm());
+    speeds.fold(0.0, f64::max)
+}
+
+/// Time of the next collision and the pair whose velocities it changes.
+fn next_pair<P: Planar>(
+    engine: &mut Engine<P>,
+    before: &State<P>,
+) -> Result<Option<(f64, [usize; 2])>, EngineError> {
+    let mut ledger = Ledger::default();
+    engine.advance(f64::INFINITY, 1, &mut ledger)?;
+    let after = engine.state();
+    let mut who =
+        (0..before.bodies.len()).filter(|&i| before.bodies[i].velocity != after.bodies[i].velocity);
+    let first = who.next().unwrap_or(usize::MAX);
+    let pair = [first, who.next_back().unwrap_or(usize::MAX)];
+    Ok(ledger.first.map(|time| (time, pair)))
+}
+
+/// The next collision of all pairs over as many images as a flight can reach: (time, pair). `plain::run` sees a fixed
+/// number of images, too few where a box is narrow and flights are long.
+fn next_of_all_pairs<P: Planar>(scene: &P, state: &State<P>) -> Option<(f64, [usize; 2])> {
+    let (sizes, lengths) = (scene.sizes(), state.domain.lengths());
+    let mut horizon = lengths.max() / fastest(state);
+    // Twice as far each time, to a thousand boxes.
+    for _ in 0..10 {
+        let mut next: Option<(f64, [usize; 2])> = None;
+        for (i, one) in state.bodies.iter().enumerate() {
+            for (j, other) in state.bodies.iter().enumerate().skip(i + 1) {
+                let distance = sizes.radius(sizes.tag(i)) + sizes.radius(sizes.tag(j));
+                let separation = state.domain.displacement(one.position, other.position);
+                let relative = one.velocity - other.velocity;
+                let limit = next.map_or(horizon, |known| known.0);
+                let reach = |axis: usize| {
+                    1 + ((relative[axis].abs() * limit + distance) / lengths[axis]).ceil() as i32
+                };
+                // Only images on the side from which they come.
+                let range = |axis: usize| {
+                    if relative[axis] > 0.0 {
+                        -reach(axis)..=1
+                    } else {
+                        -1..=reach(axis)
+                    }
+                };
+                for column in range(0) {
+                    for row in range(1) {
+                        let image = Vector2::new(f64::from(column), f64::from(row));
+                        let away = separation + image.component_mul(&lengths);
+                        let limit = next.map_or(horizon, |known| known.0);
+                        let wait = time_to_contact(away, relative, distance * distance, limit);
+                        next = wait.map(|time| (time, [i, j])).or(next);
+                    }
+                }
+            }
+        }
+        if let Some((wait, pair)) = next {
+            return Some((state.time + wait, pair));
+        }
+        horizon *= 2.0;
+    }
+    None
+}

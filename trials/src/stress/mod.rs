@@ -1,0 +1,122 @@
+//! Hard cases for all engines: what `stosszahl-trials stress` runs.
+//!
+//! A trial says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
+//! several trials share are constants of the modules `gas` and `schemes`, with their origin. Trials also cut their runs
+//! at random moments and continue them from serialised checkpoints.
+//!
+//! ```
+//! use stosszahl_trials::{Effort, stress};
+//! let rest = stress::event_driven().into_iter().find(|trial| trial.name == "rest");
+//! let report = rest.expect("a trial of this name").run(&Effort::default());
+//! assert!(report.passed(), "{report}");
+//! ```
+
+mod boxes;
+mod collapse;
+mod conserved;
+mod contacts;
+mod crowds;
+mod extremes;
+mod flight;
+mod gas;
+mod homogeneous;
+mod long;
+mod schemes;
+mod steps;
+mod still;
+mod ties;
+mod walls;
+
+use crate::arguments::StressCases;
+use crate::commands::say;
+use crate::{Done, Effort, Trial, Trouble};
+
+/// All trials of the event-driven engine, in the order in which they are run.
+pub fn event_driven() -> Vec<Trial> {
+    [
+        collapse::TRIALS,
+        ties::TRIALS,
+        contacts::TRIALS,
+        long::TRIALS,
+        still::TRIALS,
+        boxes::TRIALS,
+        // Last, as one of them may leave a busy thread behind.
+        extremes::TRIALS,
+    ]
+    .concat()
+}
+
+/// All trials of Monte Carlo in cells.
+pub fn monte_carlo() -> Vec<Trial> {
+    [
+        crowds::TRIALS,
+        steps::TRIALS,
+        flight::TRIALS,
+        conserved::TRIALS,
+    ]
+    .concat()
+}
+
+/// All trials of gases without positions.
+pub fn mixtures() -> Vec<Trial> {
+    homogeneous::TRIALS.to_vec()
+}
+
+/// All trials of walls, obstacles, gravity and openings, for both engines.
+pub fn walls() -> Vec<Trial> {
+    walls::TRIALS.to_vec()
+}
+
+/// Runs those of the trials that are asked for, one after the other, and says what was found. `collisions`: of the runs
+/// whose length can be set.
+///
+/// # Errors
+/// [`Trouble`] if a trial fails or has an unknown name.
+pub fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64>) -> Done {
+    let chosen = Trial::chosen(all, "case", &asked.case)?;
+    if asked.list {
+        for Trial {
+            name,
+            tried,
+            required,
+            ..
+        } in chosen
+        {
+            say(&format!("{name}\n  tried  {tried}\n  must   {required}"));
+        }
+        return Ok(());
+    }
+    let effort = Effort {
+        long: asked.long,
+        collisions,
+        tell: asked.long || collisions.is_some(),
+        ..Effort::default()
+    };
+    let run = |trial: &Trial| {
+        let report = trial.run(&effort);
+        if !asked.json {
+            say(&report.to_string());
+        }
+        report
+    };
+    let reports: Vec<_> = chosen.iter().map(run).collect();
+    let failed = reports.iter().filter(|report| !report.passed());
+    let failed: Vec<_> = failed.map(|report| report.name).collect();
+    let (of, bad) = (reports.len(), failed.len());
+    if asked.json {
+        say(&serde_json::to_string_pretty(&reports).unwrap_or_default());
+    } else {
+        let seconds: f64 = reports.iter().map(|report| report.seconds).sum();
+        say(&format!(
+            "{} of {of} hard cases passed in {seconds:.0} s",
+            of - bad
+        ));
+    }
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let names = failed.join(", ");
+    Err(Trouble::Failed(format!(
+        "{bad} of {of} hard cases failed: {names}"
+    )))
+}

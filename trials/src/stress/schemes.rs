@@ -1,0 +1,228 @@
+//! Monte Carlo schemes, starts, and what must hold of every run.
+
+use nalgebra::{Vector2, vector};
+use stosszahl_dsmc::{Displacement, Engine, Neighbourhood, Parameters, Scheme, Tally};
+use stosszahl_model::State;
+use stosszahl_model::random::Streams;
+
+use crate::gas::{Disks, PLAIN, disks, random, scattered, square, warm as warm_at};
+use crate::{Done, Findings, Trouble};
+
+/// Roundings of 1.1e-16 in a collision: some ten operations, each with a pair's share of the sum. Those of one
+/// collision are not all to one side, so that twice their sum is never reached.
+const EACH_COLLISION: f64 = 2e-15;
+/// Rounding of each addition to a sum over simulators.
+const EACH_ADDITION: f64 = 1.2e-16;
+
+/// A scheme with its displacement and number of simulators.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Setup {
+    pub name: &'static str,
+    pub parameters: Parameters,
+}
+
+/// All schemes that collide, each in every way it can be used.
+pub(super) fn setups() -> Vec<Setup> {
+    let setup = |name, scheme, displacement, simulators_per_disk| Setup {
+        name,
+        parameters: Parameters {
+            scheme,
+            displacement,
+            simulators_per_disk,
+            ..PLAIN
+        },
+    };
+    let (none, around) = (Displacement::None, Neighbourhood::Cells(1));
+    let (enskog, mean) = (Scheme::Enskog(around), Scheme::Enskog(Neighbourhood::Mean));
+    let soft = Scheme::StochasticDisks { stiffness: 1.0 };
+    let contact = Scheme::ContactPoint { radius: None };
+    vec![
+        setup("boltzmann", Scheme::Boltzmann, none, 1),
+        setup("free-volume", Scheme::FreeVolume, none, 1),
+        setup("enskog of the mean", mean, none, 1),
+        setup("enskog", enskog, none, 1),
+        setup("enskog displaced", enskog, Displacement::Diameter, 1),
+        setup("enskog inelastic", enskog, Displacement::Inelastic, 1),
+        setup("esmc", Scheme::Esmc(around), none, 1),
+        setup("stochastic-disks", soft, none, 1),
+        setup("contact-point", contact, none, 1),
+        setup("contact-point of 8", contact, none, 8),
+    ]
+}
+
+impl Setup {
+    /// Whether chi follows the density around.
+    pub(super) fn is_local(self) -> bool {
+        !matches!(
+            self.parameters.scheme,
+            Scheme::Boltzmann | Scheme::Enskog(Neighbourhood::Mean)
+        )
+    }
+
+    pub(super) fn is_stochastic_disks(self) -> bool {
+        matches!(self.parameters.scheme, Scheme::StochasticDisks { .. })
+    }
+}
+
+/// Bodies in a box at places, Maxwellian, elastic.
+pub(super) fn warm(
+    domain: stosszahl_model::Domain<stosszahl_model::Plane>,
+    places: Vec<Vector2<f64>>,
+    seed: u64,
+) -> Result<State<Disks>, Trouble> {
+    Ok(warm_at(&disks(1.0)?, domain, places, seed))
+}
+
+/// A gas without order in a square box.
+pub(super) fn uniform(count: usize, packing: f64, seed: u64) -> Result<State<Disks>, Trouble> {
+    let domain = square(count, packing)?;
+    let places = scattered(count, [0.0; 2], domain.lengths().into(), &mut random(seed));
+    warm(domain, places, seed)
+}
+
+/// An engine from a start.
+pub(super) fn engine(
+    setup: Setup,
+    restitution: f64,
+    start: &State<Disks>,
+) -> Result<Engine<Disks>, Trouble> {
+    let scene = disks(restitution)?;
+    Ok(Engine::new(
+        &scene,
+        setup.parameters,
+        start,
+        Streams::new(1, 0),
+    )?)
+}
+
+/// A run of a scheme: the engine and what it began with.
+pub(super) struct Run {
+    pub setup: Setup,
+    pub restitution: f64,
+    pub engine: Engine<Disks>,
+    pub before: Sums,
+    /// Largest error of momentum, and of energy if collisions are elastic, at the last audit.
+    pub off: [f64; 2],
+}
+
+impl Run {
+    pub(super) fn new(
+        setup: Setup,
+        restitution: f64,
+        start: &State<Disks>,
+    ) -> Result<Self, Trouble> {
+        let engine = engine(setup, restitution, start)?;
+        let before = Sums::of(&engine.state());
+        Ok(Self {
+            setup,
+            restitution,
+            engine,
+            before,
+            off: [0.0; 2],
+        })
+    }
+
+    /// Runs for a number of steps.
+    pub(super) fn steps(&mut self, steps: u64) {
+        self.engine.advance(f64::INFINITY, steps, &mut ());
+    }
+
+    pub(super) fn tally(&self) -> Tally {
+        self.engine.tally()
+    }
+
+    /// What must hold of every run: finite numbers within the box, counts that fit each other, momentum, and energy: the
+    /// same if collisions are elastic, and no more than before in any case.
+    pub(super) fn audit(&mut self, log: &mut Findings) {
+        self.audit_shared(log, 8.0 / self.engine.simulators().max(8) as f64);
+    }
+
+    /// The same where a pair may have this share of the energy.
+    pub(super) fn audit_shared(&mut self, log: &mut Findings, share: f64) {
+        let state = self.engine.state();
+        let lengths = state.domain.lengths();
+        let inside = |x: f64, axis: usize| (0.0..lengths[axis]).contains(&x);
+        let sound = state.bodies.iter().all(|body| {
+            (0..2).all(|axis| body.velocity[axis].is_finite() && inside(body.position[axis], axis))
+        });
+        must!(log, sound; "a position outside the box or a velocity that is no number");
+        let tally = self.tally();
+        let sums = [tally.separation, tally.virial, tally.busiest_cell];
+        let sound = sums.iter().all(|sum| sum.is_finite())
+            && tally.separation >= 0.0
+            && tally.busiest_cell >= 0.0
+            && tally.collisions <= tally.trials
+            && tally.missed <= tally.trials
+            && tally.limited_cells <= tally.active_cells
+            && tally.limited_collisions <= tally.collisions;
+        must!(log, sound; "counts that cannot be, {tally:?}");
+        let (before, after) = (self.before, Sums::of(&state));
+        let tolerance = rounding(self.engine.simulators(), tally.collisions, share);
+        let energy = (after.energy - before.energy) / before.energy.max(f64::MIN_POSITIVE);
+        let momentum =
+            (after.momentum - before.momentum).norm() / before.speed.max(f64::MIN_POSITIVE);
+        log.at_most("momentum off", momentum, tolerance);
+        self.off = [momentum, 0.0];
+        if self.restitution == 1.0 {
+            log.at_most("energy off", energy.abs(), tolerance);
+            self.off[1] = energy.abs();
+        } else {
+            log.at_most("energy grown", energy, tolerance);
+        }
+    }
+}
+
+/// Runs all schemes, each with some restitutions, and audits them; returns the largest errors.
+pub(super) fn each(
+    log: &mut Findings,
+    restitutions: &[f64],
+    start: &State<Disks>,
+    mut job: impl FnMut(&mut Findings, &mut Run) -> Done,
+) -> Result<[f64; 2], Trouble> {
+    let mut worst = [0.0_f64; 2];
+    for setup in setups() {
+        for &restitution in restitutions {
+            log.about(match restitutions.len() {
+                1 => setup.name.to_owned(),
+                _ => format!("{}, r = {restitution}", setup.name),
+            });
+            let mut run = Run::new(setup, restitution, start)?;
+            job(log, &mut run)?;
+            run.audit(log);
+            worst = [0, 1].map(|index: usize| worst[index].max(run.off[index]));
+        }
+    }
+    log.about("");
+    Ok(worst)
+}
+
+/// Sums over simulators that collisions conserve.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sums {
+    pub energy: f64,
+    pub momentum: Vector2<f64>,
+    /// Sum of |v|.
+    speed: f64,
+}
+
+impl Sums {
+    pub(super) fn of(state: &State<Disks>) -> Self {
+        let mut sums = Self {
+            energy: 0.0,
+            momentum: vector![0.0, 0.0],
+            speed: 0.0,
+        };
+        for body in &state.bodies {
+            sums.energy += 0.5 * body.velocity.norm_squared();
+            sums.momentum += body.velocity;
+            sums.speed += body.velocity.norm();
+        }
+        sums
+    }
+}
+
+/// Largest relative error of a sum over so many simulators after so many collisions, `share` being the largest share of the
+/// sum that a pair has.
+pub(super) fn rounding(simulators: usize, collisions: u64, share: f64) -> f64 {
+    EACH_COLLISION * (collisions as f64 * share).max(1.0) + EACH_ADDITION * simulators as f64
+}

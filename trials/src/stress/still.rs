@@ -1,0 +1,123 @@
+//! Restitution zero and laws at their limits, and gases most or all of which is at rest.
+
+use stosszahl_model::Viscoelastic;
+
+use super::gas::{Gas, disordered};
+use crate::gas::{Disks, UNIT, particles, state};
+use crate::{Done, Findings, Trouble};
+
+trials! {
+    "plastic" => plastic,
+        "restitution exactly 0: 200 disks at packings 0.05, 0.3 and 0.6, without and with contact time",
+        "the end, or the typed error of a collapse; energy balance, momentum, exclusion; with contact time no error";
+    "viscoelastic" => viscoelastic,
+        "400 viscoelastic disks at packing 0.5 whose restitution at thermal speeds is 0.998, 0.4 and 0.02",
+        "no collapse, as slow contacts are elastic; energy balance, momentum, exclusion";
+    "contact-times" => contact_times,
+        "300 disks, restitution 0.5, packing 0.4, contact times of 0, 5e-324 and infinity",
+        "0 gives the bits of the gas without one; infinity lets each disk lose energy in its first contact only";
+    "one-moves" => one_moves,
+        "100 disks of which one moves, packing 0.1 and 0.6, restitution 1, 0.5 and 0",
+        "energy balance, momentum, exclusion, no error unless it is a collapse";
+    "rest" => rest,
+        "disks all at rest, asked for a time, for 1e300 and for ever",
+        "the time is reached without an event; for ever leaves the clock where it is";
+}
+
+/// Runs until a time; a collapse may be a result, too.
+fn ends(
+    log: &mut Findings,
+    gas: &Gas<Disks>,
+    until: f64,
+    may_collapse: bool,
+) -> Result<u64, Trouble> {
+    let course = gas.run_in_legs(until, 2_000_000, 100_000, |_, _| ())?;
+    let collapsed = may_collapse && course.collapsed();
+    must!(log, course.reached || collapsed; "no end: {}", course.ended());
+    gas.audit(log, &course);
+    let then = if collapsed { ", then collapse" } else { "" };
+    log.found_of_it(&format!("{} collisions{then}", course.collisions()));
+    Ok(course.collisions())
+}
+
+fn plastic(log: &mut Findings) -> Done {
+    for packing in [0.05, 0.3, 0.6] {
+        let gas = disordered(200, packing, 0.0, 3)?;
+        log.about(format!("packing {packing}"));
+        let collisions = ends(log, &gas, 100.0, true)?;
+        gas.survives_kills(log, collisions.clamp(1, 20_000), 1)?;
+        log.about(format!("packing {packing} with contact time"));
+        ends(log, &gas.with_contact_time(1e-4), 100.0, false)?;
+    }
+    Ok(())
+}
+
+fn viscoelastic(log: &mut Findings) -> Done {
+    for strength in [0.04, 1.0, 4.0] {
+        let law = Viscoelastic::new(strength)?;
+        let equal = disordered(400, 0.5, 1.0, 10)?.start;
+        let bodies = equal.bodies.iter().map(|b| (b.position, b.velocity));
+        log.about(format!("strength {strength}"));
+        Gas::new(particles(law, UNIT), state(equal.domain, bodies)).holds(log, 200_000)?;
+    }
+    Ok(())
+}
+
+fn contact_times(log: &mut Findings) -> Done {
+    const COLLISIONS: u64 = 5000;
+    let gas = disordered(300, 0.4, 0.5, 11)?;
+    let run = |gas: &Gas<_>| gas.run_in_legs(f64::INFINITY, COLLISIONS, 1000, |_, _| ());
+    let plain = run(&gas)?.end.state.bodies;
+    for contact_time in [0.0, 5e-324] {
+        let timed = run(&gas.clone().with_contact_time(contact_time))?;
+        let same = timed.end.state.bodies == plain;
+        must!(log, same; "contact time {contact_time:e}: not the gas without one");
+    }
+    let endless = gas.with_contact_time(f64::INFINITY);
+    let course = run(&endless)?;
+    log.about("for ever");
+    endless.audit(log, &course);
+    let inelastic = course.end.tally.collisions - course.end.tally.elastic_contacts;
+    must!(log, (1..=150).contains(&inelastic); "{inelastic} inelastic contacts of 300 disks");
+    endless.survives_kills(log, COLLISIONS, 1)?;
+    log.found_of_it(&format!(
+        "{inelastic} inelastic of {} collisions",
+        course.collisions()
+    ));
+    Ok(())
+}
+
+fn one_moves(log: &mut Findings) -> Done {
+    for packing in [0.1, 0.6] {
+        for restitution in [1.0, 0.5, 0.0] {
+            let mut gas = disordered(100, packing, restitution, 12)?;
+            for body in &mut gas.start.bodies[1..] {
+                body.velocity.fill(0.0);
+            }
+            log.about(format!("packing {packing}, r = {restitution}"));
+            let collisions = ends(log, &gas, 50.0, true)?;
+            gas.survives_kills(log, collisions.clamp(1, 20_000), 1)?;
+        }
+    }
+    Ok(())
+}
+
+fn rest(log: &mut Findings) -> Done {
+    for packing in [0.05, 0.6] {
+        let mut gas = disordered(50, packing, 0.5, 2)?;
+        for body in &mut gas.start.bodies {
+            body.velocity.fill(0.0);
+        }
+        for until in [0.0, 1.0, 1e300, f64::INFINITY] {
+            let mut engine = gas.engine(gas.start.clone().into())?;
+            let reached = engine.advance(until, u64::MAX, &mut ())?;
+            let expected = if until.is_finite() { until } else { 0.0 };
+            let (time, same) = (engine.time(), engine.state().bodies == gas.start.bodies);
+            let good = reached && time == expected && same && engine.tally().collisions == 0;
+            must!(log, good; "asked for {until}: reached {reached}, time {time}, unmoved {same}");
+        }
+        gas.survives_kills(log, 10, 1)?;
+    }
+    log.found("50 disks at two packings, four times each");
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! One notion of a trial, and the one loop that runs them.
+
+use std::fmt;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::findings::said;
+use crate::table::Row;
+use crate::validate::schemes::Method;
+use crate::{Done, Findings, Trouble};
+
+/// Notes a fault, in words, unless something holds.
+macro_rules! must {
+    ($findings:expr, $holds:expr; $($text:tt)+) => {
+        let holds: bool = $holds;
+        if !holds {
+            let text = format!($($text)+);
+            $findings.fault(text);
+        }
+    };
+}
+
+/// A table of trials: `name => function, what is tried, what must hold` and, if it is not [`LIMIT`], the time in seconds.
+macro_rules! trials {
+    ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
+        /// The trials, in the order in which they are run.
+        pub const TRIALS: &[$crate::Trial] = &[$({
+            let trial = $crate::Trial::new($name, $body, $tried, $required);
+            $(let trial = trial.within($limit);)?
+            trial
+        }),+];
+    };
+}
+
+/// How much work is put into trials, and what becomes of it meanwhile.
+#[derive(Clone, Debug, Default)]
+pub struct Effort {
+    /// A minute instead of an hour: few and small gases.
+    pub quick: bool,
+    /// Hours instead of seconds.
+    pub long: bool,
+    /// Collisions of the runs whose length can be set; otherwise each trial has its own number.
+    pub collisions: Option<u64>,
+    /// Schemes that are validated.
+    pub methods: Vec<Method>,
+    /// Whether progress is told on standard error.
+    pub tell: bool,
+    /// What is done with the line of each claim.
+    pub say: Option<fn(&str)>,
+}
+
+/// A trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What is tried or asked.
+    pub tried: &'static str,
+    /// What must hold.
+    pub required: &'static str,
+    body: fn(&mut Findings) -> Done,
+    limit: Duration,
+}
+
+/// Seconds after which a short trial counts as one that does not end: far above what any of them takes.
+const LIMIT: Duration = Duration::from_mins(2);
+/// For trials that take what they take \[s\].
+pub(crate) const ENDLESS: u64 = u64::MAX;
+
+impl Trial {
+    pub(crate) const fn new(
+        name: &'static str,
+        body: fn(&mut Findings) -> Done,
+        tried: &'static str,
+        required: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            tried,
+            required,
+            body,
+            limit: LIMIT,
+        }
+    }
+
+    /// The same trial with a limit of its own \[s\].
+    pub(crate) const fn within(mut self, seconds: u64) -> Self {
+        self.limit = Duration::from_secs(seconds);
+        self
+    }
+
+    /// Those of the trials that are asked for by name; all if none is.
+    ///
+    /// # Errors
+    /// [`Trouble::Unknown`] if none has a name.
+    pub fn chosen(
+        all: &[Self],
+        option: &'static str,
+        names: &[String],
+    ) -> Result<Vec<Self>, Trouble> {
+        if names.is_empty() {
+            return Ok(all.to_vec());
+        }
+        let named = |name: &String| {
+            let known = all.iter().find(|trial| trial.name == name).copied();
+            known.ok_or_else(|| Trouble::Unknown {
+                option,
+                found: name.clone(),
+                allowed: all.iter().map(|trial| trial.name).collect(),
+            })
+        };
+        names.iter().map(named).collect()
+    }
+
+    /// Runs the trial in a thread of its own: neither a panic nor an endless loop in it harms the caller, but the latter
+    /// keeps a thread busy until the program ends.
+    pub fn run(self, effort: &Effort) -> Report {
+        let began = Instant::now();
+        let (sender, receiver) = channel();
+        let mut findings = Findings::new(self.name, effort.clone());
+        let worker = thread::Builder::new().name(self.name.to_owned());
+        let worker = worker.spawn(move || {
+            if let Err(trouble) = (self.body)(&mut findings) {
+                findings.about("");
+                findings.fault(trouble.to_string());
+            }
+            // The receiver is gone if the time was up.
+            let _ = sender.send(findings.into_parts());
+        });
+        let failed = |fault: String| (Vec::new(), vec![fault], Vec::new());
+        let (found, faults, rows) = match worker {
+            Err(error) => failed(format!("no thread: {error}")),
+            Ok(worker) => {
+                // Long runs take what they take, unless a trial is about its end.
+                let received = if effort.long && self.limit == LIMIT {
+                    receiver.recv().map_err(|_| RecvTimeoutError::Disconnected)
+                } else {
+                    receiver.recv_timeout(self.limit)
+                };
+                received.unwrap_or_else(|error| {
+                    failed(match error {
+                        RecvTimeoutError::Timeout => {
+                            format!("no end within {} s", self.limit.as_secs())
+                        }
+                        RecvTimeoutError::Disconnected => {
+                            let panic = worker.join().err();
+                            format!("panic: {}", panic.map_or_else(String::new, said))
+                        }
+                    })
+                })
+            }
+        };
+        Report {
+            name: self.name,
+            tried: self.tried,
+            required: self.required,
+            found,
+            faults,
+            seconds: began.elapsed().as_secs_f64(),
+            rows,
+        }
+    }
+}
+
+/// What came of a trial.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the trial.
+    pub name: &'static str,
+    /// What was tried.
+    pub tried: &'static str,
+    /// What must hold.
+    pub required: &'static str,
+    /// What was found, in numbers.
+    pub found: Vec<String>,
+    /// What does not hold; empty if the trial passed.
+    pub faults: Vec<String>,
+    /// Wall time \[s\].
+    pub seconds: f64,
+    /// Claims with their verdicts.
+    #[serde(skip)]
+    pub rows: Vec<Row>,
+}
+
+impl Report {
+    /// Whether all that must hold held.
+    pub fn passed(&self) -> bool {
+        self.faults.is_empty()
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = if self.passed() { "pass" } else { "FAIL" };
+        writeln!(out, "{verdict}  {} ({:.1} s)", self.name, self.seconds)?;
+        writeln!(out, "      tried  {}", self.tried)?;
+        writeln!(out, "      must   {}", self.required)?;
+        write!(out, "      found  {}", self.found.join("; "))?;
+        for fault in &self.faults {
+            write!(out, "\n      FAULT  {fault}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A trial whose body is at fault does not pass, whatever the fault.
+    #[test]
+    fn faults_panics_and_endless_loops_fail() {
+        let trial = |body| Trial::new("trial", body, "", "");
+        let fault = |trial: Trial| trial.run(&Effort::default()).faults.join("; ");
+        let wrong = trial(|log| {
+            log.at_most("size", f64::NAN, 1.0);
+            Ok(())
+        });
+        assert!(fault(wrong).contains("size: NaN"));
+        let refused = trial(|_| Err(Trouble::NoStart("nothing fits")));
+        assert!(fault(refused).contains("nothing fits"));
+        assert_eq!(
+            fault(trial(|_| panic!("out of order"))),
+            "panic: out of order"
+        );
+        let guarded = trial(|log| {
+            log.about("first");
+            log.guard(|_| panic!("one of many"));
+            log.about("");
+            log.fault("second");
+            Ok(())
+        });
+        assert_eq!(fault(guarded), "first: panic: one of many; second");
+        let endless = trial(|_| {
+            thread::sleep(Duration::from_secs(5));
+            Ok(())
+        });
+        assert!(fault(endless.within(0)).contains("no end"));
+    }
+}

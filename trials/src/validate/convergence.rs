@@ -1,0 +1,176 @@
+//! What is left at vanishing simulator weight, cell size and step, and of which order the errors are.
+//!
+//! 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows: the elastic collision rate over Enskog's, the energy at
+//! `t_0` of the cooling gas with r = 0.8 over Haff's law, and its a2 at `3 t_0`. Weights are swept in cells of two diameters; cells and
+//! steps at many simulators for each disk, so that the few that a small cell holds are still many.
+//!
+//! The rate of N simulators of momentum zero is divided by `sqrt(1 - 1/N)`: N (N - 1) pairs, each sqrt(N/(N - 1)) faster
+//! than that of free ones.
+
+use stosszahl_analysis::fit::{self, Point};
+use stosszahl_analysis::relaxation::unbiased_cumulant;
+use stosszahl_dsmc::{Parameters, Unfollowed};
+use stosszahl_model::{kinetic, transport};
+
+use super::cooling::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
+use super::gas::{energy, monte_carlo, start};
+use super::over_seeds;
+use super::schemes::{Method, Quantity, Setting};
+use crate::table::{Place, estimate, mean};
+use crate::{Done, Effort, Findings, Trouble};
+
+/// Simulators for each disk while cells and steps are swept.
+const MANY: u32 = 64;
+/// Elastic time that is left to relax and that is measured, in mean free times.
+const ELASTIC: [f64; 2] = [10.0, 50.0];
+
+/// What is varied: its name, the order of its error by theory, and values of h with the choices they stand for.
+struct Sweep {
+    name: &'static str,
+    order: f64,
+    values: Vec<(f64, Parameters)>,
+}
+
+fn sweeps(method: &Method) -> [Sweep; 3] {
+    let base = method.at(Setting::Single);
+    let side = (DISKS as f64 * std::f64::consts::FRAC_PI_4 / PACKING).sqrt();
+    let many = Parameters {
+        simulators_per_disk: MANY,
+        ..base
+    };
+    [
+        Sweep {
+            name: "weight",
+            order: 1.0,
+            values: [1, 2, 4, 8, 16]
+                .map(|simulators_per_disk| {
+                    let parameters = Parameters {
+                        simulators_per_disk,
+                        ..base
+                    };
+                    (f64::from(simulators_per_disk).recip(), parameters)
+                })
+                .to_vec(),
+        },
+        Sweep {
+            name: "cell",
+            order: 2.0,
+            values: [3.0, 4.0, 6.0, 8.0, 12.0]
+                .map(|count| {
+                    let cell = side / count;
+                    let parameters = Parameters {
+                        cell_size: Some(cell),
+                        ..many
+                    };
+                    (cell, parameters)
+                })
+                .to_vec(),
+        },
+        Sweep {
+            name: "step",
+            order: 2.0,
+            values: [1.0, 2.0, 4.0, 8.0]
+                .map(|steps_per_crossing: f64| {
+                    let parameters = Parameters {
+                        steps_per_crossing,
+                        ..many
+                    };
+                    (steps_per_crossing.recip(), parameters)
+                })
+                .to_vec(),
+        },
+    ]
+}
+
+/// What the values are of.
+const QUANTITIES: [&str; 3] = ["collision rate/Enskog", "K/Haff at t0", "a2 at 3 t0"];
+/// How far from it the limit of a scheme that claims it may be.
+const TOLERANCES: [f64; 3] = [0.005, 0.01, 0.002];
+
+/// Rate and energy of one gas over theory, and its a2.
+fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
+    let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
+    let chi = kinetic::contact_value(PACKING);
+    let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
+    let mut gas = monte_carlo::<Unfollowed>(&start, 1.0, parameters, seed)?;
+    gas.advance(ELASTIC[0] / enskog, u64::MAX, &mut ());
+    let (before, origin) = (gas.tally().collisions, gas.time());
+    gas.advance((ELASTIC[0] + ELASTIC[1]) / enskog, u64::MAX, &mut ());
+    let collisions = (gas.tally().collisions - before) as f64;
+    let count = gas.simulators() as f64;
+    let rate = 2.0 * collisions / count / (gas.time() - origin) / enskog;
+    let mut gas = monte_carlo::<Unfollowed>(&start, RESTITUTION, parameters, seed)?;
+    gas.advance(haff_time(), u64::MAX, &mut ());
+    let temperature = energy(&gas.state()).temperature;
+    gas.advance(3.0 * haff_time(), u64::MAX, &mut ());
+    let cumulant = energy(&gas.state()).fourth_cumulant;
+    Ok([
+        rate / (1.0 - count.recip()).sqrt(),
+        temperature / transport::relaxing_haff_law(RESTITUTION, 1.0),
+        unbiased_cumulant(cumulant, gas.simulators()),
+    ])
+}
+
+/// Replicas: as many simulators in all, whatever the weight, but never few.
+fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
+    let simulators = if effort.quick { 400 } else { 16_000 };
+    (simulators / u64::from(parameters.simulators_per_disk)).max(16)
+}
+
+/// All sweeps of the schemes.
+pub(super) fn run(log: &mut Findings) -> Done {
+    for method in log.effort.methods.clone() {
+        for sweep in sweeps(&method) {
+            swept(log, &method, &sweep)?;
+        }
+    }
+    Ok(())
+}
+
+fn swept(log: &mut Findings, method: &Method, sweep: &Sweep) -> Done {
+    // What they tend to.
+    let limits = [1.0, 1.0, cumulant()?];
+    let mut points: [Vec<Point>; 3] = Default::default();
+    let mut here = Place::new("convergence", method.name, "", PACKING, 0.0).of(method.default);
+    let mut total = 0.0;
+    for &(h, parameters) in &sweep.values {
+        let count = replicas(&log.effort, &parameters);
+        let (found, seconds) = over_seeds(0..count, |seed| measure(parameters, seed))?;
+        here.setting = format!("{} {h:.4}", sweep.name);
+        here.seconds = seconds;
+        total += seconds;
+        for (index, points) in points.iter_mut().enumerate() {
+            let found = mean(found.iter().map(|gas| gas[index]))?;
+            points.push(Point {
+                x: h,
+                y: found.value,
+                error: found.standard_error.unwrap_or(f64::NAN),
+            });
+            log.add(here.row(QUANTITIES[index], limits[index], found, None));
+        }
+    }
+    here.seconds = total;
+    here.setting = format!("{} to 0", sweep.name);
+    for (index, points) in points.iter().enumerate() {
+        let (what, tends_to) = (QUANTITIES[index], sweep.order);
+        let line = fit::richardson(points, tends_to)?;
+        let order = fit::order(points)?;
+        let claimed = method.claims(Setting::Refined, Quantity::Limit);
+        let (chi, freedom) = (line.chi_squared, line.degrees_of_freedom);
+        log.add(here.row(
+            format!("{what}, order {tends_to} (chi² {chi:.1} of {freedom})"),
+            limits[index],
+            estimate(line.intercept, line.intercept_error),
+            claimed.then_some(TOLERANCES[index]),
+        ));
+        let slope = estimate(line.slope, line.slope_error);
+        log.add(here.row(format!("{what}, slope"), 0.0, slope, None));
+        // The order means something only where the error is seen.
+        if line.slope.abs() > 5.0 * line.slope_error {
+            let half = 0.5 * (order.range[1] - order.range[0]);
+            let found = estimate(order.value, half);
+            log.add(here.row(format!("{what}, measured order"), tends_to, found, None));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,347 @@
+//! Elastic gases against Enskog's theory: collision rate, pressure, diffusion, viscosity, noise, compressibility.
+//!
+//! Starts are disordered gases under exact dynamics for some elastic collisions of each disk; the scheme then relaxes to
+//! its own structure before anything is measured. Rates and noise follow within a few collisions of each disk: 20 are
+//! given. Density modes forget theirs by sound damping, at a rate of at least `nu k²`, so S(k) is taken only from
+//! [`SLOWEST`] on and relaxes for three of these times.
+
+use nalgebra::Vector2;
+use stosszahl_analysis::fit::{self, Point};
+use stosszahl_analysis::modes::{Modes, shear_waves};
+use stosszahl_analysis::relaxation::{decay_rate, diffusion};
+use stosszahl_dsmc::{Engine, Followed};
+use stosszahl_model::{State, kinetic, transport};
+
+use super::gas::{amplitudes, columns, energy, monte_carlo, start, waves};
+use super::over_seeds;
+use super::schemes::{Method, Quantity, Setting};
+use crate::gas::Disks;
+use crate::table::{Place, Row, mean as over_gases, over};
+use crate::{Done, Effort, Findings, Trouble};
+
+/// Packing fractions.
+pub const PACKINGS: [f64; 4] = [0.05, 0.1, 0.25, 0.5];
+
+/// Smallest wave number times d of the modes that S(k → 0) is taken from, and the largest: below, the structure of hard disks
+/// changes S by less than a tenth.
+const SLOWEST: f64 = 0.15;
+const FASTEST: f64 = 0.6;
+/// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged; what the cells do not resolve is left
+/// out, and the first begins with the box.
+const BANDS: [f64; 4] = [0.0, 0.5, 1.0, std::f64::consts::PI];
+/// Most modes of a band.
+const MODES: usize = 640;
+/// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially distributed, so that a gas of
+/// fewer says little.
+const FEWEST: usize = 100;
+/// Samples of noise and structure, and their distance in collisions of a disk.
+const SAMPLES: u32 = 12;
+const BETWEEN: f64 = 5.0;
+/// Velocity of a shear wave over the thermal one: an energy of half a percent of T for each of two.
+const WAVE: f64 = 0.15;
+/// Steps of the regression of a shear wave, and their length over the time in which it decays to 1/e by theory.
+const STEPS: u32 = 6;
+const STEP: f64 = 0.4;
+
+/// What one gas shows.
+struct Found {
+    rate: f64,
+    pressure: f64,
+    squares: [f64; 2],
+    /// Transverse and longitudinal energy over T of each mode of each band, means over the samples.
+    bands: Vec<Vec<[f64; 2]>>,
+    compressibility: f64,
+    /// Shear waves at even times, and the root of the temperature meanwhile.
+    waves: Vec<Vec<f64>>,
+    speed: f64,
+}
+
+/// What does not depend on the gas.
+struct Plan {
+    packing: f64,
+    chi: f64,
+    /// Mean free time of a disk.
+    free: f64,
+    relaxation: f64,
+    /// Wave number of the shear waves, and the spacing of their samples.
+    wave: f64,
+    wave_index: i32,
+    spacing: f64,
+    bands: Vec<(String, Modes)>,
+    density: Modes,
+}
+
+impl Plan {
+    fn new(packing: f64, cell: f64, state: &State<Disks>) -> Result<Self, Trouble> {
+        let chi = kinetic::contact_value(packing);
+        let free = 1.0 / kinetic::collision_rate(packing, chi, 0.0);
+        let viscosity = transport::kinematic_viscosity(packing, chi);
+        let lengths: [f64; 2] = state.domain.lengths().into();
+        // Long against the mean free path and the diameter.
+        let target = (0.15 / kinetic::mean_free_path(packing, chi)).min(0.2);
+        let first = std::f64::consts::TAU / lengths[0];
+        let wave_index = (target / first).round().max(1.0);
+        let wave = wave_index * first;
+        let resolved = std::f64::consts::PI / cell;
+        let mut bands = Vec::new();
+        for pair in BANDS.windows(2) {
+            let range = [pair[0], pair[1].min(resolved)];
+            let modes = Modes::band(lengths, range, MODES)?;
+            if !modes.indices().is_empty() {
+                bands.push((format!("k d {:.2} to {:.2}", range[0], range[1]), modes));
+            }
+        }
+        Ok(Self {
+            packing,
+            chi,
+            free,
+            relaxation: (20.0 * free).max(3.0 / (viscosity * SLOWEST * SLOWEST)),
+            wave,
+            wave_index: wave_index as i32,
+            spacing: STEP / (viscosity * wave * wave),
+            bands,
+            density: Modes::band(lengths, [SLOWEST, FASTEST], MODES)?,
+        })
+    }
+
+    fn measure(&self, gas: &mut Engine<Disks, Followed>) -> Result<Found, Trouble> {
+        gas.advance(self.relaxation, u64::MAX, &mut ());
+        let (origin, before) = (gas.time(), gas.tally());
+        gas.follow_displacements();
+        let mut squares = [0.0; 2];
+        let mut bands: Vec<_> = self
+            .bands
+            .iter()
+            .map(|(_, modes)| vec![[0.0; 2]; modes.indices().len()])
+            .collect();
+        let mut densities = vec![0.0; self.density.indices().len()];
+        for sample in 1..=SAMPLES {
+            let until = origin + f64::from(sample) * BETWEEN * self.free;
+            gas.advance(until, u64::MAX, &mut ());
+            if sample == SAMPLES / 4 {
+                squares[0] = mean_square(&gas.displacements());
+            }
+            let state = gas.state();
+            self.sample(&state, gas.weight(), &mut bands, &mut densities)?;
+        }
+        squares[1] = mean_square(&gas.displacements());
+        let (after, duration) = (gas.tally(), gas.time() - origin);
+        let count = gas.simulators() as f64;
+        let rate = 2.0 * (after.collisions - before.collisions) as f64 / count / duration;
+        let disks = count * gas.weight();
+        let virial = after.virial - before.virial;
+        let energies = bands.iter_mut().flatten().flatten();
+        for value in energies.chain(&mut densities) {
+            *value /= f64::from(SAMPLES);
+        }
+        let points: Vec<_> = self
+            .density
+            .wave_numbers()
+            .zip(&densities)
+            .map(|(k, &y)| Point {
+                x: k * k,
+                y,
+                error: 1.0,
+            })
+            .collect();
+        let compressibility = fit::line(&points)?.intercept;
+        let (waves, speed) = self.shear(gas)?;
+        Ok(Found {
+            rate: rate * self.free,
+            pressure: 1.0 + virial / (2.0 * disks * duration),
+            squares,
+            bands,
+            compressibility,
+            waves,
+            speed,
+        })
+    }
+
+    fn sample(
+        &self,
+        state: &State<Disks>,
+        weight: f64,
+        bands: &mut [Vec<[f64; 2]>],
+        densities: &mut [f64],
+    ) -> Result<(), Trouble> {
+        let count = state.bodies.len();
+        let unit = energy(state).temperature;
+        for ((_, modes), sums) in self.bands.iter().zip(bands) {
+            for (sum, amplitude) in sums.iter_mut().zip(amplitudes(state, modes)?) {
+                let power = amplitude.power(count);
+                sum[0] += power.transverse / unit;
+                sum[1] += power.longitudinal / unit;
+            }
+        }
+        for (sum, amplitude) in densities.iter_mut().zip(amplitudes(state, &self.density)?) {
+            *sum += weight * amplitude.power(count).density;
+        }
+        Ok(())
+    }
+
+    /// Sets two shear waves going and follows them.
+    fn shear(&self, gas: &mut Engine<Disks, Followed>) -> Result<(Vec<Vec<f64>>, f64), Trouble> {
+        let state = gas.state();
+        let lengths = state.domain.lengths().into();
+        let modes = Modes::new(lengths, vec![[self.wave_index, 0], [0, self.wave_index]])?;
+        gas.kick(&shear_waves(&modes, &columns(&state).0, WAVE)?);
+        // What the kick did not make a stress of yet takes a few collisions to come.
+        let origin = gas.time() + 3.0 * self.free;
+        let mut series = vec![Vec::new(); 4];
+        let mut speed = 0.0;
+        for sample in 0..=STEPS {
+            gas.advance(origin + f64::from(sample) * self.spacing, u64::MAX, &mut ());
+            let (found, temperature) = waves(&gas.state(), &modes)?;
+            for (values, value) in series.iter_mut().zip(found.into_iter().flatten()) {
+                values.push(value);
+            }
+            speed += temperature.sqrt() / f64::from(STEPS + 1);
+        }
+        Ok((series, speed))
+    }
+}
+
+fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
+    let sum: f64 = displacements.iter().map(Vector2::norm_squared).sum();
+    sum / displacements.len().max(1) as f64
+}
+
+/// Gases at a setting.
+struct Extent {
+    disks: usize,
+    /// How many there are at first, and at most.
+    gases: [u64; 2],
+}
+
+/// More simulators have less noise, and cost more.
+fn extent(effort: &Effort, setting: Setting) -> Extent {
+    let (disks, gases) = match (effort.quick, setting) {
+        (true, Setting::Single) => (2_000, [4, 4]),
+        (true, _) => (500, [4, 4]),
+        (false, Setting::Single) => (20_000, [4, 64]),
+        (false, Setting::Eight) => (2_000, [8, 128]),
+        (false, Setting::Refined) => (500, [8, 64]),
+    };
+    Extent { disks, gases }
+}
+
+/// All settings of the schemes at all packings. Gases are added until every claim is decided, or there are the most.
+pub(super) fn run(log: &mut Findings) -> Done {
+    for packing in PACKINGS {
+        for setting in Setting::ALL {
+            let Extent { disks, gases } = extent(&log.effort, setting);
+            let make = |seed| start(disks, packing, seed, 20.0);
+            let mut starts = over_seeds(0..gases[0], make)?.0;
+            for method in log.effort.methods.clone() {
+                let parameters = method.at(setting);
+                let cell = parameters.cell_size.unwrap_or(2.0);
+                let plan = Plan::new(packing, cell, &starts[0])?;
+                let (mut found, mut seconds) = (Vec::new(), 0.0);
+                let mut count = gases[0];
+                let table = loop {
+                    starts.extend(over_seeds(starts.len() as u64..count, make)?.0);
+                    let more = over_seeds(found.len() as u64..count, |seed| {
+                        let state = &starts[seed as usize];
+                        plan.measure(&mut monte_carlo(state, 1.0, parameters, seed)?)
+                    })?;
+                    found.extend(more.0);
+                    seconds += more.1;
+                    let table = table(&plan, &method, setting, &found, seconds)?;
+                    if count >= gases[1] || table.iter().all(Row::is_decided) {
+                        break table;
+                    }
+                    count = (2 * count).min(gases[1]);
+                };
+                for row in table {
+                    log.add(row);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn table(
+    plan: &Plan,
+    method: &Method,
+    setting: Setting,
+    found: &[Found],
+    seconds: f64,
+) -> Result<Vec<Row>, Trouble> {
+    let place = Place::new(
+        "elastic",
+        method.name,
+        setting.name(),
+        plan.packing,
+        seconds,
+    );
+    let place = place.of(method.default);
+    let claim = |quantity, tolerance| method.claims(setting, quantity).then_some(tolerance);
+    let mean = |value: fn(&Found) -> f64| over_gases(found.iter().map(value));
+    let rate = if setting == Setting::Single {
+        0.01
+    } else {
+        0.005
+    };
+    let z = kinetic::compressibility_factor(plan.packing, 1.0);
+    let mut rows = vec![
+        place.row(
+            "collision rate/Enskog",
+            1.0,
+            mean(|gas| gas.rate)?,
+            claim(Quantity::CollisionRate, rate),
+        ),
+        place.row(
+            "pressure/Z",
+            1.0,
+            over(mean(|gas| gas.pressure)?, z),
+            claim(Quantity::Pressure, 0.02),
+        ),
+    ];
+    let times = [0.25, 1.0].map(|share| share * f64::from(SAMPLES) * BETWEEN * plan.free);
+    let squares: Vec<_> = found.iter().map(|gas| gas.squares).collect();
+    let diffusion = diffusion(&squares, times).ok_or(Trouble::NoReplicas)?;
+    rows.push(place.row(
+        "self-diffusion/Enskog",
+        1.0,
+        over(diffusion, transport::self_diffusion(plan.packing, plan.chi)),
+        claim(Quantity::Diffusion, 0.05),
+    ));
+    let series: Vec<_> = found.iter().map(|gas| gas.waves.clone()).collect();
+    let theory = transport::kinematic_viscosity(plan.packing, plan.chi) * plan.wave * plan.wave;
+    let speed = mean(|gas| gas.speed)?.value;
+    rows.push(place.row(
+        format!("shear viscosity/Enskog, k d = {:.3}", plan.wave),
+        1.0,
+        over(decay_rate(&series, plan.spacing)?, theory * speed),
+        claim(Quantity::Viscosity, 0.05),
+    ));
+    for (index, (name, _)) in plan.bands.iter().enumerate() {
+        for (side, what, quantity) in [
+            (0, "transverse", Quantity::Transverse),
+            (1, "longitudinal", Quantity::Longitudinal),
+        ] {
+            // Modes are as independent of each other as gases are.
+            let energies: Vec<_> = found
+                .iter()
+                .flat_map(|gas| gas.bands[index].iter().map(|mode| mode[side]))
+                .collect();
+            rows.push(place.row(
+                format!("{what} energy/T, {name}"),
+                1.0,
+                over_gases(energies.iter().copied())?,
+                claim(quantity, 0.02).filter(|_| energies.len() >= FEWEST * found.len()),
+            ));
+        }
+    }
+    rows.push(place.row(
+        "S(k to 0)/compressibility",
+        1.0,
+        over(
+            mean(|gas| gas.compressibility)?,
+            kinetic::structure_factor_at_zero(plan.packing),
+        ),
+        claim(Quantity::Compressibility, 0.1),
+    ));
+    Ok(rows)
+}

@@ -1,0 +1,157 @@
+//! Exact dynamics: conservation, reversal, equation of state, structure.
+
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use stosszahl_analysis::energy::Virial;
+use stosszahl_analysis::equilibrium::long_waves_fluctuate;
+use stosszahl_analysis::statistics::Estimate;
+use stosszahl_ed::{Dissipation, Engine};
+use stosszahl_model::{State, Vector as _};
+
+use super::gas::{columns, energy, start};
+use super::over_seeds;
+use crate::gas::{Disks, disks as unit_disks, disordered};
+use crate::table::{Place, mean};
+use crate::{Done, Findings, Trouble};
+
+/// Z of hard disks by packing fraction, from the ten-term virial series of Kolafa & Rottner, Mol. Phys. 104, 3435
+/// (2006).
+pub const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
+
+/// Z from the virial, and the collision rate over `4 (Z - 1)/√π` of the same run, over blocks of so many collisions.
+#[derive(Clone, Copy, Debug)]
+pub struct EquationOfState {
+    /// Compressibility factor.
+    pub factor: Estimate,
+    /// Collision rate over that of the factor.
+    pub rate: Estimate,
+}
+
+/// Measures the equation of state of elastic disks.
+///
+/// # Errors
+/// [`Trouble`] if the gas cannot be made or followed.
+pub fn equation_of_state(
+    disks: usize,
+    packing: f64,
+    blocks: usize,
+    collisions: u64,
+) -> Result<EquationOfState, Trouble> {
+    let mut state = start(disks, packing, 2, 20.0)?;
+    let (mut factors, mut quotients) = (Vec::new(), Vec::new());
+    for _ in 0..blocks {
+        let scene = unit_disks(1.0)?;
+        let mut engine = Engine::<Disks>::new(scene, Dissipation::Scene, state)?;
+        let mut virial = Virial::default();
+        engine.advance(f64::INFINITY, collisions, &mut virial)?;
+        let factor = virial.compressibility_factor::<Disks>(disks, 1.0, engine.time());
+        let rate = 2.0 * collisions as f64 / disks as f64 / engine.time();
+        factors.push(factor);
+        quotients.push(rate / (4.0 * (factor - 1.0) / PI.sqrt()));
+        state = engine.state();
+        state.time = 0.0;
+    }
+    Ok(EquationOfState {
+        factor: mean(factors)?,
+        rate: mean(quotients)?,
+    })
+}
+
+fn place(setting: &str, packing: f64, began: Instant) -> Place {
+    let seconds = began.elapsed().as_secs_f64();
+    Place::new("exact", "event-driven", setting, packing, seconds)
+}
+
+/// The largest distance of disks from where they started, after so many collisions forward and the same time back.
+fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble> {
+    let scene = unit_disks(1.0)?;
+    let before = disordered(disks, packing, 3)?;
+    let mut engine = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, before.clone())?;
+    engine.advance(f64::INFINITY, collisions, &mut ())?;
+    let mut state: State<Disks> = engine.state();
+    for body in &mut state.bodies {
+        body.velocity = -body.velocity;
+    }
+    let mut back = Engine::<Disks>::new(scene, Dissipation::Scene, state)?;
+    back.advance(2.0 * engine.time(), u64::MAX, &mut ())?;
+    let after = back.state();
+    let pairs = before.bodies.iter().zip(&after.bodies);
+    Ok(pairs
+        .map(|(a, b)| before.domain.distance(a.position, b.position))
+        .fold(0.0, f64::max))
+}
+
+/// Conservation, reversal, equation of state against the literature, structure.
+pub(super) fn run(log: &mut Findings) -> Done {
+    mechanics(log)?;
+    state(log)?;
+    structure(log)
+}
+
+fn mechanics(log: &mut Findings) -> Done {
+    let began = Instant::now();
+    let collisions = if log.effort.quick {
+        1_000_000
+    } else {
+        5_000_000
+    };
+    let state = start(10_000, 0.25, 1, 10.0)?;
+    let scene = unit_disks(1.0)?;
+    let (first, momentum) = (energy(&state).temperature, state.momentum(&scene));
+    let mut engine = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, state)?;
+    engine.advance(f64::INFINITY, collisions, &mut ())?;
+    let state = engine.state();
+    let drift = (energy(&state).temperature / first - 1.0).abs();
+    // Over the momentum of all disks at the thermal speed.
+    let lost = (state.momentum(&scene) - momentum).square().sqrt() / 1e4;
+    let here = place("10 000 disks", 0.25, began);
+    log.add(here.exact(
+        format!("drift of K over {collisions:.0e} collisions"),
+        0.0,
+        drift,
+        1e-11,
+    ));
+    log.add(here.exact("drift of the momentum a disk", 0.0, lost, 1e-11));
+    log.add(here.exact("deepest overlap", 0.0, engine.worst_overlap(), 1e-11));
+    let began = Instant::now();
+    let off = reversed(2000, 0.25, 2000)?;
+    let here = place("2000 disks", 0.25, began);
+    log.add(here.exact("off after reversal of 2000 collisions, d", 0.0, off, 1e-9));
+    Ok(())
+}
+
+fn state(log: &mut Findings) -> Done {
+    // The error of Z falls with the root of the collisions, and is to be at most half of the tolerance.
+    let (collisions, tolerance) = if log.effort.quick {
+        (100_000, 0.006)
+    } else {
+        (800_000, 0.002)
+    };
+    for (packing, expected) in COMPRESSIBILITY {
+        let began = Instant::now();
+        let found = equation_of_state(10_000, packing, 10, collisions)?;
+        let here = place("10 000 disks", packing, began);
+        let within = Some(tolerance * expected);
+        log.add(here.row("Z (Kolafa & Rottner 2006)", expected, found.factor, within));
+        let what = "collision rate/(4 (Z - 1)/√π)";
+        log.add(here.row(what, 1.0, found.rate, Some(0.5 * tolerance)));
+    }
+    Ok(())
+}
+
+/// Density fluctuations of long waves against the compressibility of the fluid; up to k d = 0.6, where structure changes S(k) by
+/// less than a tenth.
+fn structure(log: &mut Findings) -> Done {
+    let began = Instant::now();
+    let seeds = if log.effort.quick { 32 } else { 200 };
+    let (found, _) = over_seeds(0..seeds, |seed| {
+        let state = start(2000, 0.25, seed, 40.0)?;
+        let lengths = state.domain.lengths().into();
+        Ok(long_waves_fluctuate(&columns(&state).0, lengths, 1.0, 0.25).statistic)
+    })?;
+    let here = place("2000 disks", 0.25, began);
+    let what = "S(k d < 0.6) over the compressibility";
+    log.add(here.row(what, 1.0, mean(found)?, Some(0.1)));
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! Growth of shear modes in a cooling gas that is large enough for them, against linear theory and exact dynamics.
+//!
+//! 10⁴ disks, r = 0.8, packing 0.25: a box of 177 d, in which modes of up to ten waves grow. Weak waves are set going along both
+//! axes and followed over `l = ln(1 + t/t_0)`, in which theory has them grow over the thermal speed by a constant
+//! exponent, `1 - (k/k_c)²`. The thermal speed is that of Haff's law: the measured one contains the growing modes. The other modes have only the noise of the start: their energies are compared with those of
+//! fluctuating hydrodynamics.
+
+use stosszahl_analysis::modes::{Modes, shear_waves};
+use stosszahl_analysis::relaxation::decay_rate;
+use stosszahl_analysis::statistics::Estimate;
+use stosszahl_dsmc::{Parameters, Unfollowed};
+use stosszahl_ed as ed;
+use stosszahl_model::{State, kinetic, transport};
+
+use super::cooling::{PACKING, RESTITUTION, haff_time};
+use super::gas::{amplitudes, columns, monte_carlo, start, waves};
+use super::over_seeds;
+use super::schemes::{Quantity, Setting};
+use crate::gas::{Disks, disks};
+use crate::table::{Place, against, mean};
+use crate::{Done, Findings, Trouble};
+
+/// Waves in the box of the modes that are set going, and those that are left to the noise.
+const KICKED: [i32; 4] = [2, 4, 6, 8];
+const LEFT: [i32; 4] = [3, 5, 7, 9];
+/// Velocity of a wave over the thermal one: an energy of a thousandth of T for each of eight.
+const WAVE: f64 = 0.06;
+/// First sample and spacing in `ln(1 + t/t_0)`, and how many: a disk collides 11 times per unit.
+const FIRST: f64 = 0.3;
+const SPACING: f64 = 0.2;
+const SAMPLES: u32 = 6;
+
+/// What one gas shows: for each kicked number of waves its series, and the energy over T of the others at the end.
+struct Found {
+    series: Vec<Vec<Vec<f64>>>,
+    energies: Vec<f64>,
+}
+
+fn axes(numbers: &[i32]) -> Vec<[i32; 2]> {
+    numbers.iter().flat_map(|&n| [[n, 0], [0, n]]).collect()
+}
+
+/// Follows a gas that `advance` takes to a time.
+fn follow(
+    lengths: [f64; 2],
+    mut advance: impl FnMut(f64) -> Result<State<Disks>, Trouble>,
+) -> Result<Found, Trouble> {
+    let modes = Modes::new(lengths, axes(&KICKED))?;
+    let left = Modes::new(lengths, axes(&LEFT))?;
+    let mut series = vec![vec![Vec::new(); 4]; KICKED.len()];
+    let mut energies = Vec::new();
+    for sample in 0..SAMPLES {
+        let logarithm = FIRST + f64::from(sample) * SPACING;
+        let state = advance(logarithm.exp_m1() * haff_time())?;
+        let temperature = transport::relaxing_haff_law(RESTITUTION, logarithm.exp_m1());
+        let found = waves(&state, &modes)?.0;
+        for (parts, series) in found.chunks(2).zip(&mut series) {
+            for (values, value) in series.iter_mut().zip(parts.iter().flatten()) {
+                values.push(value / temperature.sqrt());
+            }
+        }
+        let found = amplitudes(&state, &left)?;
+        let count = state.bodies.len();
+        energies = found
+            .chunks(2)
+            .map(|pair| {
+                let sum: f64 = pair.iter().map(|a| a.power(count).transverse).sum();
+                sum / 2.0 / temperature
+            })
+            .collect();
+    }
+    Ok(Found { series, energies })
+}
+
+fn exact(start: &State<Disks>) -> Result<Found, Trouble> {
+    let lengths = start.domain.lengths().into();
+    let modes = Modes::new(lengths, axes(&KICKED))?;
+    let mut state = start.clone();
+    let changes = shear_waves(&modes, &columns(&state).0, WAVE)?;
+    for (body, change) in state.bodies.iter_mut().zip(changes) {
+        body.velocity += change;
+    }
+    let mut gas: ed::Checkpoint<Disks> = state.into();
+    follow(lengths, |until| {
+        let mut engine =
+            ed::Engine::<Disks>::new(disks(RESTITUTION)?, ed::Dissipation::Scene, gas.clone())?;
+        engine.advance(until, u64::MAX, &mut ())?;
+        gas = engine.checkpoint();
+        Ok(gas.state.clone())
+    })
+}
+
+fn simulated(start: &State<Disks>, parameters: Parameters, seed: u64) -> Result<Found, Trouble> {
+    let lengths = start.domain.lengths().into();
+    let modes = Modes::new(lengths, axes(&KICKED))?;
+    let mut engine = monte_carlo::<Unfollowed>(start, RESTITUTION, parameters, seed)?;
+    engine.kick(&shear_waves(&modes, &columns(&engine.state()).0, WAVE)?);
+    follow(lengths, |until| {
+        engine.advance(until, u64::MAX, &mut ());
+        Ok(engine.state())
+    })
+}
+
+/// Exponents of the kicked modes, and energies of the others.
+struct Growth {
+    exponents: Vec<Estimate>,
+    energies: Vec<Estimate>,
+    seconds: f64,
+}
+
+impl Growth {
+    fn new((found, seconds): (Vec<Found>, f64)) -> Result<Self, Trouble> {
+        let exponent = |mode: usize| -> Result<Estimate, Trouble> {
+            let series: Vec<_> = found.iter().map(|gas| gas.series[mode].clone()).collect();
+            let rate = decay_rate(&series, SPACING)?;
+            Ok(Estimate {
+                value: -rate.value,
+                ..rate
+            })
+        };
+        let energy = |mode: usize| mean(found.iter().map(|gas| gas.energies[mode]));
+        Ok(Self {
+            exponents: (0..KICKED.len()).map(exponent).collect::<Result<_, _>>()?,
+            energies: (0..LEFT.len()).map(energy).collect::<Result<_, _>>()?,
+            seconds,
+        })
+    }
+
+    fn rows(
+        &self,
+        log: &mut Findings,
+        place: &Place,
+        first: f64,
+        exact: Option<&Self>,
+        claim: Option<f64>,
+    ) {
+        let chi = kinetic::contact_value(PACKING);
+        let critical = transport::critical_wave_number(PACKING, chi, RESTITUTION);
+        for (index, n) in KICKED.into_iter().enumerate() {
+            let k = first * f64::from(n);
+            let found = self.exponents[index];
+            let theory = transport::shear_exponent(k, critical);
+            let what = format!("exponent, {n} waves, k/kc {:.2}", k / critical);
+            log.add(place.row(format!("{what}, theory"), theory, found, claim));
+            if let Some(exact) = exact {
+                let other = exact.exponents[index];
+                let errors = found.standard_error.zip(other.standard_error);
+                let found = Estimate {
+                    standard_error: errors.map(|(a, b)| a.hypot(b)),
+                    ..found
+                };
+                log.add(place.row(format!("{what}, event-driven"), other.value, found, claim));
+            }
+        }
+        let logarithm = FIRST + f64::from(SAMPLES - 1) * SPACING;
+        for (index, n) in LEFT.into_iter().enumerate() {
+            let k = first * f64::from(n);
+            let found = self.energies[index];
+            let theory = transport::thermal_shear_energy(k, critical, logarithm);
+            let what = format!("energy/T, {n} waves, ln(1 + t/t0) = {logarithm:.1}");
+            log.add(place.row(format!("{what}, theory"), theory, found, None));
+            if let Some(exact) = exact {
+                let ratio = against(found, exact.energies[index]);
+                log.add(place.row(format!("{what} over event-driven"), 1.0, ratio, None));
+            }
+        }
+    }
+}
+
+/// All settings of the schemes but the refined one, and exact dynamics.
+pub(super) fn run(log: &mut Findings) -> Done {
+    let replicas = if log.effort.quick { 4 } else { 32 };
+    let (starts, _) = over_seeds(0..replicas, |seed| start(10_000, PACKING, seed, 20.0))?;
+    let lengths: [f64; 2] = starts[0].domain.lengths().into();
+    let first = std::f64::consts::TAU / lengths[0];
+    let reference = Growth::new(over_seeds(0..replicas, |seed| {
+        exact(&starts[seed as usize])
+    })?)?;
+    let here = Place::new(
+        "unstable",
+        "event-driven",
+        "exact",
+        PACKING,
+        reference.seconds,
+    );
+    reference.rows(log, &here.of(false), first, None, None);
+    for method in log.effort.methods.clone() {
+        for setting in [Setting::Single, Setting::Eight] {
+            let fewer = if setting == Setting::Single { 1 } else { 4 };
+            let growth = Growth::new(over_seeds(0..(replicas / fewer).max(4), |seed| {
+                simulated(&starts[seed as usize], method.at(setting), seed)
+            })?)?;
+            let here = Place::new(
+                "unstable",
+                method.name,
+                setting.name(),
+                PACKING,
+                growth.seconds,
+            );
+            let here = here.of(method.default);
+            let claim = method.claims(setting, Quantity::Growth).then_some(0.1);
+            growth.rows(log, &here, first, Some(&reference), claim);
+        }
+    }
+    Ok(())
+}

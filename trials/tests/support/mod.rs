@@ -1,0 +1,15 @@
+//! What several tests need.
+
+use stosszahl_model::State;
+use stosszahl_trials::gas;
+pub use stosszahl_trials::gas::Disks;
+
+/// The scene of unit disks with the given restitution.
+pub fn disks(restitution: f64) -> Disks {
+    gas::disks(restitution).expect("a coefficient")
+}
+
+/// A disordered Maxwellian gas of unit disks at temperature one in a square box.
+pub fn disordered(count: usize, packing_fraction: f64, seed: u64) -> State<Disks> {
+    gas::disordered(count, packing_fraction, seed).expect("a gas")
+}

@@ -1,0 +1,226 @@
+//! The validator itself: methods that are right pass all claims, and methods with a planted fault do not.
+
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+mod support;
+
+use std::f64::consts::PI;
+
+use nalgebra::{Vector2, Vector3, vector};
+use rand::RngExt;
+use stosszahl_analysis::relaxation::unbiased_cumulant;
+use stosszahl_analysis::windows::Windows;
+use stosszahl_model::random::{Purpose, Stream, Streams};
+use stosszahl_model::{Collision, Observer, Vector as _, kinetic};
+use stosszahl_trials::table::{Row, Verdict};
+use stosszahl_trials::validate::subject::{
+    ContactPoint, Course, Exact, Gas, Subject, Work, claims,
+};
+use stosszahl_trials::{Effort, Findings, Trouble};
+
+/// As many seeds as the quick validation has, so that every error is below half of its tolerance.
+const QUICK: Work = Work {
+    elastic: (1000, 40),
+    cooling: (400, 1000),
+};
+
+/// A method whose every collision happens two per cent sooner: it is the other one with a clock that is slow.
+struct Hasty<S>(S);
+
+impl<S: Subject> Subject for Hasty<S> {
+    fn name(&self) -> String {
+        format!("hasty {}", self.0.name())
+    }
+
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+        let times = gas.times.iter().map(|time| 1.02 * time).collect();
+        let gas = Gas {
+            times,
+            ..gas.clone()
+        };
+        let mut course = self.0.follow(&gas, seed)?;
+        course.window.root_temperature /= 1.02;
+        Ok(course)
+    }
+}
+
+/// Disks without positions, pair after pair as Bird proposed it, with any rule of acceptance: `accept(g/g_max, u)` for a uniform
+/// u.
+struct Pairs {
+    name: &'static str,
+    accept: fn(f64, f64) -> bool,
+}
+
+/// Pairs whose chance grows with their relative speed, as it must.
+const RIGHT: Pairs = Pairs {
+    name: "pairs",
+    accept: |ratio, uniform| ratio > uniform,
+};
+/// The rule as Luding, Müller & McNamara (1998) print it.
+const REVERSED: Pairs = Pairs {
+    name: "reversed pairs",
+    accept: |ratio, uniform| ratio < uniform,
+};
+
+impl Pairs {
+    /// Momentum zero and T = 1, Maxwellian.
+    fn velocities(count: usize, stream: &mut Stream) -> Vec<Vector2<f64>> {
+        let mut all: Vec<Vector2<f64>> = (0..count)
+            .map(|_| {
+                let radius = (-2.0 * (1.0 - stream.random::<f64>()).ln()).sqrt();
+                let angle = 2.0 * PI * stream.random::<f64>();
+                radius * vector![angle.cos(), angle.sin()]
+            })
+            .collect();
+        let mean = all.iter().sum::<Vector2<f64>>() / count as f64;
+        for velocity in &mut all {
+            *velocity -= mean;
+        }
+        let scale = temperature(&all).sqrt();
+        for velocity in &mut all {
+            *velocity /= scale;
+        }
+        all
+    }
+}
+
+fn temperature(all: &[Vector2<f64>]) -> f64 {
+    all.iter().map(Vector2::norm_squared).sum::<f64>() / (2.0 * all.len() as f64)
+}
+
+fn cumulant(all: &[Vector2<f64>]) -> f64 {
+    let fourth = all.iter().map(|v| v.norm_squared().powi(2)).sum::<f64>() / all.len() as f64;
+    unbiased_cumulant(fourth / (8.0 * temperature(all).powi(2)) - 1.0, all.len())
+}
+
+impl Subject for Pairs {
+    fn name(&self) -> String {
+        self.name.into()
+    }
+
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+        let streams = Streams::new(seed, 7);
+        let stream = &mut streams.at(Purpose::Pairs, [0, 0]);
+        let count = gas.disks;
+        let mut all = Self::velocities(count, stream);
+        let volume = count as f64 * 0.25 * PI / gas.packing;
+        let chi = kinetic::contact_value(gas.packing);
+        let end = gas.times[gas.times.len() - 1];
+        let mut windows = Windows::new(&[[0.0, end]], 20, count, 0.0, 1.0);
+        let (mut temperatures, mut cumulants, mut time) = (Vec::new(), Vec::new(), 0.0);
+        for &until in &gas.times {
+            while time < until {
+                // Collisions only shorten relative speeds on average, but a single one may be faster than all before: twice the
+                // largest speed, and half as much again.
+                let fastest = all.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
+                let bound = 3.0 * fastest.sqrt();
+                let trials = 0.5 * (count * (count - 1)) as f64 * 2.0 * chi * bound / volume;
+                // A hundredth of the particles in a step, so that neither the bound nor T has gone far from it.
+                let step = (0.01 * count as f64 / trials).min(until - time);
+                let whole = (trials * step + stream.random::<f64>()) as u64;
+                time = if time + step < until {
+                    time + step
+                } else {
+                    until
+                };
+                for _ in 0..whole {
+                    let i = stream.random_range(0..count);
+                    let j = (i + stream.random_range(1..count)) % count;
+                    let relative = all[i] - all[j];
+                    let speed = relative.norm();
+                    if !(self.accept)(speed / bound, stream.random()) || speed == 0.0 {
+                        continue;
+                    }
+                    let impact = 2.0 * stream.random::<f64>() - 1.0;
+                    let along = relative / speed;
+                    let across = vector![-along[1], along[0]];
+                    let line = -along * (1.0 - impact * impact).sqrt() + across * impact;
+                    let gain = 0.5 * (1.0 + gas.restitution) * relative.dot(&line) * line;
+                    all[i] -= gain;
+                    all[j] += gain;
+                    let collision = Collision {
+                        // The last moment of the window does not belong to it.
+                        time: time - 0.5 * step,
+                        position: Vector3::zeros(),
+                        relative: relative.spatial(),
+                        line: line.spatial(),
+                        reduced_mass: 0.5,
+                        restitution: gas.restitution,
+                        weight: 1.0,
+                        pair: [i as u32, j as u32],
+                        species: [0; 2],
+                    };
+                    windows.collisions(&[collision]);
+                }
+            }
+            windows.synchronise(until, temperature(&all));
+            temperatures.push(temperature(&all));
+            cumulants.push(cumulant(&all));
+        }
+        Ok(Course {
+            temperatures,
+            cumulants,
+            window: windows.windows.swap_remove(0),
+        })
+    }
+}
+
+/// All claims on a subject.
+fn rows(subject: &dyn Subject, work: Work) -> Vec<Row> {
+    let mut findings = Findings::new("claims", Effort::default());
+    claims(subject, work, &mut findings).expect("rows");
+    findings.rows().to_vec()
+}
+
+/// Rows that do not pass, in words.
+fn faults(rows: &[Row]) -> Vec<String> {
+    let bad = rows.iter().filter(|row| row.verdict != Verdict::Pass);
+    bad.map(|row| format!("{row:?}")).collect()
+}
+
+/// The verdict on a quantity.
+fn verdict(rows: &[Row], quantity: &str) -> Verdict {
+    let mut found = rows.iter().filter(|row| row.quantity.starts_with(quantity));
+    found.next().expect("a row of this quantity").verdict
+}
+
+#[test]
+fn right_methods_pass_every_claim() {
+    for subject in [&Exact as &dyn Subject, &RIGHT] {
+        let rows = rows(subject, QUICK);
+        assert_eq!(faults(&rows), [""; 0], "{}", subject.name());
+    }
+    let few = Work {
+        elastic: (1000, 8),
+        cooling: (400, 32),
+    };
+    let rows = rows(&ContactPoint { copies: None }, few);
+    assert_eq!(faults(&rows), [""; 0]);
+}
+
+/// A rate that is 2 % too high fails the rate and the energy of the cooling gas, and nothing that does not depend on it.
+#[test]
+fn a_biased_rate_is_caught() {
+    for rows in [rows(&Hasty(Exact), QUICK), rows(&Hasty(RIGHT), QUICK)] {
+        assert_eq!(verdict(&rows, "collision rate"), Verdict::Fail, "{rows:?}");
+        assert_eq!(
+            verdict(&rows, "K/Haff at t/t0 = 3"),
+            Verdict::Fail,
+            "{rows:?}"
+        );
+        assert_eq!(verdict(&rows, "<g²>"), Verdict::Pass, "{rows:?}");
+    }
+}
+
+/// Slow pairs collide instead of fast ones: the rate, the speeds of those that collide, and the cooling are wrong.
+#[test]
+fn a_reversed_acceptance_is_caught() {
+    let rows = rows(&REVERSED, QUICK);
+    for quantity in ["collision rate", "<g²>", "K/Haff at t/t0 = 1", "a2 at"] {
+        assert_eq!(
+            verdict(&rows, quantity),
+            Verdict::Fail,
+            "{quantity}: {rows:?}"
+        );
+    }
+    assert_eq!(verdict(&rows, "slope of P(b/d)"), Verdict::Pass, "{rows:?}");
+}
