@@ -72,7 +72,6 @@ mod density;
 mod engine;
 mod fly;
 mod grid;
-pub mod homogeneous;
 mod parameters;
 mod simulate;
 mod simulator;
@@ -94,6 +93,9 @@ pub use simulate::{BALANCE, Gas, resume, simulate};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
 pub use start::Checkpoint;
 pub use tally::{CellCount, Tally};
+
+/// Gases without positions, in a package of their own.
+pub use stosszahl_homogeneous as homogeneous;
 
 /// Number of components of a position.
 const fn dimension<P: stosszahl_model::Physics>() -> usize {

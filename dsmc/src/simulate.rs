@@ -127,7 +127,8 @@ impl Begin<'_> {
         scene: &P,
         boundaries: &Boundaries<P::Space>,
     ) -> Result<Box<dyn Simulation>, EngineError> {
-        if self.gas.displacements {
+        // Rough particles always carry them: an engine less to compile, for a vector more in each.
+        if P::Surface::ROUGH || self.gas.displacements {
             self.make::<P, Followed>(scene, boundaries)
         } else {
             self.make::<P, Unfollowed>(scene, boundaries)

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use stosszahl_analysis::theory::{self, Component, CoolingState, Mixture};
-use stosszahl_dsmc::homogeneous::{
+use stosszahl_homogeneous::{
     Bird, Bounce, Contact, Contacts, Displacement, Engine, Gas, LowRank, Order, Part, Paths, Rule,
     Selection, Slots, Sticking, Stop, Threshold, Tracers, moments, shards, size_distribution,
     time_averaged,

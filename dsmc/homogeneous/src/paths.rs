@@ -42,7 +42,9 @@ impl<P: Physics> Paths<P> {
 }
 
 impl<P: Physics> Motion<P> for Paths<P> {
-    const TRACKED: bool = true;
+    fn is_tracked(&self) -> bool {
+        true
+    }
 
     #[inline]
     fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {

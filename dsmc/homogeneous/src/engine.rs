@@ -41,7 +41,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         contacts: C,
         streams: Streams,
     ) -> Result<Self, GasError> {
-        if M::TRACKED && C::SIZES_CHANGE {
+        if motion.is_tracked() && C::SIZES_CHANGE {
             return Err(GasError::BadNumber {
                 name: "number of tracked particles in a gas that sticks or breaks",
                 value: gas.count() as f64,
@@ -222,6 +222,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         let end = begin + span;
         let mut draws = [S::Draw::default(); BATCH];
         let mut now = begin;
+        let tracked = self.motion.is_tracked();
         while left > 0 {
             let batch = left.min(BATCH as u64) as usize;
             for draw in &mut draws[..batch] {
@@ -235,7 +236,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 if let Some(draw) = draws[..batch].get(number + AHEAD) {
                     self.selection.call_particles(&self.gas, draw);
                 }
-                if M::TRACKED {
+                if tracked {
                     now += (end - now) * first_of(left, stream);
                 }
                 left -= 1;
@@ -246,7 +247,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 if !self.accept(&candidate, now, stream)? {
                     continue;
                 }
-                if !M::TRACKED {
+                if !tracked {
                     now = begin + span * ((total - left) as f64 / (total + 1) as f64);
                 }
                 let standing = self.meet(&candidate, now, stream, recorder);
@@ -254,7 +255,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                     self.clock.outdated |= standing == Standing::Outdated;
                     let done = total - left;
                     self.tally.proposals += done;
-                    if !M::TRACKED {
+                    if !tracked {
                         let place = Beta::new(done as f64, (left + 1) as f64)
                             .map_or(0.5, |law| law.sample(stream));
                         now = begin + span * place;

@@ -74,7 +74,7 @@ impl Homogeneous<'_> {
     /// Starts from Maxwellian velocities.
     ///
     /// ```
-    /// use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
+    /// use stosszahl_homogeneous::{Contact, Homogeneous, Pick};
     /// use stosszahl_model::random::Streams;
     /// use stosszahl_model::{Budget, Constant, Grains, Simulation};
     ///
@@ -163,14 +163,13 @@ impl Homogeneous<'_> {
         let sizes = self.species()?;
         let scene = scene(space, restitution, sizes);
         let tracers = self.tracer.map(|kind| Tracers { kind });
-        if !self.displacements {
-            return self.boxed::<_, P, _, _>(scene, |_| (), tracers, from);
-        }
         let follow = |gas: &Gas<Mixed<S>>| {
-            let places = Displacement::new(gas.count(), 0.0);
-            let chosen = self.chosen(gas);
-            let paths = (!chosen.is_empty()).then(|| Paths::new(gas.count(), &chosen, 0.0));
-            (places, paths)
+            self.displacements.then(|| {
+                let places = Displacement::new(gas.count(), 0.0);
+                let chosen = self.chosen(gas);
+                let paths = (!chosen.is_empty()).then(|| Paths::new(gas.count(), &chosen, 0.0));
+                (places, paths)
+            })
         };
         self.boxed::<_, P, _, _>(scene, follow, tracers, from)
     }
@@ -273,12 +272,12 @@ trait Follows<P: Grains>: Motion<P> {
 
 impl<P: Grains> Follows<P> for () {}
 
-impl<P: Grains> Follows<P> for (Displacement<P>, Option<Paths<P>>) {
+impl<P: Grains> Follows<P> for Option<(Displacement<P>, Option<Paths<P>>)> {
     fn displacement(&self) -> Option<&Displacement<P>> {
-        Some(&self.0)
+        self.as_ref().map(|(places, _)| places)
     }
     fn paths(&self) -> Option<&Paths<P>> {
-        self.1.as_ref()
+        self.as_ref().and_then(|(_, paths)| paths.as_ref())
     }
 }
 

@@ -7,7 +7,7 @@ use stosszahl_model::{Physics, VectorOf};
 /// What is kept of the path of each particle.
 pub trait Motion<P: Physics>: Clone + Serialize + DeserializeOwned {
     /// Whether the times of single collisions are needed.
-    const TRACKED: bool;
+    fn is_tracked(&self) -> bool;
 
     /// The particle with this index flew until `time` with this velocity and now collides.
     fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64);
@@ -18,7 +18,9 @@ pub trait Motion<P: Physics>: Clone + Serialize + DeserializeOwned {
 
 /// Nothing is kept.
 impl<P: Physics> Motion<P> for () {
-    const TRACKED: bool = false;
+    fn is_tracked(&self) -> bool {
+        false
+    }
     #[inline]
     fn collided(&mut self, _index: u32, _velocity: &VectorOf<P>, _time: f64) {}
     fn bytes(&self) -> usize {
@@ -50,7 +52,9 @@ impl<P: Physics> Displacement<P> {
 }
 
 impl<P: Physics> Motion<P> for Displacement<P> {
-    const TRACKED: bool = true;
+    fn is_tracked(&self) -> bool {
+        true
+    }
 
     #[inline]
     fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
@@ -65,7 +69,9 @@ impl<P: Physics> Motion<P> for Displacement<P> {
 
 /// Kept or not, as is decided when the run begins.
 impl<P: Physics, M: Motion<P>> Motion<P> for Option<M> {
-    const TRACKED: bool = M::TRACKED;
+    fn is_tracked(&self) -> bool {
+        self.as_ref().is_some_and(Motion::is_tracked)
+    }
 
     #[inline]
     fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
@@ -79,7 +85,9 @@ impl<P: Physics, M: Motion<P>> Motion<P> for Option<M> {
 }
 
 impl<P: Physics, A: Motion<P>, B: Motion<P>> Motion<P> for (A, B) {
-    const TRACKED: bool = A::TRACKED || B::TRACKED;
+    fn is_tracked(&self) -> bool {
+        self.0.is_tracked() || self.1.is_tracked()
+    }
 
     #[inline]
     fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
