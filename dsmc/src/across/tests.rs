@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 use rand::SeedableRng;
 use rand_xoshiro::Xoroshiro128PlusPlus;
+use rayon::prelude::*;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Collision, Constant, Free, Observer, Physics, Plane, Polydisperse, Scene, Sizes, Smooth, Space,
@@ -310,9 +311,8 @@ fn unlike_disks_meet_at_the_rates_of_a_mixture() {
     };
     let settings = [(2, None, 0.012), (16, None, 0.015), (16, Some(2.6), 0.006)];
     for (simulators, cell_size, bar) in settings {
-        let mut found = [const { Vec::new() }; 3];
-        let gases = if simulators == 2 { 24 } else { 8 };
-        for seed in 0..gases {
+        let gases = if simulators == 2 { 24_u64 } else { 8 };
+        let of_gas = |seed| {
             let state = start::<Unlike>(disks as usize, Vector2::new(side, side), seed);
             let temperature = state.kinetic_energy(&scene) / f64::from(disks);
             let parameters = Parameters {
@@ -326,11 +326,13 @@ fn unlike_disks_meet_at_the_rates_of_a_mixture() {
             engine.advance(20.0 * unit, u64::MAX, &mut ());
             let mut seen = Kinds::default();
             engine.advance(40.0 * unit, u64::MAX, &mut seen);
-            for (kind, (i, j)) in [(0, 0), (0, 1), (1, 1)].into_iter().enumerate() {
+            [(0, (0, 0)), (1, (0, 1)), (2, (1, 1))].map(|(kind, (i, j)): (usize, _)| {
                 let expected = rate(i, j, temperature) * 20.0 * unit * f64::from(simulators);
-                found[kind].push(seen.0[kind] as f64 / expected);
-            }
-        }
+                seen.0[kind] as f64 / expected
+            })
+        };
+        let gases: Vec<[f64; 3]> = (0..gases).into_par_iter().map(of_gas).collect();
+        let found = [0, 1, 2].map(|kind| gases.iter().map(|gas| gas[kind]).collect::<Vec<_>>());
         for (kind, values) in found.iter().enumerate() {
             let (mean, error) = mean_and_error(values);
             let what = format!("{simulators} simulators, kind {kind}: {mean} ± {error}");
