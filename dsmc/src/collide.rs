@@ -385,7 +385,7 @@ pub(crate) fn nearest_image<P: Physics>(
 ///
 /// The number of trials needs the right mean, and as little spread as can be: numbers from the Poisson law, the exact one
 /// of a cell that is left to itself, make simulators of cells with few partners diffuse faster than theory, by 0.85 over
-/// the number in a cell, and these by half of it (`docs/monte-carlo.md`). A remainder that is carried to the next step does
+/// the number in a cell, and these by half of it (`docs/development/monte-carlo.md`). A remainder that is carried to the next step does
 /// as well, and must be stored.
 #[inline(always)]
 pub(crate) fn draw_whole(mean: f64, stream: &mut impl Rng) -> u64 {

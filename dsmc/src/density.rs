@@ -42,7 +42,7 @@ pub enum Scheme {
         stiffness: f64,
     },
     /// A partner from around the point at about d from the simulator along a random line of centres, at the rate of
-    /// Enskog's theory for the density around, however few the partners (`docs/monte-carlo.md`). With many simulators and a
+    /// Enskog's theory for the density around, however few the partners (`docs/development/monte-carlo.md`). With many simulators and a
     /// small radius it solves the Enskog equation.
     ContactPoint {
         /// Radius around the point within which all simulators are equally likely; if there is none, the nearest is

@@ -50,7 +50,7 @@
 //! several at a time: a counting sort by cell of what stayed and what came, collisions, flight; those that leave the tile go
 //! to its outbox and are received in the next sweep. So each simulator is read and written once in a step, in
 //! order, and no second copy of all exists. Three passes over all simulators, to sort, collide and move, were the alternative:
-//! it needs two copies, and each pass waits for the memory anew. `docs/monte-carlo.md` has the figures.
+//! it needs two copies, and each pass waits for the memory anew. `docs/development/monte-carlo.md` has the figures.
 //!
 //! Schemes that need a neighbourhood of cells run as two sweeps instead of one. Those whose partners are in different
 //! cells are in `across`: the line of centres is drawn first, and the partner from where it then has to be.
@@ -60,7 +60,7 @@
 //! In cells of two diameters at packing 0.25 (1.27 disks each, as in Luding, Müller & McNamara 1998):
 //! chi of so few disks is noisy and must be limited; the displacement thins out the pairs within a cell;
 //! the same few pairs meet again and again and become correlated; momentum is carried over three mean
-//! free paths. `docs/validation-background.md` has the measured sizes. More simulators per disk reduce all but the
+//! free paths. `docs/development/validation.md` has the measured sizes. More simulators per disk reduce all but the
 //! last, and weaken thermal noise. [`Scheme::ContactPoint`] has the rate and the pressure of Enskog's theory even so, and
 //! needs many simulators only for chaos.
 
