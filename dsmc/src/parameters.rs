@@ -56,7 +56,7 @@ impl Parameters {
     /// A scheme with its own defaults: one simulator for each particle; partners within a cell that dense schemes displace by
     /// a diameter; time steps as fine as each scheme needs; and a limit on chi that its cells need.
     ///
-    /// [`Scheme::ContactPoint`] solves the Enskog equation only with more simulators: see [`Parameters::strangers`].
+    /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see [`Parameters::strangers`].
     pub fn for_scheme(scheme: Scheme) -> Self {
         /// For schemes without a limit of their own: beyond any packing.
         const UNLIMITED: f64 = 1e3;
