@@ -7,7 +7,7 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Body, Physics, Sizes, SpinOf, State, VectorOf};
 
 use crate::across::{Arm, Rates};
-use crate::boundary::{Books, Surroundings};
+use crate::boundary::{Ledgers, Surroundings};
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
@@ -81,7 +81,7 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) stock: Stock<P::Space>,
     pub(crate) unit: Unit,
     pub(crate) tally: Tally,
-    pub(crate) books: Books<P::Space>,
+    pub(crate) ledgers: Ledgers<P::Space>,
     /// What is at the faces of the box and inside it; none if it is periodic.
     pub(crate) surroundings: Option<Surroundings<P>>,
     pub(crate) means: Means,
@@ -280,8 +280,8 @@ where
     }
 
     /// What boundaries gave to the gas so far.
-    pub fn books(&self) -> &Books<P::Space> {
-        &self.books
+    pub fn ledgers(&self) -> &Ledgers<P::Space> {
+        &self.ledgers
     }
 
     /// The present time.

@@ -3,7 +3,7 @@
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Field, Physics, Space, VectorOf};
 
-use crate::boundary::{Books, Origin, Passage, Surroundings};
+use crate::boundary::{Ledgers, Origin, Passage, Surroundings};
 use crate::grid::{Grid, offset_number};
 use crate::simulator::{Follow, Simulator, SimulatorOf};
 use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
@@ -90,7 +90,7 @@ where
         // Taken out, so that the loop below knows that nothing else points to them.
         let mut simulators = std::mem::take(&mut self.simulators);
         let mut codes = std::mem::take(&mut self.codes);
-        let mut books = std::mem::take(&mut self.books);
+        let mut ledgers = std::mem::take(&mut self.ledgers);
         fit(&mut simulators, total);
         fit(&mut codes, total);
         simulators.resize(total, SimulatorOf::<P, F>::default());
@@ -153,8 +153,8 @@ where
                     near: &mut *leavers,
                     far: &mut outbox.far,
                 };
-                let moved = if let (Some(passage), Some(books)) = (&flight.passage, &mut books) {
-                    self.depart_between(grid, passage, simulator, origin, &mut exits, books)
+                let moved = if let (Some(passage), Some(ledgers)) = (&flight.passage, &mut ledgers) {
+                    self.depart_between(grid, passage, simulator, origin, &mut exits, ledgers)
                 } else {
                     let moved = Simulator {
                         position,
@@ -176,7 +176,7 @@ where
         }
         simulators.truncate(stayed);
         codes.truncate(stayed);
-        (self.simulators, self.codes, self.books) = (simulators, codes, books);
+        (self.simulators, self.codes, self.ledgers) = (simulators, codes, ledgers);
         self.count_cells();
         outbox.fill(leavers);
     }
@@ -237,16 +237,16 @@ where
         simulator: &SimulatorOf<P, F>,
         origin: Origin,
         exits: &mut Exits<'_, P, F>,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) -> Option<SimulatorOf<P, F>> {
         let mut moved = *simulator;
-        if !passage.travel::<F>(&mut moved, origin, books) {
+        if !passage.travel::<F>(&mut moved, origin, ledgers) {
             return None;
         }
         let mut staying = None;
         // All cells of this tile weigh the same: at most one comes back.
         let stay = |simulator| staying = Some(simulator);
-        self.land(grid, passage, moved, origin, exits, books, stay);
+        self.land(grid, passage, moved, origin, exits, ledgers, stay);
         staying
     }
 
@@ -262,12 +262,12 @@ where
         mut simulator: SimulatorOf<P, F>,
         origin: Origin,
         exits: &mut Exits<'_, P, F>,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
         mut stay: impl FnMut(SimulatorOf<P, F>),
     ) {
         simulator.position = grid.domain().wrap(simulator.position);
         let cell = grid.cell_at(simulator.position);
-        for _ in 0..passage.copies::<F>(&simulator, origin, grid.number(cell), books) {
+        for _ in 0..passage.copies::<F>(&simulator, origin, grid.number(cell), ledgers) {
             if let Some(simulator) = self.depart(grid, simulator, origin.cell, exits) {
                 stay(simulator);
             }
@@ -327,7 +327,7 @@ where
         };
         let mut simulators = std::mem::take(&mut self.simulators);
         let mut codes = std::mem::take(&mut self.codes);
-        let mut books = std::mem::take(&mut self.books).unwrap_or_default();
+        let mut ledgers = std::mem::take(&mut self.ledgers).unwrap_or_default();
         simulators.clear();
         codes.clear();
         fit(&mut simulators, sorted.len());
@@ -356,18 +356,18 @@ where
                         continue;
                     }
                     let mut moved = *simulator;
-                    if passage.travel::<F>(&mut moved, origin, &mut books) {
-                        let (exits, books) = (&mut exits, &mut books);
-                        self.land(grid, passage, moved, origin, exits, books, &mut stay);
+                    if passage.travel::<F>(&mut moved, origin, &mut ledgers) {
+                        let (exits, ledgers) = (&mut exits, &mut ledgers);
+                        self.land(grid, passage, moved, origin, exits, ledgers, &mut stay);
                     }
                 }
-                passage.let_in::<F>(grid, at, count, &mut books, |entered, origin, books| {
-                    self.land(grid, passage, entered, origin, &mut exits, books, &mut stay);
+                passage.let_in::<F>(grid, at, count, &mut ledgers, |entered, origin, ledgers| {
+                    self.land(grid, passage, entered, origin, &mut exits, ledgers, &mut stay);
                 });
             }
             self.lines[line] = simulators.len() as u32;
         }
-        (self.simulators, self.codes, self.books) = (simulators, codes, Some(books));
+        (self.simulators, self.codes, self.ledgers) = (simulators, codes, Some(ledgers));
         self.count_cells();
         outbox.fill(leavers);
     }

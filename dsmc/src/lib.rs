@@ -41,7 +41,7 @@
 //!   the flight.
 //! * **Weights** depend on the cell alone, so that no simulator stores one. What goes from a weight a to b becomes a/b
 //!   simulators on average.
-//! * **Books**: what each wall, obstacle, opening, stream and change of weight gave is kept ([`Books`]), so that mass,
+//! * **Ledgers**: what each wall, obstacle, opening, stream and change of weight gave is kept ([`Ledgers`]), so that mass,
 //!   momentum and energy can be accounted for.
 //!
 //! # Speed
@@ -84,7 +84,7 @@ mod tally;
 mod tests;
 mod tile;
 
-pub use boundary::{Books, Boundaries, Clearance, Inflow, Transfer, Weights};
+pub use boundary::{Ledgers, Boundaries, Clearance, Inflow, Transfer, Weights};
 pub use density::{Neighbourhood, Scheme};
 pub use engine::Engine;
 pub use grid::Grid;

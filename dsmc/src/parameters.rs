@@ -56,7 +56,7 @@ impl Parameters {
     /// A scheme with its own defaults: one simulator for each particle; partners within a cell that dense schemes displace by
     /// a diameter; time steps as fine as each scheme needs; and a limit on chi that its cells need.
     ///
-    /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see [`Parameters::strangers`].
+    /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see [`Parameters::enough_for_chaos`].
     pub fn for_scheme(scheme: Scheme) -> Self {
         /// For schemes without a limit of their own: beyond any packing.
         const UNLIMITED: f64 = 1e3;
@@ -198,11 +198,11 @@ impl Parameters {
         }
     }
 
-    /// Simulators for each particle with which the partners of a collision are strangers: as many as put some 120 in the
+    /// Simulators for each particle with which the partners of a collision are uncorrelated: as many as put some 120 in the
     /// shell around a particle from which partners come, so that the chance to meet one again hardly counts (two partners of
     /// the same collision are correlated, and lose less energy when they meet again: K at `t_0` is too high by about 0.4
     /// over the number of partners at restitution 0.8). At most 1000, and at most 2^20 in all.
-    pub fn strangers<S: Space>(
+    pub fn enough_for_chaos<S: Space>(
         scheme: Scheme,
         packing_fraction: f64,
         diameter: f64,
@@ -415,7 +415,7 @@ pub enum EngineError {
     #[error(
         "{found} states for {wanted} simulators of each particle; allowed: one for each, all alike in number, time and box"
     )]
-    UnlikeSets {
+    UnequalStarts {
         /// How many were given.
         found: usize,
         /// How many are needed.

@@ -82,7 +82,7 @@ fn begin(gas: &Gas<'_>, source: Source<'_>) -> Result<Box<dyn Simulation>, Engin
     let (count, dimension) = match source {
         Source::Start([first, ..]) => (first.all.len(), first.dimension),
         Source::Start([]) => {
-            return Err(EngineError::UnlikeSets {
+            return Err(EngineError::UnequalStarts {
                 found: 0,
                 wanted: 1,
             });
@@ -344,7 +344,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
             ("cell_width", self.engine.cell()[0]),
             (
                 "particles_laid_to_rest_on_walls",
-                self.engine.books().rests as f64,
+                self.engine.ledgers().rests as f64,
             ),
         ];
         Work {
@@ -373,29 +373,29 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
     }
 
     fn boundaries(&self) -> Vec<BoundaryFlux> {
-        let books = self.engine.books();
+        let ledgers = self.engine.ledgers();
         let mut entries = Vec::new();
         for (axis, names) in FACES.iter().enumerate() {
             for (side, name) in names.iter().enumerate() {
-                let wall = &books.walls[axis][side];
+                let wall = &ledgers.walls[axis][side];
                 if wall.contacts > 0.0 {
-                    entries.push(BoundaryFlux::of_book(*name, wall));
+                    entries.push(BoundaryFlux::of_ledger(*name, wall));
                 }
-                let open = &books.open[axis][side];
+                let open = &ledgers.open[axis][side];
                 if open.particles != 0.0 {
                     entries.push(of_transfer(format!("out through {name}"), open));
                 }
             }
         }
-        for (index, obstacle) in books.obstacles.iter().enumerate() {
+        for (index, obstacle) in ledgers.obstacles.iter().enumerate() {
             let name = format!("obstacle {}", index + 1);
-            entries.push(BoundaryFlux::of_book(name, obstacle));
+            entries.push(BoundaryFlux::of_ledger(name, obstacle));
         }
-        for (index, inflow) in books.inflows.iter().enumerate() {
+        for (index, inflow) in ledgers.inflows.iter().enumerate() {
             entries.push(of_transfer(format!("inflow {}", index + 1), inflow));
         }
-        if books.balanced > 0 {
-            entries.push(of_transfer(BALANCE.to_owned(), &books.balance));
+        if ledgers.balanced > 0 {
+            entries.push(of_transfer(BALANCE.to_owned(), &ledgers.balance));
         }
         entries
     }

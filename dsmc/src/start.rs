@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::walls::Book;
+use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates, Spread};
-use crate::boundary::{Books, Boundaries, Inflow, MOST_SIMULATORS, Surroundings, Transfer, enter};
+use crate::boundary::{Ledgers, Boundaries, Inflow, MOST_SIMULATORS, Surroundings, Transfer, enter};
 use crate::collide::draw_whole;
 use crate::copies;
 use crate::density::{Density, Gas, Scheme};
@@ -39,7 +39,7 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     unit: Unit,
     tally: Tally,
     arm: Arm,
-    books: Books<P::Space>,
+    ledgers: Ledgers<P::Space>,
     means: Means,
 }
 
@@ -219,7 +219,7 @@ where
                 first
             }
             _ => {
-                return Err(EngineError::UnlikeSets {
+                return Err(EngineError::UnequalStarts {
                     found: sets.len(),
                     wanted,
                 });
@@ -253,7 +253,7 @@ where
             unit: Unit::of(0.0),
             tally: Tally::default(),
             arm: Arm::default(),
-            books: Books::default(),
+            ledgers: Ledgers::default(),
             means,
         };
         let domain = state.domain;
@@ -325,7 +325,7 @@ where
             unit,
             tally,
             arm,
-            mut books,
+            mut ledgers,
             means,
         } = checkpoint;
         check_numbers::<P, F>(&scene, &simulators)?;
@@ -368,7 +368,7 @@ where
                 weight,
                 time,
             };
-            simulators = entry.place::<F>(simulators, fresh, &mut books)?;
+            simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
         let rates = (parameters.scheme.is_across())
             .then(|| Rates::new(density.unit(), ball, gas.limit, means.spread::<P>()));
@@ -402,7 +402,7 @@ where
             stock,
             unit,
             tally,
-            books,
+            ledgers,
             surroundings,
             means,
             stop: Stop::default(),
@@ -443,7 +443,7 @@ where
             if let Some(surroundings) = &self.surroundings {
                 tile.is_even = surroundings.is_even(&self.grid, &tile.place);
                 let [inflows, obstacles] = surroundings.numbers();
-                tile.books = Some(Box::new(Books::of(inflows, obstacles)));
+                tile.ledgers = Some(Box::new(Ledgers::of(inflows, obstacles)));
             }
             self.tiles.push(tile);
         }
@@ -461,7 +461,7 @@ where
             unit: self.unit,
             tally: self.tally,
             arm: self.arm.clone(),
-            books: self.books.clone(),
+            ledgers: self.ledgers.clone(),
             means: self.means,
         }
     }
@@ -484,12 +484,12 @@ impl<P: Physics> Entry<'_, P> {
         &self,
         simulators: Vec<SimulatorOf<P, F>>,
         fresh: Option<usize>,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
         let surroundings = self.surroundings;
         let [inflows, obstacles] = surroundings.numbers();
-        books.inflows.resize(inflows, Transfer::default());
-        books.obstacles.resize(obstacles, Book::default());
+        ledgers.inflows.resize(inflows, Transfer::default());
+        ledgers.obstacles.resize(obstacles, Ledger::default());
         let least = surroundings.least_factor();
         if simulators.len() as f64 > MOST_SIMULATORS * least {
             return Err(EngineError::BadWeights {
@@ -512,10 +512,10 @@ impl<P: Physics> Entry<'_, P> {
             let factor = surroundings.factor(self.grid.number(cell));
             let copies = if fresh.is_some() && factor != 1.0 {
                 let mut stream = self.streams.at(Purpose::Balance, [u64::MAX, index as u64]);
-                books.balanced += 1;
+                ledgers.balanced += 1;
                 let copies = draw_whole(1.0 / factor, &mut stream);
                 let more = self.weight * (copies as f64 * factor - 1.0);
-                enter::<P, F>(self.scene, &simulator, more, &mut books.balance);
+                enter::<P, F>(self.scene, &simulator, more, &mut ledgers.balance);
                 copies
             } else {
                 1

@@ -295,8 +295,8 @@ where
             self.simulators = self.far.len() + travelling;
             for tile in &mut self.tiles {
                 self.simulators += tile.simulators.len();
-                if let Some(books) = &mut tile.books {
-                    self.books.take(books);
+                if let Some(ledgers) = &mut tile.ledgers {
+                    self.ledgers.take(ledgers);
                 }
             }
         }

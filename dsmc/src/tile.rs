@@ -11,7 +11,7 @@
 use stosszahl_model::{Collision, Physics, VectorOf};
 
 use crate::across::Speeds;
-use crate::boundary::Books;
+use crate::boundary::Ledgers;
 use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::simulator::{Follow, SimulatorOf};
 use crate::tally::{CellCount, Stock, Tally};
@@ -123,7 +123,7 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     /// Whether simulators weigh the same in all its cells.
     pub(crate) is_even: bool,
     /// What boundaries gave since the last exchange, where there are some.
-    pub(crate) books: Option<Box<Books<P::Space>>>,
+    pub(crate) ledgers: Option<Box<Ledgers<P::Space>>>,
 }
 
 /// Working memory of a thread.
@@ -180,7 +180,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             log: Vec::new(),
             counts: Vec::new(),
             is_even: true,
-            books: None,
+            ledgers: None,
         };
         tile.starts = vec![0; tile.cells() + 1];
         tile

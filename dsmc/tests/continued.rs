@@ -74,8 +74,8 @@ fn stops_change_nothing(
         }
         engine.advance(f64::INFINITY, steps, &mut ());
         let tiles = engine.grid().tiles();
-        let books = engine.books().clone();
-        (before, tiles, engine.state().bodies, engine.tally(), books)
+        let ledgers = engine.ledgers().clone();
+        (before, tiles, engine.state().bodies, engine.tally(), ledgers)
     };
     let through = run(false);
     // The number of simulators at the stop is another than at the start: what tiles must not follow.

@@ -91,16 +91,16 @@ fn a_drifting_gas_stays_uniform() {
             assert!((heat / count / 0.5 - 1.0).abs() < 0.01, "{drift}: {heat}");
             assert!((turning / count / 0.5 - 1.0).abs() < 0.01, "{drift}");
         }
-        check_books(&engine, &scene);
+        check_ledgers(&engine, &scene);
     }
 }
 
 /// What came in less what went out is what is there: to the rounding of sums of some 1e5 terms.
-fn check_books<S: Space, C: stosszahl_model::Surface<S>>(
+fn check_ledgers<S: Space, C: stosszahl_model::Surface<S>>(
     engine: &Engine<Grains<S, C, Free>>,
     scene: &Grains<S, C, Free>,
 ) {
-    let (mass, momentum, energy) = engine.books().total();
+    let (mass, momentum, energy) = engine.ledgers().total();
     let (mut there, mut moving, mut heat) = (0.0, S::Vector::default(), 0.0);
     engine.visit(|_, velocity, spin, (), weight| {
         use stosszahl_model::Vector;
@@ -135,9 +135,9 @@ fn without_flux_a_channel_runs_empty() {
         engine.advance(1e4, u64::MAX, &mut ());
         assert_eq!(engine.simulators(), 0);
         assert!(engine.state().bodies.is_empty());
-        let gone = engine.books().open[0][0].particles + engine.books().open[0][1].particles;
+        let gone = engine.ledgers().open[0][0].particles + engine.ledgers().open[0][1].particles;
         assert_eq!(gone, -200.0);
-        assert_eq!(engine.books().inflows[0].particles, 0.0);
+        assert_eq!(engine.ledgers().inflows[0].particles, 0.0);
         let steps = engine.tally().steps;
         engine.advance(2e4, u64::MAX, &mut ());
         assert!(engine.tally().steps < 2 * steps + 1_000_000);
@@ -162,7 +162,7 @@ fn a_supersonic_stream_fills_an_empty_channel() {
             .expect("an engine");
     assert_eq!(engine.simulators(), 0);
     engine.advance(10.0, u64::MAX, &mut ());
-    let entered = engine.books().inflows[0].particles;
+    let entered = engine.ledgers().inflows[0].particles;
     let expected = density * drift * 5.0 * 10.0;
     assert!(
         (entered - expected).abs() < 4.4 * expected.sqrt(),
@@ -171,8 +171,8 @@ fn a_supersonic_stream_fills_an_empty_channel() {
     let there = engine.simulators() as f64;
     let full = density * 10.0 * 5.0;
     assert!((there - full).abs() < 4.4 * full.sqrt(), "{there} {full}");
-    assert_eq!(engine.books().open[0][0].particles, 0.0);
-    check_books(&engine, &scene);
+    assert_eq!(engine.ledgers().open[0][0].particles, 0.0);
+    check_ledgers(&engine, &scene);
 }
 
 /// A box with weights of 1 and 3.7: over 1e6 changes of weight, splits and merges alike, particles, mass, momentum and
@@ -208,7 +208,7 @@ fn splits_and_merges_are_fair() {
         )
         .expect("an engine");
         engine.advance(16.0, u64::MAX, &mut ());
-        let balance = engine.books().balance;
+        let balance = engine.ledgers().balance;
         assert_eq!(balance.particles, balance.mass);
         samples.push([
             balance.particles,
@@ -216,7 +216,7 @@ fn splits_and_merges_are_fair() {
             balance.momentum[1],
             balance.energy,
         ]);
-        changes += engine.books().balanced;
+        changes += engine.ledgers().balanced;
         let mut there = 0.0;
         engine.visit(|position, _, (), (), weight| {
             thirds[(position[0] / 2.0) as usize] += weight;
@@ -311,7 +311,7 @@ fn threads_tiles_and_stops_change_nothing() {
                 engine.displacements(),
                 engine.time(),
                 engine.tally().collisions,
-                engine.books().clone(),
+                engine.ledgers().clone(),
             )
         })
     };
@@ -463,8 +463,8 @@ fn only_species_can_flow() {
     assert!(second.eq(light));
     assert!(kinds[0] <= 1 && kinds[1] > 200, "{kinds:?}");
     assert_eq!(
-        engine.books().inflows[0].mass,
-        0.5 * engine.books().inflows[0].particles
+        engine.ledgers().inflows[0].mass,
+        0.5 * engine.ledgers().inflows[0].particles
     );
 }
 
@@ -528,5 +528,5 @@ fn weights_do_not_change_an_atmosphere() {
         assert!((temperature - 1.0).abs() < 0.02, "{number}: {temperature}");
         assert!(fifth[2] / f64::from(samples) > 3000.0, "{fifths:?}");
     }
-    assert!(engine.books().balanced > 100_000);
+    assert!(engine.ledgers().balanced > 100_000);
 }

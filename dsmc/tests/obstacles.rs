@@ -111,10 +111,10 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         let found = engine.tally().collisions as f64;
         let error = (4.4 / pairs.sqrt()).hypot(0.01);
         assert!((found / pairs - 1.0).abs() < error, "{found} {pairs}");
-        let books = engine.books();
-        assert!(books.obstacles.iter().all(|book| book.contacts > 100.0));
-        let given = books.total().1 - (end.momentum(&scene) - state.momentum(&scene));
-        assert!(given.norm() < 1e-8 && books.rests == 0, "{given}");
+        let ledgers = engine.ledgers();
+        assert!(ledgers.obstacles.iter().all(|ledger| ledger.contacts > 100.0));
+        let given = ledgers.total().1 - (end.momentum(&scene) - state.momentum(&scene));
+        assert!(given.norm() < 1e-8 && ledgers.rests == 0, "{given}");
         // Counts by cell add up to all.
         let counts = engine.take_cell_counts();
         assert_eq!(counts.len(), engine.grid().cells());
@@ -150,7 +150,7 @@ fn nothing_flies_through_an_obstacle() {
         engine.advance(100.0, u64::MAX, &mut ());
         // Between 6 and 14 in the first coordinate, to and fro: from 11 it is at the wall at 6 after 5, then every 8.
         let end = engine.state().bodies[0];
-        assert_eq!(engine.books().obstacles[0].contacts, 12.0);
+        assert_eq!(engine.ledgers().obstacles[0].contacts, 12.0);
         assert_eq!(end.velocity, vector![-1.0, 0.5]);
         assert!(
             (end.position - vector![7.0, 2.0]).norm() < 1e-7,
@@ -229,7 +229,7 @@ fn a_grain_slides_down_a_slope() {
         (body.velocity - vector![1.0, -1.0]).norm() < 1e-6,
         "{body:?}"
     );
-    let given = engine.books().obstacles[0].momentum;
+    let given = engine.ledgers().obstacles[0].momentum;
     assert!((given - vector![1.0, 1.0]).norm() < 1e-6, "{given}");
 }
 
@@ -302,7 +302,7 @@ fn grains_come_to_rest_in_wedges() {
         let end = engine.state();
         let moving = end.kinetic_energy(&scene);
         assert!(moving < 1.0, "{moving}");
-        let (_, momentum, given) = engine.books().total();
+        let (_, momentum, given) = engine.ledgers().total();
         let weight = vector![0.0, -1.0] * (100.0 * 200.0);
         let change = end.momentum(&scene) - state.momentum(&scene) - weight;
         assert!((change - momentum).norm() < 1e-3, "{change} {momentum}");
@@ -329,7 +329,7 @@ fn spheres_flow_around_a_cylinder() {
     assert!((energy - 1.0).abs() < 1e-12, "{energy}");
     let nearest = end.bodies.iter().map(|body| from_axis(body.position));
     assert!(nearest.fold(9.0, f64::min) > 1.5 - 1e-9);
-    assert!(engine.books().obstacles[0].momentum[2] == 0.0);
+    assert!(engine.ledgers().obstacles[0].momentum[2] == 0.0);
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     }
     let end = total(&engine.state());
     assert!((end / energy - 1.0).abs() < 1e-11, "{end} {energy}");
-    assert_eq!(engine.books().rests, 0);
+    assert_eq!(engine.ledgers().rests, 0);
     found
 }
 

@@ -87,7 +87,7 @@ fn a_specular_box_is_an_equilibrium() {
             "{quarters:?}"
         );
     }
-    let given = engine.books().walls[0][0];
+    let given = engine.ledgers().walls[0][0];
     assert!(given.contacts > 1000.0 && given.momentum[0] > 0.0 && given.momentum[1] == 0.0);
     assert!(given.energy.abs() < 1e-10 * energy);
 }
@@ -133,7 +133,7 @@ fn diffuse_walls_give_their_temperature_and_velocity() {
 /// What walls, vibrating, sliding, rubbing and diffuse, and the weight give to spinning grains is what their momentum and
 /// energy change by: to a random walk of some 1e5 roundings of what goes in and out.
 #[test]
-fn books_close() {
+fn ledgers_close() {
     let count = 2000;
     let mut floor = Wall::<Plane>::still(Rebound::Restitutive {
         restitution: 0.9,
@@ -160,7 +160,7 @@ fn books_close() {
             .expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let end = engine.state();
-    let (mass, momentum, energy) = engine.books().total();
+    let (mass, momentum, energy) = engine.ledgers().total();
     assert_eq!(mass, 0.0);
     let weight = vector![0.1, -0.5] * (20.0 * count as f64);
     let change = end.momentum(&scene) - state.momentum(&scene);
@@ -177,8 +177,8 @@ fn books_close() {
     };
     let change = total(&end) - total(&state);
     assert!((change - energy).abs() < 1e-8, "{change} {energy}");
-    let given = &engine.books().walls;
-    let contacts = given.iter().take(2).flatten().map(|book| book.contacts);
+    let given = &engine.ledgers().walls;
+    let contacts = given.iter().take(2).flatten().map(|ledger| ledger.contacts);
     assert!(contacts.clone().all(|number| number > 200.0), "{given:?}");
     for body in &end.bodies {
         let [x, y] = [body.position[0], body.position[1]];
@@ -361,7 +361,7 @@ fn grazing_disks_touch_and_stay_inside() {
         engine.advance(3.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
         let touched = speed == 1e-12;
-        assert_eq!(engine.books().walls[1][0].contacts, f64::from(touched));
+        assert_eq!(engine.ledgers().walls[1][0].contacts, f64::from(touched));
         assert_eq!(body.velocity[1], if touched { speed } else { -speed });
         assert!((body.position[1] - 1e-12).abs() < 3.0 * speed + 1e-15 && body.position[1] >= 0.0);
     }
@@ -406,7 +406,7 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
     let end = engine.state();
     // Thrown at twice its speed of 20; their own collisions lose most of it.
     assert!(end.temperature(&scene) > 1.0, "{}", end.temperature(&scene));
-    assert_eq!(engine.books().rests, 0);
+    assert_eq!(engine.ledgers().rests, 0);
 }
 
 /// A grain that falls onto a floor which gives half of its speed back comes to rest there after infinitely many contacts
@@ -434,18 +434,18 @@ fn a_grain_comes_to_rest_on_the_floor() {
         };
         assert_eq!(body.position, vector![5.0, height]);
         assert_eq!(body.velocity, vector![0.0, 0.0]);
-        let book = engine.books().walls[1][0];
-        assert!((book.momentum[1] - 100.0).abs() < 1e-10, "{book:?}");
+        let ledger = engine.ledgers().walls[1][0];
+        assert!((ledger.momentum[1] - 100.0).abs() < 1e-10, "{ledger:?}");
         assert!(
-            (book.energy + 2.0 * (1.5 - height)).abs() < 1e-12,
-            "{book:?}"
+            (ledger.energy + 2.0 * (1.5 - height)).abs() < 1e-12,
+            "{ledger:?}"
         );
         // At rest from the start.
         let at_rest = vector![5.0, height];
         let mut engine: Engine<Falling> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         assert_eq!(engine.state().bodies[0].position, at_rest);
-        assert_eq!(engine.books().rests, 0);
+        assert_eq!(engine.ledgers().rests, 0);
         // A corner that it slides into.
         let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
         let mut engine: Engine<Falling> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
@@ -568,7 +568,7 @@ fn dense_disks_press_on_their_walls() {
                 .expect("an engine");
         let energy = engine.state().kinetic_energy(&scene);
         engine.advance(20.0, u64::MAX, &mut ());
-        let before = engine.books().walls;
+        let before = engine.ledgers().walls;
         let mut middle = 0.0;
         let samples = 400;
         for sample in 1..=samples {
@@ -583,7 +583,7 @@ fn dense_disks_press_on_their_walls() {
         let end = engine.state().kinetic_energy(&scene);
         assert!((end / energy - 1.0).abs() < 1e-11);
         let mut pressure = 0.0;
-        for (axis, (now, before)) in engine.books().walls.iter().zip(before).enumerate().take(2) {
+        for (axis, (now, before)) in engine.ledgers().walls.iter().zip(before).enumerate().take(2) {
             for (now, before) in now.iter().zip(before) {
                 let given = (now.momentum - before.momentum)[axis];
                 pressure += given.abs() / (4.0 * (side - 1.0) * f64::from(samples));

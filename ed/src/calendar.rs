@@ -61,7 +61,7 @@ pub trait Agenda {
 
     /// The present bucket names this disk: its partner is needed next. The partner's number for a caller that wants to prefetch
     /// something else of it; beyond the disks if it has none.
-    fn call_up_partner(&self, disk: u32) -> usize {
+    fn prefetch_partner(&self, disk: u32) -> usize {
         disk as usize
     }
 }
@@ -417,7 +417,7 @@ impl Buckets {
     /// Lines up the event of a disk named in the current bucket, unless it is stale; with [`Self::next_begins`].
     #[inline(always)]
     fn admit(&mut self, disk: u32, next_begins: f64, agenda: &impl Agenda) {
-        memory::prefetch_next(&self.times, agenda.call_up_partner(disk));
+        memory::prefetch_next(&self.times, agenda.prefetch_partner(disk));
         let time = self.times[disk as usize];
         // A later event has an entry of its own.
         let due = if next_begins < f64::INFINITY {

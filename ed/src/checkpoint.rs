@@ -1,7 +1,7 @@
 //! What a run is, between its legs.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::walls::Book;
+use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Physics, State};
 
 /// Which collisions lose energy.
@@ -62,8 +62,8 @@ pub struct Checkpoint<P: Physics> {
     pub tally: Tally,
     /// Contacts since time last advanced noticeably.
     pub stalled: u64,
-    /// What each wall and obstacle has given to the gas, by `Engine::books`; empty where there are none.
-    pub books: Vec<Book<P::Space>>,
+    /// What each wall and obstacle has given to the gas, by `Engine::ledgers`; empty where there are none.
+    pub ledgers: Vec<Ledger<P::Space>>,
 }
 
 impl<P: Physics> Clone for Checkpoint<P> {
@@ -74,7 +74,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
             windings: self.windings.clone(),
             tally: self.tally,
             stalled: self.stalled,
-            books: self.books.clone(),
+            ledgers: self.ledgers.clone(),
         }
     }
 }
@@ -99,7 +99,7 @@ impl<P: Physics> From<State<P>> for Checkpoint<P> {
             windings: Vec::new(),
             tally: Tally::default(),
             stalled: 0,
-            books: Vec::new(),
+            ledgers: Vec::new(),
         }
     }
 }

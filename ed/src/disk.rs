@@ -536,7 +536,7 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
     }
 
     #[inline]
-    fn call_up_partner(&self, disk: u32) -> usize {
+    fn prefetch_partner(&self, disk: u32) -> usize {
         let line = line_of(self.all[disk as usize].partner);
         memory::prefetch_next(&self.all, line);
         line

@@ -1,7 +1,7 @@
 //! The engine: disks, their events, and the loop over them.
 
 use nalgebra::Vector2;
-use stosszahl_model::walls::Book;
+use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
     Body, Domain, Field, Observer, Physics, Plane, Recorder, Sizes, SpinOf, State, Surface,
 };
@@ -47,7 +47,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) last_contact: Vec<f64>,
     pub(crate) surroundings: Surroundings,
     /// By face, then by obstacle; empty where nothing can be touched.
-    pub(crate) books: Vec<Book<P::Space>>,
+    pub(crate) ledgers: Vec<Ledger<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless requested.
     pub(crate) windings: Vec<Winding>,
     pub(crate) calendar: Q,
@@ -101,7 +101,7 @@ where
         let start = start.into();
         let diameter = 2.0 * scene.sizes().largest_radius();
         check(&scene, &start, diameter)?;
-        check_boundaries(&start.state.domain, boundaries, diameter, start.books.len())?;
+        check_boundaries(&start.state.domain, boundaries, diameter, start.ledgers.len())?;
         check_overlaps(&scene, &start.state, boundaries)?;
         let fresh = start.tally == Tally::default();
         let engine = Self::from_checkpoint(scene, dissipation, start, boundaries.clone())?;
@@ -153,7 +153,7 @@ where
             windings,
             tally,
             stalled,
-            books,
+            ledgers,
         } = start;
         let count = state.bodies.len();
         let diameter = 2.0 * scene.sizes().largest_radius();
@@ -182,10 +182,10 @@ where
         if count + surroundings.things() >= u32::MAX as usize {
             return Err(EngineError::TooMany { disks: count });
         }
-        let books = if books.is_empty() {
-            vec![Book::default(); surroundings.boundaries.books()]
+        let ledgers = if ledgers.is_empty() {
+            vec![Ledger::default(); surroundings.boundaries.ledgers()]
         } else {
-            books
+            ledgers
         };
         let ages = |&name: &u32| match last_contact.get(name as usize) {
             Some(last) => (last - state.time) * speed,
@@ -223,7 +223,7 @@ where
             names,
             last_contact,
             surroundings,
-            books,
+            ledgers,
             windings,
             candidates: Candidates::new(),
             speed,
@@ -337,14 +337,14 @@ where
             windings,
             tally: self.tally,
             stalled: self.progress.stalled(self.tally.contacts()),
-            books: self.books.clone(),
+            ledgers: self.ledgers.clone(),
         }
     }
 
     /// What walls and obstacles have given to the gas so far: the faces of the box, lower and upper along the first
     /// axis, then along the second, and after these four the obstacles. Empty where there are none.
-    pub fn books(&self) -> &[Book<Plane>] {
-        &self.books
+    pub fn ledgers(&self) -> &[Ledger<Plane>] {
+        &self.ledgers
     }
 
     /// What stands at the edges of the box and in it.

@@ -37,9 +37,9 @@ pub enum EngineError {
     },
     /// A checkpoint of other boundaries.
     #[error(
-        "{found} books of walls and obstacles; allowed are none, or {expected} with these boundaries"
+        "{found} ledgers of walls and obstacles; allowed are none, or {expected} with these boundaries"
     )]
-    WrongBooks {
+    WrongLedgers {
         /// How many were given.
         found: usize,
         /// How many there are.
@@ -217,14 +217,14 @@ pub enum Touchable {
 
 impl Touchable {
     /// What has the account of the given number: the faces come first.
-    pub(crate) fn of_book(book: usize) -> Self {
-        if book < FACES {
+    pub(crate) fn of_ledger(ledger: usize) -> Self {
+        if ledger < FACES {
             Self::Wall {
-                axis: book / 2,
-                side: book % 2,
+                axis: ledger / 2,
+                side: ledger % 2,
             }
         } else {
-            Self::Obstacle(book - FACES)
+            Self::Obstacle(ledger - FACES)
         }
     }
 }

@@ -63,7 +63,7 @@ impl<F: Field<Plane>> Disks<F> {
                 for &disk in plan.contacts() {
                     let disk = &self.all[disk as usize];
                     memory::prefetch(&self.all, line_of(disk.partner));
-                    self.call_up_cells(disk.home);
+                    self.prefetch_cells(disk.home);
                 }
                 for places in plan.followed() {
                     for &place in places {
@@ -73,18 +73,18 @@ impl<F: Field<Plane>> Disks<F> {
             }
             2 => {
                 for &disk in plan.contacts() {
-                    self.call_up_cells(self.partner(disk).home);
+                    self.prefetch_cells(self.partner(disk).home);
                 }
                 for places in plan.followed() {
                     for &place in places {
-                        self.call_up_first(place);
+                        self.prefetch_first(place);
                     }
                 }
             }
             _ => {
                 for &disk in plan.contacts() {
-                    self.call_up_neighbours(self.home(disk));
-                    self.call_up_neighbours(self.partner(disk).home);
+                    self.prefetch_neighbours(self.home(disk));
+                    self.prefetch_neighbours(self.partner(disk).home);
                 }
             }
         }
@@ -142,7 +142,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Prefetches the lists of the cells around one.
     #[inline(always)]
-    fn call_up_cells(&self, home: Cell) {
+    fn prefetch_cells(&self, home: Cell) {
         let (x, y) = self.cells.around(home);
         for row in y {
             self.cells.prefetch((x[0] + row) as usize);
@@ -152,18 +152,18 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Prefetches the first disks of the cells around one.
     #[inline(always)]
-    fn call_up_neighbours(&self, home: Cell) {
+    fn prefetch_neighbours(&self, home: Cell) {
         let (x, y) = self.cells.around(home);
         for row in y {
             for column in x {
-                self.call_up_first(column + row);
+                self.prefetch_first(column + row);
             }
         }
     }
 
     /// Prefetches the first disk of the cell at a place in memory.
     #[inline(always)]
-    fn call_up_first(&self, place: u32) {
+    fn prefetch_first(&self, place: u32) {
         memory::prefetch(&self.all, line_of(self.cells.first(place as usize)));
     }
 }

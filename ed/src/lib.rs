@@ -22,7 +22,7 @@
 //!
 //! Walls and obstacles ([`Boundaries`]) are found in a table by cell; a contact with one of them takes the place of one with a
 //! partner, so that a disk still has one event. Contact times with all of them are closed forms or bracketed roots
-//! (`stosszahl_model::walls`). What they give to the gas is in [`Engine::books`].
+//! (`stosszahl_model::walls`). What they give to the gas is in [`Engine::ledgers`].
 //!
 //! The cost of one collision is about constant in the number of disks but for the memory hierarchy: what
 //! was measured, and what was tried and dropped, is in `docs/development/event-driven.md`.

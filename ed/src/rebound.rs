@@ -56,7 +56,7 @@ where
             0.5 * mass * velocity.norm_squared() + spinning
         };
         let gained = energy(velocity, spin) - energy(before, spin_before);
-        self.books[touched.book].enter(1.0, (velocity - before) * mass, gained);
+        self.ledgers[touched.ledger].enter(1.0, (velocity - before) * mass, gained);
         self.disks.all[who as usize].velocity = velocity / speed;
         if P::Surface::ROUGH {
             self.spins[who as usize] = <P::Surface as Surface<Plane>>::scaled(spin, 1.0 / speed);
@@ -140,7 +140,7 @@ where
             time: self.time,
             collisions: self.progress.stalled(self.tally.contacts()),
             disk: self.names[who as usize] as usize,
-            what: Touchable::of_book(touched.book),
+            what: Touchable::of_ledger(touched.ledger),
             cluster: self.cluster(),
             place: self.domain.wrap(self.disks.place(who, self.now)).into(),
         }

@@ -370,17 +370,17 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn boundaries(&self) -> Vec<BoundaryFlux> {
-        let books = match &self.stage {
-            Stage::Between(gas) => &gas.books[..],
-            Stage::Flying(engine) => engine.books(),
+        let ledgers = match &self.stage {
+            Stage::Between(gas) => &gas.ledgers[..],
+            Stage::Flying(engine) => engine.ledgers(),
         };
         let faces = stosszahl_model::walls::FACES.iter().take(2).flatten();
         let names = faces
             .map(|name| (*name).to_owned())
             .chain((1..).map(|number| format!("obstacle {number}")));
-        let touched = names.zip(books).filter(|(_, book)| book.contacts > 0.0);
+        let touched = names.zip(ledgers).filter(|(_, ledger)| ledger.contacts > 0.0);
         touched
-            .map(|(name, book)| BoundaryFlux::of_book(name, book))
+            .map(|(name, ledger)| BoundaryFlux::of_ledger(name, ledger))
             .collect()
     }
 }

@@ -68,12 +68,12 @@ pub(crate) fn check_boundaries(
     domain: &Domain<Plane>,
     boundaries: &Boundaries,
     diameter: f64,
-    books: usize,
+    ledgers: usize,
 ) -> Result<(), EngineError> {
-    let expected = boundaries.books();
-    if books != 0 && books != expected {
-        return Err(EngineError::WrongBooks {
-            found: books,
+    let expected = boundaries.ledgers();
+    if ledgers != 0 && ledgers != expected {
+        return Err(EngineError::WrongLedgers {
+            found: ledgers,
             expected,
         });
     }
@@ -126,14 +126,14 @@ pub(crate) fn check_overlaps<P: Physics<Space = Plane>>(
     for (disk, body) in state.bodies.iter().enumerate() {
         let radius = sizes.radius(sizes.tag(disk));
         let place = state.domain.wrap(body.position);
-        let refuse = |book: usize, depth: f64| {
+        let refuse = |ledger: usize, depth: f64| {
             if depth <= 2.0 * radius * ROUNDING {
                 return Ok(());
             }
             Err(EngineError::Overlap {
                 disk,
                 place: place.into(),
-                what: Touchable::of_book(book),
+                what: Touchable::of_ledger(ledger),
                 depth,
             })
         };

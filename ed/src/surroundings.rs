@@ -36,7 +36,7 @@ impl Boundaries {
     }
 
     /// How many accounts are kept: one for each face and each obstacle, or none where there is nothing to be touched.
-    pub(crate) fn books(&self) -> usize {
+    pub(crate) fn ledgers(&self) -> usize {
         if self.is_empty() {
             0
         } else {
@@ -79,7 +79,7 @@ pub(crate) struct Touched {
     /// Velocity of the wall, in absolute units.
     pub(crate) velocity: Vector2<f64>,
     /// Number of its account: that of the face, or that of the obstacle after all faces.
-    pub(crate) book: usize,
+    pub(crate) ledger: usize,
 }
 
 /// What is near a cell.
@@ -299,7 +299,7 @@ impl Surroundings {
                 rebound: *self.boundaries.obstacles[obstacle as usize].rebound(),
                 normal: feature.normal(place),
                 velocity: Vector2::zeros(),
-                book: FACES + obstacle as usize,
+                ledger: FACES + obstacle as usize,
             };
         }
         let (axis, side) = (what / 2, what % 2);
@@ -313,7 +313,7 @@ impl Surroundings {
             rebound: wall.rebound,
             normal,
             velocity: wall.velocity(normal, time),
-            book: what,
+            ledger: what,
         }
     }
 

@@ -44,8 +44,8 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     let body = engine.state().bodies[0];
     assert_eq!(body.velocity, vector![-1.0, 0.0]);
     assert!((body.position - vector![6.5, 5.0]).norm() < 1e-15);
-    assert_eq!(engine.books()[4].contacts, 1.0);
-    assert_eq!(engine.books()[4].momentum, vector![-2.0, 0.0]);
+    assert_eq!(engine.ledgers()[4].contacts, 1.0);
+    assert_eq!(engine.ledgers()[4].momentum, vector![-2.0, 0.0]);
     // And inside it, seen from the other side.
     let inside = alone(&boundaries, [8.0, 8.0], [7.8, 5.0], [1.0, 0.0]);
     let scene = grains(Smooth, 1.0, down(0.0));
@@ -99,7 +99,7 @@ fn nothing_goes_through_a_thin_plate() {
         for (body, &above) in state.bodies.iter().zip(&above) {
             assert_eq!(height(&body.position) > 0.0, above);
         }
-        assert!(engine.books()[4].contacts > 10_000.0);
+        assert!(engine.ledgers()[4].contacts > 10_000.0);
     }
 }
 

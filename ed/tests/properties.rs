@@ -191,10 +191,10 @@ fn energy(scene: &Disks, gas: &Checkpoint<Disks>) -> f64 {
     state.kinetic_energy(scene) + state.spin_energy(scene) + places.sum::<f64>()
 }
 
-/// Between conservative disks all that changes the energy and the momentum is in the books of walls and obstacles, and the
+/// Between conservative disks all that changes the energy and the momentum is in the ledgers of walls and obstacles, and the
 /// impulse of the field. No disk is lost or overlaps, in the TC model, which needs no error.
 #[test]
-fn books_tell_all_that_comes_in() {
+fn ledgers_tell_all_that_comes_in() {
     check(300, |recipe| {
         let (scene, boundaries) = (recipe.scene(true), recipe.boundaries());
         let mut start = Checkpoint::from(recipe.start(&scene, &boundaries));
@@ -216,9 +216,9 @@ fn books_tell_all_that_comes_in() {
         let end = engine.checkpoint();
         let mut given = scene.field().acceleration() * (recipe.disks as f64 * engine.time());
         let mut gained = 0.0;
-        for book in engine.books() {
-            given += book.momentum;
-            gained += book.energy;
+        for ledger in engine.ledgers() {
+            given += ledger.momentum;
+            gained += ledger.energy;
         }
         // Thousands of contacts with roundings of 1e-16 of what is there, which may grow on walls that push.
         let now = energy(&scene, &end);
@@ -258,7 +258,7 @@ fn checkpoints_continue_to_the_same_bytes() {
                 end.state.bodies,
                 end.state.time,
                 end.last_contact,
-                end.books,
+                end.ledgers,
                 end.tally,
             )
         };

@@ -6,7 +6,7 @@ mod support;
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
-use stosszahl_model::walls::{Book, Face, Outline, Vibration, Wall, Walls};
+use stosszahl_model::walls::{Ledger, Face, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{Body, Domain, Free, Physics, Plane, Rebound, Smooth, State};
 use support::{Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled};
 
@@ -55,11 +55,11 @@ fn a_closed_box_conserves_energy() {
         // A walk of 3e5 steps of some 1e-16 each, over hundreds of disks.
         assert!((state.kinetic_energy(&scene) / energy - 1.0).abs() < 1e-12);
         assert!(engine.worst_overlap() < 1e-12);
-        let given = engine.books().iter().map(|book| book.momentum);
+        let given = engine.ledgers().iter().map(|ledger| ledger.momentum);
         let given = given.fold(vector![0.0, 0.0], |sum, one| sum + one);
         // Sums of about 1e5 contacts of order 1 have rounding errors of 1e-11 each at the most.
         assert!((state.momentum(&scene) - momentum - given).norm() < 1e-8);
-        assert!(engine.books().iter().all(|book| book.energy.abs() < 1e-10));
+        assert!(engine.ledgers().iter().all(|ledger| ledger.energy.abs() < 1e-10));
         assert!(engine.tally().rebounds > 10_000);
     }
 }
@@ -85,7 +85,7 @@ fn pressure_on_walls_is_that_of_the_bulk() {
         let span = 150.0;
         for _ in 0..20 {
             let before: f64 = [2, 3]
-                .map(|face: usize| engine.books()[face].momentum[1].abs())
+                .map(|face: usize| engine.ledgers()[face].momentum[1].abs())
                 .iter()
                 .sum();
             let mut inside = 0;
@@ -98,7 +98,7 @@ fn pressure_on_walls_is_that_of_the_bulk() {
                 inside += engine.state().bodies.iter().filter(middle).count();
             }
             let after: f64 = [2, 3]
-                .map(|face: usize| engine.books()[face].momentum[1].abs())
+                .map(|face: usize| engine.ledgers()[face].momentum[1].abs())
                 .iter()
                 .sum();
             pressures.push((after - before) / (2.0 * width * span));
@@ -168,7 +168,7 @@ fn diffuse_walls_give_their_temperature() {
 }
 
 /// In a long leg the engine starts afresh by itself: to the bits, that is a cut by the one who runs it, and a cut is what
-/// a file may hold. With all that has a memory: contact times, spins, windings, books, drawn numbers, vibrations.
+/// a file may hold. With all that has a memory: contact times, spins, windings, ledgers, drawn numbers, vibrations.
 #[test]
 fn starting_afresh_is_a_cut() {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
@@ -224,14 +224,14 @@ fn starting_afresh_is_a_cut() {
     assert_eq!(second.state.time, whole.state.time);
     assert_eq!(second.windings, whole.windings);
     assert_eq!(second.last_contact, whole.last_contact);
-    assert_eq!(second.books, whole.books);
+    assert_eq!(second.ledgers, whole.ledgers);
     assert_eq!(second.tally, whole.tally);
     assert!(
         whole
-            .books
+            .ledgers
             .iter()
             .enumerate()
-            .all(|(book, b)| (b.contacts > 1000.0) == (book > 1))
+            .all(|(ledger, b)| (b.contacts > 1000.0) == (ledger > 1))
     );
 }
 
@@ -357,11 +357,11 @@ fn boundaries_that_do_not_fit_are_refused() {
     );
     // A checkpoint of other walls.
     let mut checkpoint = Checkpoint::from(state([3.0, 2.5]));
-    checkpoint.books = vec![Book::default(); 3];
+    checkpoint.ledgers = vec![Ledger::default(); 3];
     let error = Engine::<_>::between(scene(), Dissipation::Scene, checkpoint, &boundaries).err();
     assert!(matches!(
         error,
-        Some(EngineError::WrongBooks {
+        Some(EngineError::WrongLedgers {
             found: 3,
             expected: 4
         })
@@ -458,7 +458,7 @@ fn a_floor_may_be_faster_than_the_disks() {
         }
         assert!(engine.tally().rebounds > 50);
         // It has given its energy.
-        assert!(engine.books()[2].energy > 0.0);
+        assert!(engine.ledgers()[2].energy > 0.0);
     }
 }
 

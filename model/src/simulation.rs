@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use crate::observer::Observer;
 use crate::space::{Space, Vector as _};
-use crate::walls::Book;
+use crate::walls::Ledger;
 
 /// One particle, or one simulator of a Monte Carlo gas. In the plane the third component of vectors is zero, and the spin is
 /// the third component of its own.
@@ -117,12 +117,12 @@ pub struct BoundaryFlux {
 
 impl BoundaryFlux {
     /// What a wall or an obstacle gave.
-    pub fn of_book<S: Space>(name: impl Into<String>, book: &Book<S>) -> Self {
+    pub fn of_ledger<S: Space>(name: impl Into<String>, ledger: &Ledger<S>) -> Self {
         Self {
             name: name.into(),
-            particles: book.contacts,
-            momentum: book.momentum.spatial().into(),
-            energy: book.energy,
+            particles: ledger.contacts,
+            momentum: ledger.momentum.spatial().into(),
+            energy: ledger.energy,
         }
     }
 }

@@ -109,7 +109,7 @@ impl<P: Grains> Selection<P> for Bird {
     }
 
     #[inline]
-    fn call_particles(&self, gas: &Gas<P>, draw: &Pair) {
+    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Pair) {
         memory::prefetch(&gas.particles, draw.first as usize);
         memory::prefetch(&gas.particles, draw.second as usize);
     }

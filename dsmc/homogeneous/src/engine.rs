@@ -227,14 +227,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             let batch = left.min(BATCH as u64) as usize;
             for draw in &mut draws[..batch] {
                 *draw = self.selection.draw(stream);
-                self.selection.call_index(draw);
+                self.selection.prefetch_index(draw);
             }
             for draw in &draws[..batch.min(AHEAD)] {
-                self.selection.call_particles(&self.gas, draw);
+                self.selection.prefetch_particles(&self.gas, draw);
             }
             for number in 0..batch {
                 if let Some(draw) = draws[..batch].get(number + AHEAD) {
-                    self.selection.call_particles(&self.gas, draw);
+                    self.selection.prefetch_particles(&self.gas, draw);
                 }
                 if tracked {
                     now += (end - now) * first_of(left, stream);

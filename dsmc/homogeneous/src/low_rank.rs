@@ -150,7 +150,7 @@ impl<P: Grains> Selection<P> for LowRank {
     }
 
     #[inline]
-    fn call_index(&self, draw: &Members) {
+    fn prefetch_index(&self, draw: &Members) {
         for side in 0..2 {
             let members = &self.classes[draw.classes[side] as usize].members;
             memory::prefetch(members, draw.members[side] as usize);
@@ -158,7 +158,7 @@ impl<P: Grains> Selection<P> for LowRank {
     }
 
     #[inline]
-    fn call_particles(&self, gas: &Gas<P>, draw: &Members) {
+    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Members) {
         for side in 0..2 {
             let members = &self.classes[draw.classes[side] as usize].members;
             memory::prefetch(

@@ -55,12 +55,12 @@ pub trait Selection<P: Grains>: Clone + Serialize + DeserializeOwned {
     /// Draws one proposal; the rate is above zero.
     fn draw(&self, stream: &mut impl Rng) -> Self::Draw;
 
-    /// Calls up the memory that [`Selection::call_particles`] will look at.
+    /// Calls up the memory that [`Selection::prefetch_particles`] will look at.
     #[inline]
-    fn call_index(&self, _draw: &Self::Draw) {}
+    fn prefetch_index(&self, _draw: &Self::Draw) {}
 
     /// Calls up the particles.
-    fn call_particles(&self, gas: &Gas<P>, draw: &Self::Draw);
+    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Self::Draw);
 
     /// Who stands at the places that were drawn, now.
     fn resolve(&self, gas: &Gas<P>, draw: &Self::Draw) -> Option<Candidate>;

@@ -123,12 +123,12 @@ impl<P: Grains> Selection<P> for Slots {
     }
 
     #[inline]
-    fn call_index(&self, draw: &Places) {
+    fn prefetch_index(&self, draw: &Places) {
         memory::prefetch(&self.layout.order, draw.place as usize);
     }
 
     #[inline]
-    fn call_particles(&self, gas: &Gas<P>, draw: &Places) {
+    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Places) {
         let index = self.layout.order[draw.place as usize];
         memory::prefetch(&gas.particles, index as usize);
         let class = &self.layout.classes[draw.class as usize];

@@ -4,7 +4,7 @@
 //! particle comes to them, streams that flow in, regions in which a simulator stands for more or fewer particles, and
 //! obstacles.
 
-mod books;
+mod ledgers;
 mod inflow;
 mod obstacles;
 mod passage;
@@ -17,7 +17,7 @@ use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
 use crate::parameters::{Displacement, EngineError, Parameters};
 
-pub use books::{Books, Transfer};
+pub use ledgers::{Ledgers, Transfer};
 pub use inflow::Inflow;
 pub use weights::Weights;
 

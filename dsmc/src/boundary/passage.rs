@@ -3,7 +3,7 @@
 use stosszahl_model::random::{Bundle, Purpose, Streams};
 use stosszahl_model::{Physics, Sizes, Space, Surface, VectorOf};
 
-use super::books::{Books, energy};
+use super::ledgers::{Ledgers, energy};
 use super::surroundings::Surroundings;
 use super::travel::{Draws, Trip};
 use crate::collide::draw_whole;
@@ -68,9 +68,9 @@ impl<'a, P: Physics> Passage<'a, P> {
         &self,
         simulator: &mut SimulatorOf<P, F>,
         origin: Origin,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) -> bool {
-        self.travel_from::<F>(simulator, origin, 0.0, books)
+        self.travel_from::<F>(simulator, origin, 0.0, ledgers)
     }
 
     /// The same of a simulator that enters after a part of the flight.
@@ -79,7 +79,7 @@ impl<'a, P: Physics> Passage<'a, P> {
         simulator: &mut SimulatorOf<P, F>,
         origin: Origin,
         after: f64,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) -> bool {
         let trip = Trip {
             scene: self.scene,
@@ -89,7 +89,7 @@ impl<'a, P: Physics> Passage<'a, P> {
             particles: self.weight * self.surroundings.factor(origin.cell),
         };
         let mut draws = Draws::at(self.walls, origin.address());
-        trip.travel::<F>(simulator, &mut draws, books)
+        trip.travel::<F>(simulator, &mut draws, ledgers)
     }
 
     /// How many simulators one that has come to a cell becomes there.
@@ -98,17 +98,17 @@ impl<'a, P: Physics> Passage<'a, P> {
         simulator: &SimulatorOf<P, F>,
         origin: Origin,
         cell: u32,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) -> u64 {
         let [before, after] = [origin.cell, cell].map(|cell| self.surroundings.factor(cell));
         if before == after {
             return 1;
         }
-        books.balanced += 1;
+        ledgers.balanced += 1;
         let mut stream = self.balance.at(origin.address());
         let copies = draw_whole(before / after, &mut stream);
         let particles = self.weight * (copies as f64 * after - before);
-        enter::<P, F>(self.scene, simulator, particles, &mut books.balance);
+        enter::<P, F>(self.scene, simulator, particles, &mut ledgers.balance);
         copies
     }
 
@@ -119,8 +119,8 @@ impl<'a, P: Physics> Passage<'a, P> {
         grid: &Grid<P::Space>,
         cell: [u32; 3],
         members: u32,
-        books: &mut Books<P::Space>,
-        mut land: impl FnMut(SimulatorOf<P, F>, Origin, &mut Books<P::Space>),
+        ledgers: &mut Ledgers<P::Space>,
+        mut land: impl FnMut(SimulatorOf<P, F>, Origin, &mut Ledgers<P::Space>),
     ) {
         let mut origin = Origin {
             cell: grid.number(cell),
@@ -150,10 +150,10 @@ impl<'a, P: Physics> Passage<'a, P> {
                     self.scene,
                     &simulator,
                     particles,
-                    &mut books.inflows[number],
+                    &mut ledgers.inflows[number],
                 );
-                if self.travel_from::<F>(&mut simulator, origin, after, books) {
-                    land(simulator, origin, books);
+                if self.travel_from::<F>(&mut simulator, origin, after, ledgers) {
+                    land(simulator, origin, ledgers);
                 }
                 origin.order += 1;
             }

@@ -6,7 +6,7 @@ use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
 use stosszahl_model::walls::{Rebound, Touch};
 use stosszahl_model::{Face, Field, Physics, Sizes, Space, Surface, Vector, VectorOf, Wall};
 
-use super::books::{Books, energy};
+use super::ledgers::{Ledgers, energy};
 use super::obstacles::Standing;
 use super::surroundings::Surroundings;
 use crate::simulator::{Follow, Simulator, SimulatorOf};
@@ -96,7 +96,7 @@ impl<P: Physics> Trip<'_, P> {
         &self,
         simulator: &mut SimulatorOf<P, F>,
         draws: &mut Draws,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) -> bool {
         let sizes = self.scene.sizes();
         let radius = sizes.radius(simulator.tag);
@@ -114,7 +114,7 @@ impl<P: Physics> Trip<'_, P> {
             support: None,
         };
         while let Some((wait, next)) = motion.next::<F>(simulator) {
-            motion.drift::<F>(simulator, wait, books);
+            motion.drift::<F>(simulator, wait, ledgers);
             match next {
                 Next::Release(axis) => motion.release(axis),
                 Next::Wrap(axis, side) => {
@@ -122,19 +122,19 @@ impl<P: Physics> Trip<'_, P> {
                     simulator.position[axis] = [length.next_down(), 0.0][side];
                 }
                 Next::Obstacle(number, law, normal) => {
-                    motion.strike::<F>(simulator, number, law, normal, draws, books);
+                    motion.strike::<F>(simulator, number, law, normal, draws, ledgers);
                 }
                 Next::Contact(axis, side) => {
                     let Some(wall) = self.surroundings.walls().wall(axis, side) else {
-                        motion.leave::<F>(simulator, axis, side, books);
+                        motion.leave::<F>(simulator, axis, side, ledgers);
                         return false;
                     };
-                    motion.rebound::<F>(simulator, [axis, side], wall, draws, books);
+                    motion.rebound::<F>(simulator, [axis, side], wall, draws, ledgers);
                 }
             }
         }
         let left = motion.left;
-        motion.drift::<F>(simulator, left, books);
+        motion.drift::<F>(simulator, left, ledgers);
         self.surroundings
             .keep_inside(&mut simulator.position, motion.clearance);
         true
@@ -248,7 +248,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         law: Rebound,
         normal: [f64; 2],
         draws: &mut Draws,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) {
         let normal = P::Space::vector(|axis| normal.get(axis).copied().unwrap_or(0.0));
         let touch = Touch {
@@ -284,8 +284,8 @@ impl<P: Physics> Motion<'_, '_, P> {
             (simulator.velocity - before.0) * self.mass,
             self.energy::<F>(simulator) - before.1,
         );
-        books.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
-        books.rests += u64::from(too_often);
+        ledgers.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
+        ledgers.rests += u64::from(too_often);
         if self.obstacle_touches > 2 * MOST_TOUCHES || (too_often && self.support.is_none()) {
             // In a wedge, to and fro without end: it stays where it is for the rest of the flight.
             self.left = 0.0;
@@ -297,7 +297,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
         time: f64,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) {
         let way = (simulator.velocity + self.acceleration * (0.5 * time)) * time;
         simulator.position += way;
@@ -307,16 +307,16 @@ impl<P: Physics> Motion<'_, '_, P> {
         self.left -= time;
         if let Some((number, lift)) = self.support {
             let force = lift * (self.mass * self.trip.particles);
-            books.obstacles[number].momentum += force * time;
+            ledgers.obstacles[number].momentum += force * time;
         }
         for (axis, rest) in self.rests.iter().enumerate() {
             if let Some(rest) = rest {
                 // The wall bears the weight.
                 let weight = self.trip.scene.field().acceleration()[axis] * self.mass;
                 let momentum = -weight * time * self.trip.particles;
-                let book = &mut books.walls[axis][rest.side];
-                book.momentum[axis] += momentum;
-                book.energy += momentum * simulator.velocity[axis];
+                let ledger = &mut ledgers.walls[axis][rest.side];
+                ledger.momentum[axis] += momentum;
+                ledger.energy += momentum * simulator.velocity[axis];
             }
         }
     }
@@ -341,11 +341,11 @@ impl<P: Physics> Motion<'_, '_, P> {
         simulator: &SimulatorOf<P, F>,
         axis: usize,
         side: usize,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) {
         let energy = self.energy::<F>(simulator);
         let particles = -self.trip.particles;
-        books.open[axis][side].enter(particles, self.mass, simulator.velocity, energy);
+        ledgers.open[axis][side].enter(particles, self.mass, simulator.velocity, energy);
     }
 
     /// Energy of one of the particles.
@@ -362,7 +362,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         [axis, side]: [usize; 2],
         wall: &Wall<P::Space>,
         draws: &mut Draws,
-        books: &mut Books<P::Space>,
+        ledgers: &mut Ledgers<P::Space>,
     ) {
         self.let_go();
         // On the wall, to the last digit.
@@ -404,13 +404,13 @@ impl<P: Physics> Motion<'_, '_, P> {
             (simulator.velocity - before.0) * self.mass,
             self.energy::<F>(simulator) - before.1,
         );
-        let book = &mut books.walls[axis][side];
-        book.enter(self.trip.particles, gained.0, gained.1);
+        let ledger = &mut ledgers.walls[axis][side];
+        ledger.enter(self.trip.particles, gained.0, gained.1);
         if !arrives {
             // It was at rest there already.
-            book.contacts -= self.trip.particles;
+            ledger.contacts -= self.trip.particles;
         }
-        books.rests += u64::from(too_often);
+        ledgers.rests += u64::from(too_often);
         if too_often && !rests {
             // To and fro between walls without end: it stays where it is for the rest of the flight.
             self.left = 0.0;

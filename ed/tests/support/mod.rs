@@ -181,7 +181,7 @@ pub fn follow_plain<P: Physics<Space = Plane>>(
             .expect("contacts")
     );
     let mut times = journal.0.iter();
-    let mut books = vec![0.0; engine.books().len()];
+    let mut ledgers = vec![0.0; engine.ledgers().len()];
     for (number, event) in events.iter().enumerate() {
         match event.met {
             plain::Met::Disks(_) => {
@@ -192,14 +192,14 @@ pub fn follow_plain<P: Physics<Space = Plane>>(
                 );
             }
             plain::Met::Boundary(_, Touchable::Wall { axis, side }) => {
-                books[2 * axis + side] += 1.0;
+                ledgers[2 * axis + side] += 1.0;
             }
-            plain::Met::Boundary(_, Touchable::Obstacle(which)) => books[4 + which] += 1.0,
+            plain::Met::Boundary(_, Touchable::Obstacle(which)) => ledgers[4 + which] += 1.0,
         }
     }
     assert_eq!(times.next(), None);
-    let found: Vec<f64> = engine.books().iter().map(|book| book.contacts).collect();
-    assert_eq!(found, books);
+    let found: Vec<f64> = engine.ledgers().iter().map(|ledger| ledger.contacts).collect();
+    assert_eq!(found, ledgers);
     let state = engine.state();
     for (one, other) in state.bodies.iter().zip(&slow.bodies) {
         let apart = state.domain.distance(one.position, other.position);

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use feature::{Edge, Feature, Flight, Hit, Round};
 pub use obstacle::{Obstacle, ObstacleError, Obstacles, Outline};
-pub use rebound::{Book, Rebound, Touch};
+pub use rebound::{Ledger, Rebound, Touch};
 pub use vibration::Vibration;
 
 use crate::domain::Domain;

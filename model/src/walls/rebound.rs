@@ -102,7 +102,7 @@ impl Rebound {
 /// What a wall has given to the gas so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Book<S: Space> {
+pub struct Ledger<S: Space> {
     /// Contacts, each counted with the number of particles that it stands for.
     pub contacts: f64,
     /// Momentum \[mass length/time\].
@@ -111,7 +111,7 @@ pub struct Book<S: Space> {
     pub energy: f64,
 }
 
-impl<S: Space> Book<S> {
+impl<S: Space> Ledger<S> {
     /// Enters one contact that stands for `weight` particles.
     #[inline]
     pub fn enter(&mut self, weight: f64, momentum: S::Vector, energy: f64) {
@@ -237,11 +237,11 @@ mod tests {
     }
 
     #[test]
-    fn books_add_up() {
-        let mut book = Book::<Plane>::default();
-        book.enter(2.0, vector![1.0, 0.0], 3.0);
-        let mut sum = book;
-        sum.add(&book);
+    fn ledgers_add_up() {
+        let mut ledger = Ledger::<Plane>::default();
+        ledger.enter(2.0, vector![1.0, 0.0], 3.0);
+        let mut sum = ledger;
+        sum.add(&ledger);
         assert_eq!(sum.contacts, 4.0);
         assert_eq!(sum.momentum, vector![4.0, 0.0]);
         assert_eq!(sum.energy, 12.0);

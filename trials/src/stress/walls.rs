@@ -214,7 +214,7 @@ fn sharp_corner(log: &mut Findings) -> Done {
     log.at_most("change of speed or energy", worst, 1e-10);
     log.found(format!(
         "20 disks and {points} points, {:.0} touches of the points, energy to {worst:.1e}",
-        engine.books().obstacles[0].contacts
+        engine.ledgers().obstacles[0].contacts
     ));
     Ok(())
 }
@@ -353,8 +353,8 @@ fn fast_wall(log: &mut Findings) -> Done {
     }
     log.found(format!(
         "{:.0} contacts of exact disks, {:.0} of points",
-        exact.books()[2].contacts,
-        points.books().walls[1][0].contacts
+        exact.ledgers()[2].contacts,
+        points.ledgers().walls[1][0].contacts
     ));
     Ok(())
 }
@@ -417,8 +417,8 @@ fn empty_channel(log: &mut Findings) -> Done {
         let good = reached && engine.time() == 1000.0;
         must!(log, good; "stopped at {}", engine.time());
         must!(log, engine.simulators() == 0; "grains from nothing");
-        let (mass, momentum, energy) = engine.books().total();
-        log.at_most("books", mass.abs() + momentum.norm() + energy.abs(), 0.0);
+        let (mass, momentum, energy) = engine.ledgers().total();
+        log.at_most("ledgers", mass.abs() + momentum.norm() + energy.abs(), 0.0);
     }
     log.found("empty until t = 1000");
     Ok(())
@@ -437,7 +437,7 @@ fn supersonic(log: &mut Findings) -> Done {
     let mut engine = setting.between(wide, &all)?;
     let passage = length / speed;
     engine.advance(3.0 * passage, u64::MAX, &mut ());
-    let before = engine.books().inflows[0].particles;
+    let before = engine.ledgers().inflows[0].particles;
     let mut sum = 0.0;
     let samples = 20;
     for sample in 1..=samples {
@@ -448,7 +448,7 @@ fn supersonic(log: &mut Findings) -> Done {
     let expected = density * length * width;
     let found = sum / f64::from(samples);
     let error = (expected / f64::from(samples)).sqrt();
-    let came = engine.books().inflows[0].particles - before;
+    let came = engine.ledgers().inflows[0].particles - before;
     let due = density * speed * width * 2.0 * f64::from(samples) * passage;
     for (what, found, expected, error) in [
         ("number in the channel", found, expected, error),

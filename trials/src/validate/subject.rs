@@ -143,7 +143,7 @@ impl Subject for ContactPoint {
 
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
         let scheme = Scheme::ContactPoint { radius: None };
-        let enough = Parameters::strangers::<Plane>(scheme, gas.packing, 1.0, gas.disks);
+        let enough = Parameters::enough_for_chaos::<Plane>(scheme, gas.packing, 1.0, gas.disks);
         let parameters = Parameters {
             scheme,
             simulators_per_disk: self.copies.unwrap_or(enough),

@@ -175,7 +175,7 @@ fn monte_carlo<S: Space>(
     parameters.simulators_per_disk = match written.simulators_per_particle {
         Some(simulators) => simulators as u32,
         None if chaotic => {
-            Parameters::strangers::<S>(scheme, plan.packing_fraction, diameter, plan.count())
+            Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
         }
         None => parameters.simulators_per_disk,
     };

@@ -141,8 +141,8 @@ impl Plan {
             let diameter = 2.0 * self.mean_radius();
             let (scheme, packing) = (parameters.scheme, self.packing_fraction);
             let wanted = match self.dimension {
-                2 => Parameters::strangers::<Plane>(scheme, packing, diameter, 1),
-                _ => Parameters::strangers::<Volume>(scheme, packing, diameter, 1),
+                2 => Parameters::enough_for_chaos::<Plane>(scheme, packing, diameter, 1),
+                _ => Parameters::enough_for_chaos::<Volume>(scheme, packing, diameter, 1),
             };
             if parameters.simulators_per_disk < wanted {
                 list.push(format!(

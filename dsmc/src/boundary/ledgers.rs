@@ -1,7 +1,7 @@
 //! What the gas was given and what it lost at its boundaries.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::walls::Book;
+use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Space, Vector};
 
 /// Particles that came (above zero) or went (below), with all that they carried.
@@ -41,13 +41,13 @@ impl<S: Space> Transfer<S> {
 /// momentum and energy.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Books<S: Space> {
+pub struct Ledgers<S: Space> {
     /// What walls gave, by axis and side.
-    pub walls: [[Book<S>; 2]; 3],
+    pub walls: [[Ledger<S>; 2]; 3],
     /// What left through open faces, by axis and side: below zero.
     pub open: [[Transfer<S>; 2]; 3],
     /// What obstacles gave, by their number.
-    pub obstacles: Vec<Book<S>>,
+    pub obstacles: Vec<Ledger<S>>,
     /// What flowed in, by the number of the inflow.
     pub inflows: Vec<Transfer<S>>,
     /// What splitting and merging of simulators added; zero on average.
@@ -58,12 +58,12 @@ pub struct Books<S: Space> {
     pub rests: u64,
 }
 
-impl<S: Space> Books<S> {
-    /// Empty books for numbers of inflows and obstacles.
+impl<S: Space> Ledgers<S> {
+    /// Empty ledgers for numbers of inflows and obstacles.
     pub(crate) fn of(inflows: usize, obstacles: usize) -> Self {
         Self {
             inflows: vec![Transfer::default(); inflows],
-            obstacles: vec![Book::default(); obstacles],
+            obstacles: vec![Ledger::default(); obstacles],
             ..Self::default()
         }
     }
@@ -71,8 +71,8 @@ impl<S: Space> Books<S> {
     /// Adds the entries of others, and clears those.
     pub(crate) fn take(&mut self, other: &mut Self) {
         let pairs = self.walls.iter_mut().zip(&other.walls);
-        for (book, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
-            book.add(more);
+        for (ledger, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
+            ledger.add(more);
         }
         let pairs = self.open.iter_mut().zip(&other.open);
         for (transfer, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
@@ -81,8 +81,8 @@ impl<S: Space> Books<S> {
         for (transfer, more) in self.inflows.iter_mut().zip(&other.inflows) {
             transfer.add(more);
         }
-        for (book, more) in self.obstacles.iter_mut().zip(&other.obstacles) {
-            book.add(more);
+        for (ledger, more) in self.obstacles.iter_mut().zip(&other.obstacles) {
+            ledger.add(more);
         }
         self.balance.add(&other.balance);
         self.balanced += other.balanced;
@@ -98,9 +98,9 @@ impl<S: Space> Books<S> {
             sum.add(transfer);
         }
         let (mut momentum, mut energy) = (sum.momentum, sum.energy);
-        for book in self.walls.iter().flatten().chain(&self.obstacles) {
-            momentum += book.momentum;
-            energy += book.energy;
+        for ledger in self.walls.iter().flatten().chain(&self.obstacles) {
+            momentum += ledger.momentum;
+            energy += ledger.energy;
         }
         (sum.mass, momentum, energy)
     }
