@@ -393,7 +393,7 @@ fn check_schema_and_help_teach() {
 #[test]
 fn a_folder_that_cannot_be_written_is_named() {
     let desk = Desk::new(COOLING);
-    // What is no folder cannot hold results, whoever runs the program.
+    // What is no folder cannot hold results, for any user.
     desk.write("file", "");
     desk.refused("run case.toml --out file/results", &["file/results"]);
     desk.refused("run case.toml --out file", &["file"]);

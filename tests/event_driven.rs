@@ -208,7 +208,7 @@ fn contacts_without_rebound_happen_once() {
     assert!(central > 1000, "{central} of 2000 met");
 }
 
-/// Unlike sizes and masses: against all pairs, and energy and momentum.
+/// Different sizes and masses: against all pairs, and energy and momentum.
 #[test]
 fn mixture_follows_all_pairs_and_conserves() {
     let base = gas(Arrangement::Disordered, 80, 0.4, 9);
@@ -450,7 +450,7 @@ fn work_per_collision_is_bounded() {
     }
 }
 
-/// A collapse is told, also when the run is cut into legs, and the TC model goes through it.
+/// A collapse is reported, also when the run is cut into legs, and the TC model goes through it.
 #[test]
 fn inelastic_collapse_is_an_error_and_the_contact_time_prevents_it() {
     for (count, leg) in [(200, 100_000_000), (200, 3_000), (12_000, 100_000)] {

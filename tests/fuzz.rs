@@ -109,7 +109,7 @@ fn apply(valid: &[Vec<u8>], which: usize, damages: &[Damage]) -> Vec<u8> {
     bytes
 }
 
-/// Damages valid files so many times and looks at each.
+/// Damages valid files a number of times and looks at each.
 fn fuzz(times: u32, valid: &[Vec<u8>], look: impl Fn(&[u8]) -> Result<(), TestCaseError>) {
     let config = Config {
         cases: times,

@@ -222,7 +222,7 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
     );
 }
 
-/// Unlike disks continue to the same bits too, though their order in memory is another one then.
+/// Disks of different sizes continue to the same bits too, though their order in memory is another one then.
 #[test]
 fn mixtures_continue_to_the_same_bits() {
     let start = as_mixture(&gas(Arrangement::Disordered, 900, 0.3, 8));

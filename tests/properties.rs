@@ -51,7 +51,7 @@ fn recipes() -> impl Strategy<Value = Recipe> {
         )
 }
 
-/// Runs a property on so many gases, always the same ones.
+/// Runs a property on a number of gases, always the same ones.
 fn check(gases: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
     let config = Config {
         cases: gases,

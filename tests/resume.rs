@@ -1,7 +1,7 @@
 //! A run can be stopped at any moment and continues to the same bytes: every bundled case, every engine, stopped after
 //! random legs, with other numbers of threads each time.
 //!
-//! Nothing here looks at a clock: what is told of each leg is counted, and the run is asked to stop when a count that was
+//! Nothing here looks at a clock: legs are counted as they are reported, and the run is asked to stop when a count that was
 //! drawn with a fixed seed is reached. With several threads it depends on the machine which legs the others have done by
 //! then; results must not.
 
@@ -43,7 +43,7 @@ impl Progress for Legs {
     }
 }
 
-/// Runs a case until so many legs are done; whether it ended before, and the legs that it did.
+/// Runs a case until a number of legs are done; whether it ended before, and the legs that it did.
 fn run(file: &CaseFile, out: &Path, existing: Existing, threads: usize, legs: i64) -> (bool, i64) {
     let progress = Legs::new(legs);
     let options = Options {

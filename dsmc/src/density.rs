@@ -375,7 +375,7 @@ impl<S: Space> Density<S> {
         self.value_of(self.around(cell, own) * self.crowding(cell).bodies)
     }
 
-    /// The same, where so many units are around as if all around were room.
+    /// The same, where this number of units is around as if all around were room.
     #[inline]
     pub(crate) fn value_of(&self, units: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {

@@ -323,13 +323,13 @@ where
     }
 
     /// Breaks work off when the flag becomes true, as soon as the cells at work, or some thousand trials within one, are done:
-    /// a step of very unlike particles may take minutes. What is left is no state of the gas: [`Engine::is_interrupted`].
+    /// a step of particles of very different sizes may take minutes. What is left is no state of the gas: [`Engine::is_interrupted`].
     pub fn stop_on(&mut self, flag: Arc<AtomicBool>) {
         self.stop.on(flag);
     }
 
     /// Whether the flag of [`Engine::stop_on`] broke a step off. The gas is then in the middle of it, so that nothing the engine
-    /// shows has a meaning, and [`Engine::advance`] does nothing: whoever wants to go on takes the last checkpoint.
+    /// shows has a meaning, and [`Engine::advance`] does nothing: to go on, resume from the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -350,7 +350,7 @@ where
             + self.grid.bytes()
     }
 
-    /// Groups the cells in tiles that hold about so many simulators. It changes speed and memory, and no result of pairs
+    /// Groups the cells in tiles that hold about this number of simulators. It changes speed and memory, and no result of pairs
     /// within cells; across cells, also the order in which pairs collide. Counts by cell begin anew.
     pub fn retile(&mut self, simulators_per_tile: usize) {
         let simulators: Vec<_> = self.ordered().copied().collect();

@@ -153,7 +153,8 @@ where
                     near: &mut *leavers,
                     far: &mut outbox.far,
                 };
-                let moved = if let (Some(passage), Some(ledgers)) = (&flight.passage, &mut ledgers) {
+                let moved = if let (Some(passage), Some(ledgers)) = (&flight.passage, &mut ledgers)
+                {
                     self.depart_between(grid, passage, simulator, origin, &mut exits, ledgers)
                 } else {
                     let moved = Simulator {
@@ -362,7 +363,9 @@ where
                     }
                 }
                 passage.let_in::<F>(grid, at, count, &mut ledgers, |entered, origin, ledgers| {
-                    self.land(grid, passage, entered, origin, &mut exits, ledgers, &mut stay);
+                    self.land(
+                        grid, passage, entered, origin, &mut exits, ledgers, &mut stay,
+                    );
                 });
             }
             self.lines[line] = simulators.len() as u32;

@@ -84,7 +84,7 @@ mod tally;
 mod tests;
 mod tile;
 
-pub use boundary::{Ledgers, Boundaries, Clearance, Inflow, Transfer, Weights};
+pub use boundary::{Boundaries, Clearance, Inflow, Ledgers, Transfer, Weights};
 pub use density::{Neighbourhood, Scheme};
 pub use engine::Engine;
 pub use grid::Grid;

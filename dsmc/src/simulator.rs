@@ -45,7 +45,7 @@ impl<S: Space> Follow<S> for Followed {
     }
 }
 
-/// One simulator: 32 bytes in the plane, and its index where particles are unlike, its mark where it is followed, and its
+/// One simulator: 32 bytes in the plane, and its index where particles differ in size, its mark where it is followed, and its
 /// spin where particles spin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulator<V, T, M, W> {

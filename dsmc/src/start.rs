@@ -6,7 +6,9 @@ use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
 use crate::across::{self, Arm, Rates, Spread};
-use crate::boundary::{Ledgers, Boundaries, Inflow, MOST_SIMULATORS, Surroundings, Transfer, enter};
+use crate::boundary::{
+    Boundaries, Inflow, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter,
+};
 use crate::collide::draw_whole;
 use crate::copies;
 use crate::density::{Density, Gas, Scheme};
@@ -24,7 +26,7 @@ use crate::tile::{Outbox, Tile};
 const PER_TILE: usize = 8192;
 
 /// The same for partners across cells: the larger a tile, the less often the cells around it are looked at. But gases of few
-/// simulators keep so many tiles that threads have enough of each colour.
+/// simulators keep enough tiles that threads have enough of each colour.
 const PER_TILE_ACROSS: usize = 3072;
 const TILES_ACROSS: usize = 100;
 
@@ -88,7 +90,7 @@ impl Means {
         }
     }
 
-    /// What unlike sizes do to the count of a neighbourhood.
+    /// What unequal sizes do to the count of a neighbourhood.
     fn spread<P: Physics>(&self) -> Option<Spread> {
         let powers = self.powers.map(|sum| sum / self.count);
         (!P::Sizes::UNIFORM).then(|| Spread::new(P::Space::DIMENSION, powers))
@@ -175,7 +177,7 @@ where
         Self::start_between(scene, parameters, state, &Boundaries::default(), streams)
     }
 
-    /// [`Engine::start`] in a box whose faces are as told.
+    /// [`Engine::start`] in a box with these faces.
     ///
     /// # Errors
     /// As [`Engine::start`], and if boundaries do not fit the box, the scheme or each other.
@@ -232,7 +234,7 @@ where
         )
     }
 
-    /// Starts with simulators, of which the first so many must be where they may be.
+    /// Starts with simulators, of which the first `fixed` must be where they may be.
     fn begin(
         scene: &P,
         parameters: Parameters,
@@ -281,7 +283,7 @@ where
         Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
     }
 
-    /// [`Engine::resume`] in a box whose faces are as told.
+    /// [`Engine::resume`] in a box with these faces.
     ///
     /// # Errors
     /// As [`Engine::start_between`].
@@ -546,7 +548,7 @@ fn grid<S: Space>(
     Grid::new(domain, counts, simulators, per_tile, reach)
 }
 
-/// Leaves room beside walls. Between some that are too near to each other, the rate of partners across cells is wrong by more than can be told.
+/// Leaves room beside walls. Between some that are too near to each other, the rate of partners across cells is wrong by an unknown amount.
 fn leave_room<P: Physics>(
     surroundings: &Surroundings<P>,
     density: &mut Density<P::Space>,

@@ -8,7 +8,7 @@ use stosszahl_model::Physics;
 use crate::simulator::Follow;
 use crate::tile::{Outbox, Scratch, Tile};
 
-/// Working memory, lent to whoever works. Nothing in it outlives the work on a tile.
+/// Working memory, lent to the thread that works. Nothing in it outlives the work on a tile.
 pub(crate) struct Pool<P: Physics, F: Follow<P::Space>>(Mutex<Vec<Scratch<P, F>>>);
 
 impl<P: Physics, F: Follow<P::Space>> Default for Pool<P, F> {
@@ -34,7 +34,7 @@ impl<P: Physics, F: Follow<P::Space>> Pool<P, F> {
 /// Fewest simulators for which threads are worth waking.
 const WORTH_THREADS: usize = 20_000;
 
-/// Whether a sweep over so many simulators is shared among the threads of the present pool.
+/// Whether a sweep over this number of simulators is shared among the threads of the present pool.
 pub(crate) fn is_parallel(simulators: usize) -> bool {
     simulators >= WORTH_THREADS && rayon::current_num_threads() > 1
 }

@@ -75,7 +75,13 @@ fn stops_change_nothing(
         engine.advance(f64::INFINITY, steps, &mut ());
         let tiles = engine.grid().tiles();
         let ledgers = engine.ledgers().clone();
-        (before, tiles, engine.state().bodies, engine.tally(), ledgers)
+        (
+            before,
+            tiles,
+            engine.state().bodies,
+            engine.tally(),
+            ledgers,
+        )
     };
     let through = run(false);
     // The number of simulators at the stop is another than at the start: what tiles must not follow.

@@ -112,7 +112,12 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         let error = (4.4 / pairs.sqrt()).hypot(0.01);
         assert!((found / pairs - 1.0).abs() < error, "{found} {pairs}");
         let ledgers = engine.ledgers();
-        assert!(ledgers.obstacles.iter().all(|ledger| ledger.contacts > 100.0));
+        assert!(
+            ledgers
+                .obstacles
+                .iter()
+                .all(|ledger| ledger.contacts > 100.0)
+        );
         let given = ledgers.total().1 - (end.momentum(&scene) - state.momentum(&scene));
         assert!(given.norm() < 1e-8 && ledgers.rests == 0, "{given}");
         // Counts by cell add up to all.

@@ -583,7 +583,14 @@ fn dense_disks_press_on_their_walls() {
         let end = engine.state().kinetic_energy(&scene);
         assert!((end / energy - 1.0).abs() < 1e-11);
         let mut pressure = 0.0;
-        for (axis, (now, before)) in engine.ledgers().walls.iter().zip(before).enumerate().take(2) {
+        for (axis, (now, before)) in engine
+            .ledgers()
+            .walls
+            .iter()
+            .zip(before)
+            .enumerate()
+            .take(2)
+        {
             for (now, before) in now.iter().zip(before) {
                 let given = (now.momentum - before.momentum)[axis];
                 pressure += given.abs() / (4.0 * (side - 1.0) * f64::from(samples));

@@ -101,7 +101,12 @@ where
         let start = start.into();
         let diameter = 2.0 * scene.sizes().largest_radius();
         check(&scene, &start, diameter)?;
-        check_boundaries(&start.state.domain, boundaries, diameter, start.ledgers.len())?;
+        check_boundaries(
+            &start.state.domain,
+            boundaries,
+            diameter,
+            start.ledgers.len(),
+        )?;
         check_overlaps(&scene, &start.state, boundaries)?;
         let fresh = start.tally == Tally::default();
         let engine = Self::from_checkpoint(scene, dissipation, start, boundaries.clone())?;

@@ -378,7 +378,9 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         let names = faces
             .map(|name| (*name).to_owned())
             .chain((1..).map(|number| format!("obstacle {number}")));
-        let touched = names.zip(ledgers).filter(|(_, ledger)| ledger.contacts > 0.0);
+        let touched = names
+            .zip(ledgers)
+            .filter(|(_, ledger)| ledger.contacts > 0.0);
         touched
             .map(|(name, ledger)| BoundaryFlux::of_ledger(name, ledger))
             .collect()

@@ -97,7 +97,7 @@ fn a_bouncing_ball_keeps_its_height() {
 }
 
 /// A ball at rest on the floor, one let fall, and one on top of a disc: with a contact time they settle after finitely
-/// many contacts and stay; without one they are a collapse, which is told.
+/// many contacts and stay; without one they are a collapse, which is reported.
 #[test]
 fn a_ball_comes_to_rest() {
     let mut boundaries = walled([Some([Wall::specular(); 2]), Some([bounces(0.6, 0.5); 2])]);

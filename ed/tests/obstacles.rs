@@ -1,4 +1,4 @@
-//! Disks around obstacles: what is told of them, and hard cases.
+//! Disks around obstacles: their description, and hard cases.
 
 #[allow(dead_code, reason = "each test file uses its own part")]
 mod support;

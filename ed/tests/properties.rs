@@ -162,7 +162,7 @@ impl Recipe {
     }
 }
 
-/// Runs a property on so many scenes, always the same ones.
+/// Runs a property on a number of scenes, always the same ones.
 fn check(scenes: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
     let config = Config {
         cases: scenes,

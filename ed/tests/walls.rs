@@ -6,7 +6,7 @@ mod support;
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
-use stosszahl_model::walls::{Ledger, Face, Outline, Vibration, Wall, Walls};
+use stosszahl_model::walls::{Face, Ledger, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{Body, Domain, Free, Physics, Plane, Rebound, Smooth, State};
 use support::{Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled};
 
@@ -59,7 +59,12 @@ fn a_closed_box_conserves_energy() {
         let given = given.fold(vector![0.0, 0.0], |sum, one| sum + one);
         // Sums of about 1e5 contacts of order 1 have rounding errors of 1e-11 each at the most.
         assert!((state.momentum(&scene) - momentum - given).norm() < 1e-8);
-        assert!(engine.ledgers().iter().all(|ledger| ledger.energy.abs() < 1e-10));
+        assert!(
+            engine
+                .ledgers()
+                .iter()
+                .all(|ledger| ledger.energy.abs() < 1e-10)
+        );
         assert!(engine.tally().rebounds > 10_000);
     }
 }

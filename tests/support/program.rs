@@ -171,7 +171,7 @@ blocks = 10
 windows = [[0, 4]]
 "#;
 
-/// Spheres that flow through a channel with regions of unlike weights.
+/// Spheres that flow through a channel with regions of different weights.
 pub const CHANNEL: &str = r#"# Do a few spheres flow?
 format = 2
 title = "a test of a channel"

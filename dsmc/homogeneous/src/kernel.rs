@@ -46,10 +46,10 @@ impl Kernel {
         if dimension == 2 {
             let packing = PI / 4.0 * moments[2] / volume;
             let point = 1.0 / (1.0 - packing);
-            let unlike = kinetic::contact_value(packing) - point;
+            let difference = kinetic::contact_value(packing) - point;
             coefficients[0][1] = 2.0 * point / volume;
             // 2 d_i d_j M_1/((d_i + d_j) M_2) times (a + b) is 4 a b M_1/M_2.
-            coefficients[1][1] = 8.0 * unlike * moments[1] / moments[2] / volume;
+            coefficients[1][1] = 8.0 * difference * moments[1] / moments[2] / volume;
         } else {
             let packing = PI / 6.0 * moments[3] / volume;
             let surface = PI / 6.0 * moments[2] / volume;

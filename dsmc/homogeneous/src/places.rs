@@ -274,7 +274,7 @@ fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
             let joined = f64::from(old.get(before).copied().unwrap_or(0));
             class.join_capacity =
                 2 + class.count / 16 + (layout.generosity * (1.5 * joined + 1.0)) as u32;
-            // Whoever joins may be larger than those that are there.
+            // A particle that joins may be larger than those that are there.
             class.exact = false;
             class.radius = f64::from_bits((u64::from(class.key) + 1) << 48);
         }

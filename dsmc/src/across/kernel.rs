@@ -16,7 +16,7 @@ use crate::density::{Crowding, Scheme};
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::{Follow, SimulatorOf};
 
-/// Whoever works around a tile.
+/// What works around a tile.
 pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a Kernel<'a, P>,
     pub(super) rates: &'a Rates<P::Space>,
@@ -198,7 +198,7 @@ where
         }
     }
 
-    /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles are unlike, their
+    /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles differ in size, their
     /// cross section lets them. Returns how far apart they were along the line of centres, in contact distances.
     fn try_pair(
         &mut self,

@@ -183,7 +183,7 @@ impl<'a, P: Physics> Search<'a, P> {
         Some(self.nth((best & 63) as u32))
     }
 
-    /// Of what was gathered, the simulator within the radius that comes after so many others.
+    /// Of what was gathered, the simulator within the radius that comes after this number of others.
     fn choose<F: Follow<P::Space>>(
         &self,
         around: &Around<'_, '_, P, F>,

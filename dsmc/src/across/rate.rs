@@ -39,7 +39,7 @@ pub(crate) struct Rates<S: Space> {
     space: std::marker::PhantomData<S>,
 }
 
-/// What unlike sizes do to a neighbourhood, in units of the largest.
+/// What unequal sizes do to a neighbourhood, in units of the largest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
     /// `<a^2>/<a>`.
@@ -121,7 +121,7 @@ impl<S: Space> Rates<S> {
         crowding.centres * covered_chi / self.ball
     }
 
-    /// n chi where the neighbourhood of a simulator holds so many units, itself included \[1/length^D\]; `share`: its
+    /// n chi where the neighbourhood of a simulator holds this number of units, itself included \[1/length^D\]; `share`: its
     /// radius over the largest.
     #[inline]
     pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {

@@ -39,7 +39,7 @@ const SCHEMES: [Scheme; 3] = [
 #[test]
 fn partners_are_those_of_a_plain_search() {
     search_like_a_plain_one(|_| equal(1.0));
-    search_like_a_plain_one(unlike);
+    search_like_a_plain_one(unequal);
 }
 
 fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P) {
@@ -117,7 +117,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                 expected += freedom;
                 squares += square;
             }
-            // Chi-squared of so many degrees of freedom f: f, and its standard deviation sqrt(2 f); z = 4.4, and some for
+            // Chi-squared of f degrees of freedom: f, and its standard deviation sqrt(2 f); z = 4.4, and some for
             // the skew where f is small.
             let allowed = 4.4 * (2.0_f64 * expected).sqrt() + 10.0;
             assert!((squares - expected).abs() < allowed, "{squares} {expected}");
@@ -257,14 +257,14 @@ fn elastic_rate_and_pressure_are_enskogs() {
 #[derive(Default)]
 struct Kinds([u64; 3]);
 
-type Unlike = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
+type Unequal = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
 
-/// Radii and masses of unlike disks.
-const UNLIKE: [(f64, f64); 2] = [(0.5, 1.0), (1.0, 4.0)];
+/// Radii and masses of unequal disks.
+const UNEQUAL: [(f64, f64); 2] = [(0.5, 1.0), (1.0, 4.0)];
 
 /// Elastic disks of two sizes in turn.
-fn unlike(count: usize) -> Unlike {
-    let sizes = (0..count).map(|i| UNLIKE[i % 2]).collect();
+fn unequal(count: usize) -> Unequal {
+    let sizes = (0..count).map(|i| UNEQUAL[i % 2]).collect();
     Scene {
         space: Plane,
         surface: Smooth,
@@ -287,10 +287,10 @@ impl Observer for Kinds {
 /// `n_i n_j d_ij chi_ij sqrt(2 pi T/mu)`: each kind of pair within 1.2 % with two simulators for each disk, 1.5 % with sixteen and a
 /// neighbourhood of 35 simulators, 0.6 % in one of many. Of eight gases, 24 of few simulators; the standard errors are at most half of that.
 #[test]
-fn unlike_disks_meet_at_the_rates_of_a_mixture() {
+fn unequal_disks_meet_at_the_rates_of_a_mixture() {
     let (disks, packing) = (1000_u32, 0.2);
-    let kinds = UNLIKE;
-    let scene = unlike(disks as usize);
+    let kinds = UNEQUAL;
+    let scene = unequal(disks as usize);
     let half = f64::from(disks) / 2.0;
     let area = half * (Plane::ball(0.5) + Plane::ball(1.0)) / packing;
     let side = area.sqrt();
@@ -313,7 +313,7 @@ fn unlike_disks_meet_at_the_rates_of_a_mixture() {
     for (simulators, cell_size, bar) in settings {
         let gases = if simulators == 2 { 24_u64 } else { 8 };
         let of_gas = |seed| {
-            let state = start::<Unlike>(disks as usize, Vector2::new(side, side), seed);
+            let state = start::<Unequal>(disks as usize, Vector2::new(side, side), seed);
             let temperature = state.kinetic_energy(&scene) / f64::from(disks);
             let parameters = Parameters {
                 simulators_per_disk: simulators,

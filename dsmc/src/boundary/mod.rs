@@ -1,11 +1,11 @@
 //! What stands at the faces of the box and inside it, and what comes in through them.
 //!
-//! A box is periodic unless it is told otherwise. [`Boundaries`] is all that can be told: walls and open faces, how near a
+//! A box is periodic by default. [`Boundaries`] is all that can be said of it: walls and open faces, how near a
 //! particle comes to them, streams that flow in, regions in which a simulator stands for more or fewer particles, and
 //! obstacles.
 
-mod ledgers;
 mod inflow;
+mod ledgers;
 mod obstacles;
 mod passage;
 mod surroundings;
@@ -17,8 +17,8 @@ use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
 use crate::parameters::{Displacement, EngineError, Parameters};
 
-pub use ledgers::{Ledgers, Transfer};
 pub use inflow::Inflow;
+pub use ledgers::{Ledgers, Transfer};
 pub use weights::Weights;
 
 pub(crate) use inflow::MOST_SIMULATORS;

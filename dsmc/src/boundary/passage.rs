@@ -166,7 +166,7 @@ fn uniform(stream: &mut impl rand::Rng) -> f64 {
     rand::RngExt::random(stream)
 }
 
-/// Enters a simulator that stands for so many particles.
+/// Enters a simulator that stands for this number of particles.
 pub(crate) fn enter<P: Physics, F: Follow<P::Space>>(
     scene: &P,
     simulator: &SimulatorOf<P, F>,

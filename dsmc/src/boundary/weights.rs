@@ -33,7 +33,7 @@ impl Weights {
         Self::table(regions, factors)
     }
 
-    /// Factors of equal blocks, so many along each axis, the first axis running fastest; one beyond the dimension.
+    /// Factors of equal blocks, this number along each axis, the first axis running fastest; one beyond the dimension.
     ///
     /// # Errors
     /// [`EngineError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.

@@ -198,7 +198,11 @@ pub fn follow_plain<P: Physics<Space = Plane>>(
         }
     }
     assert_eq!(times.next(), None);
-    let found: Vec<f64> = engine.ledgers().iter().map(|ledger| ledger.contacts).collect();
+    let found: Vec<f64> = engine
+        .ledgers()
+        .iter()
+        .map(|ledger| ledger.contacts)
+        .collect();
     assert_eq!(found, ledgers);
     let state = engine.state();
     for (one, other) in state.bodies.iter().zip(&slow.bodies) {
