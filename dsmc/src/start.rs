@@ -234,7 +234,7 @@ where
         )
     }
 
-    /// Starts with simulators, of which the first `fixed` must be where they may be.
+    /// Starts with simulators, in their order of memory.
     fn begin(
         scene: &P,
         parameters: Parameters,

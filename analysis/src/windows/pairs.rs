@@ -1,4 +1,4 @@
-//! Impact parameters by the kind of pair, in a gas of unlike disks.
+//! Impact parameters by the kind of pair, in a gas of several species.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
@@ -54,26 +54,15 @@ impl PairBins {
         &self.counts[start..start + self.bins]
     }
 
-    /// Counts a collision in a window: of the kind that its species say, or, where an engine knows no species, of the one
-    /// that is nearest in distance and reduced mass.
+    /// Counts a collision in a window, by the species of its pair.
     pub(super) fn count(&mut self, window: usize, collision: &Collision, impact: f64) {
-        /// Rounding of a contact distance.
-        const ALIKE: f64 = 1e-6;
-        let distance = collision.line.norm();
-        let away = |kind: &PairKind| {
-            (distance / kind.distance).ln().abs()
-                + (collision.reduced_mass / kind.reduced_mass).ln().abs()
-        };
         let [a, b] = collision.species.map(|species| species as usize);
-        let known = [a.min(b), a.max(b)];
-        let mut kinds = self.kinds.iter();
-        let named = kinds.position(|kind| kind.species == known && away(kind) < ALIKE);
-        let nearest = || {
-            let all = self.kinds.iter().enumerate();
-            let (kind, _) = all.min_by(|a, b| away(a.1).total_cmp(&away(b.1)))?;
-            Some(kind)
-        };
-        let Some(kind) = named.or_else(nearest) else {
+        let pair = [a.min(b), a.max(b)];
+        let Some(kind) = self.kinds.iter().position(|kind| kind.species == pair) else {
+            debug_assert!(
+                false,
+                "a collision of species {a} and {b}, which were not named"
+            );
             return;
         };
         let bin = ((impact * self.bins as f64) as usize).min(self.bins - 1);
@@ -86,52 +75,27 @@ mod tests {
     use super::*;
     use nalgebra::{Vector3, vector};
 
-    /// Species that differ in nothing but their restitution are told apart by their names.
+    /// Species are known by their numbers: also those that differ in nothing but their restitution.
     #[test]
-    fn species_tell_alike_pairs_apart() {
-        let mut bins = PairBins::new(&[(0.5, 1.0), (0.5, 1.0)], 1, 2);
-        let collision = Collision {
-            time: 0.0,
-            position: Vector3::zeros(),
-            relative: -Vector3::x(),
-            line: vector![1.0, 0.0, 0.0],
-            reduced_mass: 0.5,
-            restitution: 1.0,
-            weight: 1.0,
-            pair: [0, 1],
-            species: [1, 0],
-        };
-        bins.count(0, &collision, 0.9);
-        let kind = bins.kinds().iter().position(|kind| kind.species == [0, 1]);
-        assert_eq!(bins.counts(0, kind.expect("a kind")), [0, 1]);
-    }
-
-    #[test]
-    fn pairs_are_known_by_distance_and_mass() {
-        let mut bins = PairBins::new(&[(0.5, 1.0), (0.5, 3.0), (1.0, 3.0)], 2, 4);
+    fn pairs_are_counted_by_their_species() {
+        let mut bins = PairBins::new(&[(0.5, 1.0), (0.5, 1.0), (1.0, 3.0)], 2, 4);
         assert_eq!(bins.kinds().len(), 6);
-        let collision = |distance: f64, reduced_mass: f64| Collision {
-            time: 0.0,
-            position: Vector3::zeros(),
-            relative: -Vector3::x(),
-            line: vector![distance, 0.0, 0.0],
-            reduced_mass,
-            restitution: 1.0,
-            weight: 1.0,
-            pair: [0, 1],
-            species: [0; 2],
-        };
-        // Species 0 and 1 differ by mass only, 1 and 2 by size only; a rounding of the distance changes nothing.
-        for (distance, mass, species) in [
-            (1.0 + 1e-12, 0.5, [0, 0]),
-            (1.0, 0.75, [0, 1]),
-            (1.0, 1.5, [1, 1]),
-            (1.5, 0.75, [0, 2]),
-            (1.5, 1.5, [1, 2]),
-            (2.0, 1.5, [2, 2]),
-        ] {
-            bins.count(1, &collision(distance, mass), 0.3);
-            let kind = bins.kinds().iter().position(|kind| kind.species == species);
+        for species in [[0, 0], [1, 0], [1, 1], [0, 2], [2, 1], [2, 2]] {
+            let collision = Collision {
+                time: 0.0,
+                position: Vector3::zeros(),
+                relative: -Vector3::x(),
+                line: vector![1.0, 0.0, 0.0],
+                reduced_mass: 0.5,
+                restitution: 1.0,
+                weight: 1.0,
+                pair: [0, 1],
+                species,
+            };
+            bins.count(1, &collision, 0.3);
+            let pair = [species[0].min(species[1]), species[0].max(species[1])];
+            let pair = pair.map(|one| one as usize);
+            let kind = bins.kinds().iter().position(|kind| kind.species == pair);
             let kind = kind.expect("a kind");
             assert_eq!(bins.counts(1, kind), [0, 1, 0, 0], "{species:?}");
             assert_eq!(bins.counts(0, kind), [0; 4]);
