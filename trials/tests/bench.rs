@@ -48,7 +48,7 @@ fn bench_mixture_prints_its_keys() {
     assert_eq!(timed["time"], 2.0);
     let refused = run(&["bench", "mixture", "--restitution", "1.5"]);
     assert!(!refused.status.success());
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("from 0 to 1"));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("0 to 1"));
 }
 
 /// The work is what it is said to be, and numbers out of range are refused with what is allowed.
