@@ -2,12 +2,12 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::grains::{InPlane, InSpace};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, Grains, Invalid, Observer, Particle, Particles, Physics,
-    Plane, Simulation, Sizes, Space, State, Surface, Vector as _, VectorOf, Volume, Work,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Invalid, Observer, Particle,
+    Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _, VectorOf,
+    Volume, Work,
 };
 
 use crate::boundary::{Boundaries, Transfer};
@@ -89,11 +89,17 @@ fn begin(gas: &Gas<'_>, source: Source<'_>) -> Result<Box<dyn Simulation>, Engin
         }
         Source::Checkpoint { count, lengths, .. } => (count, if lengths[2] > 0.0 { 3 } else { 2 }),
     };
-    let job = Begin { gas, source };
+    let begin = Begin { gas, source };
     if dimension == 2 {
-        gas.grains.in_plane(count, job)
+        let boundaries = gas.boundaries.in_plane();
+        match &gas.grains.sizes {
+            GrainSizes::Equal(sizes) if gas.grains.is_plain() && !gas.displacements => {
+                begin.make::<_, Unfollowed>(&gas.grains.plain(*sizes), &boundaries)
+            }
+            _ => begin.any(count, &boundaries),
+        }
     } else {
-        gas.grains.in_space(count, job)
+        begin.any(count, gas.boundaries)
     }
 }
 
@@ -103,35 +109,20 @@ struct Begin<'a> {
     source: Source<'a>,
 }
 
-impl InPlane for Begin<'_> {
-    type Output = Box<dyn Simulation>;
-    type Error = EngineError;
-
-    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Self::Output, EngineError> {
-        self.engine(&scene, &self.gas.boundaries.in_plane())
-    }
-}
-
-impl InSpace for Begin<'_> {
-    type Output = Box<dyn Simulation>;
-    type Error = EngineError;
-
-    fn run<P: Physics<Space = Volume>>(self, scene: P) -> Result<Self::Output, EngineError> {
-        self.engine(&scene, self.gas.boundaries)
-    }
-}
-
 impl Begin<'_> {
-    fn engine<P: Physics>(
+    /// Engines of any grains. Rough ones always carry their displacement: an engine less to compile, for a vector more in each.
+    fn any<S: Space>(
         &self,
-        scene: &P,
-        boundaries: &Boundaries<P::Space>,
+        count: usize,
+        boundaries: &Boundaries<S>,
     ) -> Result<Box<dyn Simulation>, EngineError> {
-        // Rough particles always carry them: an engine less to compile, for a vector more in each.
-        if P::Surface::ROUGH || self.gas.displacements {
-            self.make::<P, Followed>(scene, boundaries)
-        } else {
-            self.make::<P, Unfollowed>(scene, boundaries)
+        let grains = self.gas.grains;
+        match grains.rough {
+            Some(rough) => self.make::<_, Followed>(&grains.scene(rough, count)?, boundaries),
+            None if self.gas.displacements => {
+                self.make::<_, Followed>(&grains.scene(Smooth, count)?, boundaries)
+            }
+            None => self.make::<_, Unfollowed>(&grains.scene(Smooth, count)?, boundaries),
         }
     }
 

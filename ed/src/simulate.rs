@@ -2,10 +2,9 @@
 
 use nalgebra::{Vector2, Vector3, vector};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::grains::InPlane;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, Grains, Invalid, Observer, Particle, Particles, Physics,
-    Plane, Simulation, Sizes, State, Surface, Vector as _, Work,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Invalid, Observer, Particle,
+    Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _, Work,
 };
 
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
@@ -54,7 +53,7 @@ pub fn simulate(
         boundaries,
         from: Source::Start(start),
     };
-    grains.in_plane(start.all.len(), begin)
+    begin.choose(grains, start.all.len())
 }
 
 /// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start.
@@ -73,7 +72,7 @@ pub fn resume(
         boundaries,
         from: Source::Checkpoint(checkpoint),
     };
-    grains.in_plane(count, begin)
+    begin.choose(grains, count)
 }
 
 /// What an engine begins with.
@@ -89,11 +88,20 @@ struct Begin<'a> {
     from: Source<'a>,
 }
 
-impl InPlane for Begin<'_> {
-    type Output = Box<dyn Simulation>;
-    type Error = EngineError;
+impl Begin<'_> {
+    /// One engine for each kind of disks that changes what is stored for a disk.
+    fn choose(self, grains: &Grains, count: usize) -> Result<Box<dyn Simulation>, EngineError> {
+        match (&grains.sizes, grains.rough) {
+            (GrainSizes::Equal(sizes), _) if grains.is_plain() => self.run(grains.plain(*sizes)),
+            (GrainSizes::Each(sizes), _) if grains.is_plain() => {
+                self.run(grains.plain(sizes.clone()))
+            }
+            (_, Some(rough)) => self.run(grains.scene(rough, count)?),
+            (_, None) => self.run(grains.scene(Smooth, count)?),
+        }
+    }
 
-    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Self::Output, EngineError> {
+    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Box<dyn Simulation>, EngineError> {
         let (stage, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;

@@ -1,17 +1,17 @@
 //! The physics of a gas as data: what is chosen at run time, and how it becomes types.
 //!
-//! Engines are generic; a program that reads a case is not. [`Grains`] says what particles are, and [`Grains::in_plane`] and
-//! [`Grains::in_space`] hand an engine's crate the one [`Scene`] that stands for it: a ladder with one rung for each
-//! choice that changes what is stored or computed for each particle. All else is data in it.
+//! Engines are generic; a program that reads a case is not. [`Grains`] says what particles are, and makes the [`Scene`] that stands
+//! for them. An engine's crate chooses among scenes by what changes that which is stored or computed for each particle. All else
+//! is data in it.
 
 use nalgebra::Vector3;
 
 use crate::field::{Field, Free, Gravity};
 use crate::invalid::Invalid;
-use crate::physics::{Physics, Scene};
+use crate::physics::Scene;
 use crate::restitution::Law;
 use crate::sizes::{Monodisperse, Polydisperse, Sizes as _};
-use crate::space::{Plane, Space, Volume};
+use crate::space::Space;
 use crate::species::Species;
 use crate::surface::{Rough, Smooth, Surface};
 
@@ -72,35 +72,26 @@ impl Grains {
         }
     }
 
-    /// Does a job in the scene of disks; `count` is how many there are.
-    ///
-    /// # Errors
-    /// Those of the job, and [`Invalid`] for sizes or fields that cannot be.
-    pub fn in_plane<J: InPlane>(&self, count: usize, job: J) -> Result<J::Output, J::Error> {
-        let plain = self.rough.is_none() && self.gravity.is_none() && !self.is_bounded;
-        match &self.sizes {
-            GrainSizes::Equal(sizes) if plain => job.run(scene(Smooth, self, *sizes, Free)),
-            GrainSizes::Each(sizes) if plain => job.run(scene(Smooth, self, sizes.clone(), Free)),
-            _ => {
-                let (sizes, field) = (self.species(count)?, self.field::<Plane>()?);
-                match self.rough {
-                    Some(rough) => job.run(scene(rough, self, sizes, field)),
-                    None => job.run(scene(Smooth, self, sizes, field)),
-                }
-            }
-        }
+    /// Whether particles are smooth and fly freely in a periodic box, so that sizes need not be species.
+    pub fn is_plain(&self) -> bool {
+        self.rough.is_none() && self.gravity.is_none() && !self.is_bounded
     }
 
-    /// Does a job in the scene of spheres.
+    /// The scene of smooth particles of these sizes in free flight: for [`Self::is_plain`].
+    pub fn plain<S: Space, Z>(&self, sizes: Z) -> Scene<S, Smooth, Law, Z, Free> {
+        scene(Smooth, self, sizes, Free)
+    }
+
+    /// The scene of any grains, with this surface; sizes are species, and `count` says how many particles there are.
     ///
     /// # Errors
-    /// As [`Self::in_plane`].
-    pub fn in_space<J: InSpace>(&self, count: usize, job: J) -> Result<J::Output, J::Error> {
-        let (sizes, field) = (self.species(count)?, self.field::<Volume>()?);
-        match self.rough {
-            Some(rough) => job.run(scene(rough, self, sizes, field)),
-            None => job.run(scene(Smooth, self, sizes, field)),
-        }
+    /// [`Invalid`] for sizes or fields that cannot be.
+    pub fn scene<S: Space, C: Surface<S>>(
+        &self,
+        surface: C,
+        count: usize,
+    ) -> Result<Scene<S, C, Law, Species, Gravity<S>>, Invalid> {
+        Ok(scene(surface, self, self.species(count)?, self.field()?))
     }
 
     fn field<S: Space>(&self) -> Result<Gravity<S>, Invalid> {
@@ -122,30 +113,4 @@ fn scene<S: Space, C: Surface<S>, Z, F: Field<S>>(
         sizes,
         field,
     }
-}
-
-/// A job that can be done in any scene of disks.
-pub trait InPlane {
-    /// What it returns.
-    type Output;
-    /// Why it fails.
-    type Error: From<Invalid>;
-    /// Does the job.
-    ///
-    /// # Errors
-    /// Its own.
-    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Self::Output, Self::Error>;
-}
-
-/// A job that can be done in any scene of spheres.
-pub trait InSpace {
-    /// What it returns.
-    type Output;
-    /// Why it fails.
-    type Error: From<Invalid>;
-    /// Does the job.
-    ///
-    /// # Errors
-    /// Its own.
-    fn run<P: Physics<Space = Volume>>(self, scene: P) -> Result<Self::Output, Self::Error>;
 }
