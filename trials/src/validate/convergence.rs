@@ -64,14 +64,14 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
     let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
     let chi = kinetic::contact_value(PACKING);
     let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
-    let mut gas = monte_carlo(&start, 1.0, parameters, seed, false)?;
+    let mut gas = monte_carlo(&start, 1.0, parameters, seed)?;
     advance(&mut *gas, ELASTIC[0] / enskog, &mut ())?;
     let (before, origin) = (gas.work().collisions, gas.time());
     advance(&mut *gas, (ELASTIC[0] + ELASTIC[1]) / enskog, &mut ())?;
     let collisions = (gas.work().collisions - before) as f64;
     let count = gas.count() as f64;
     let rate = 2.0 * collisions / count / (gas.time() - origin) / enskog;
-    let mut gas = monte_carlo(&start, RESTITUTION, parameters, seed, false)?;
+    let mut gas = monte_carlo(&start, RESTITUTION, parameters, seed)?;
     advance(&mut *gas, haff_time(), &mut ())?;
     let temperature = energy(&gas.particles()).temperature;
     advance(&mut *gas, 3.0 * haff_time(), &mut ())?;

@@ -5,21 +5,21 @@
 //! given. Density modes forget theirs by sound damping, at a rate of at least `nu k²`, so S(k) is taken only from
 //! [`SLOWEST`] on and relaxes for three of these times.
 
-use nalgebra::Vector3;
-use stosszahl_analysis::energy::Virial;
+use nalgebra::Vector2;
 use stosszahl_analysis::fit::{self, Point};
-use stosszahl_analysis::modes::Modes;
+use stosszahl_analysis::modes::{Modes, shear_waves};
 use stosszahl_analysis::relaxation::{decay_rate, diffusion};
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_model::{Particles, Simulation, kinetic, transport};
+use stosszahl_dsmc::{Engine, Followed};
+use stosszahl_model::{Particles, kinetic, transport};
 
-use super::gas::{advance, amplitudes, energy, kick, modes, monte_carlo, start, waves};
+use super::gas::{amplitudes, cells, columns, energy, modes, start, waves};
 use super::over_seeds;
 use super::schemes::Quantity::{
     CollisionRate, Compressibility, Diffusion, Longitudinal, Pressure, Transverse, Viscosity,
 };
 use super::schemes::{Method, Setting};
-use crate::gas::Disks;
+use crate::gas::{Disks, particles_of};
 use crate::table::{Place, Row, mean as over_gases, over};
 use crate::{Done, Effort, Findings, Trouble};
 
@@ -108,11 +108,11 @@ impl Plan {
         })
     }
 
-    fn measure(&self, gas: &mut dyn Simulation) -> Result<Found, Trouble> {
-        advance(gas, self.relaxation, &mut ())?;
-        let (origin, before) = (gas.time(), gas.work().collisions);
+    fn measure(&self, gas: &mut Engine<Disks, Followed>) -> Result<Found, Trouble> {
+        gas.advance(self.relaxation, u64::MAX, &mut ());
+        let (origin, before) = (gas.time(), gas.tally());
         gas.follow_displacements();
-        let (mut squares, mut virial) = ([0.0; 2], Virial::default());
+        let mut squares = [0.0; 2];
         let bands = self.bands.iter();
         let mut bands: Vec<_> = bands
             .map(|(_, modes)| vec![[0.0; 2]; modes.indices().len()])
@@ -120,17 +120,18 @@ impl Plan {
         let mut densities = vec![0.0; self.density.indices().len()];
         for sample in 1..=SAMPLES {
             let until = origin + f64::from(sample) * BETWEEN * self.free;
-            advance(gas, until, &mut virial)?;
+            gas.advance(until, u64::MAX, &mut ());
             if sample == SAMPLES / 4 {
-                squares[0] = mean_square(gas);
+                squares[0] = mean_square(&gas.displacements());
             }
-            self.sample(&gas.particles(), &mut bands, &mut densities)?;
+            self.sample(gas, &mut bands, &mut densities)?;
         }
-        squares[1] = mean_square(gas);
-        let duration = gas.time() - origin;
-        let count = gas.count() as f64;
-        let rate = 2.0 * (gas.work().collisions - before) as f64 / count / duration;
-        let disks = (count * gas.weight()).round() as usize;
+        squares[1] = mean_square(&gas.displacements());
+        let (after, duration) = (gas.tally(), gas.time() - origin);
+        let count = gas.simulators() as f64;
+        let rate = 2.0 * (after.collisions - before.collisions) as f64 / count / duration;
+        let disks = count * gas.weight();
+        let virial = after.virial - before.virial;
         let energies = bands.iter_mut().flatten().flatten();
         for value in energies.chain(&mut densities) {
             *value /= f64::from(SAMPLES);
@@ -149,7 +150,7 @@ impl Plan {
         let (waves, speed) = self.shear(gas)?;
         Ok(Found {
             rate: rate * self.free,
-            pressure: virial.compressibility_factor::<Disks>(disks, 1.0, duration),
+            pressure: 1.0 + virial / (2.0 * disks * duration),
             squares,
             bands,
             compressibility,
@@ -158,7 +159,13 @@ impl Plan {
         })
     }
 
-    fn sample(&self, gas: &Particles, bands: &mut [Vec<[f64; 2]>], densities: &mut [f64]) -> Done {
+    fn sample(
+        &self,
+        engine: &Engine<Disks, Followed>,
+        bands: &mut [Vec<[f64; 2]>],
+        densities: &mut [f64],
+    ) -> Done {
+        let gas = &particles_of(&engine.state());
         let (count, unit) = (gas.all.len(), energy(gas).temperature);
         for ((_, modes), sums) in self.bands.iter().zip(bands) {
             for (sum, amplitude) in sums.iter_mut().zip(amplitudes(gas, modes)?) {
@@ -168,25 +175,23 @@ impl Plan {
             }
         }
         for (sum, amplitude) in densities.iter_mut().zip(amplitudes(gas, &self.density)?) {
-            *sum += gas.all[0].weight * amplitude.power(count).density;
+            *sum += engine.weight() * amplitude.power(count).density;
         }
         Ok(())
     }
 
     /// Sets two shear waves going and follows them.
-    fn shear(&self, gas: &mut dyn Simulation) -> Result<(Vec<Vec<f64>>, f64), Trouble> {
-        let modes = modes(
-            &gas.particles(),
-            vec![[self.wave_index, 0], [0, self.wave_index]],
-        )?;
-        kick(gas, &modes, WAVE)?;
+    fn shear(&self, gas: &mut Engine<Disks, Followed>) -> Result<(Vec<Vec<f64>>, f64), Trouble> {
+        let start = particles_of(&gas.state());
+        let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
+        gas.kick(&shear_waves(&modes, &columns(&start).0, WAVE)?);
         // What the kick did not make a stress of yet takes a few collisions to come.
         let origin = gas.time() + 3.0 * self.free;
         let mut series = vec![Vec::new(); 4];
         let mut speed = 0.0;
         for sample in 0..=STEPS {
-            advance(gas, origin + f64::from(sample) * self.spacing, &mut ())?;
-            let (found, temperature) = waves(&gas.particles(), &modes)?;
+            gas.advance(origin + f64::from(sample) * self.spacing, u64::MAX, &mut ());
+            let (found, temperature) = waves(&particles_of(&gas.state()), &modes)?;
             for (values, value) in series.iter_mut().zip(found.into_iter().flatten()) {
                 values.push(value);
             }
@@ -196,9 +201,8 @@ impl Plan {
     }
 }
 
-fn mean_square(gas: &dyn Simulation) -> f64 {
-    let displacements = gas.displacements().unwrap_or_default();
-    let sum: f64 = displacements.iter().map(Vector3::norm_squared).sum();
+fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
+    let sum: f64 = displacements.iter().map(Vector2::norm_squared).sum();
     sum / displacements.len().max(1) as f64
 }
 
@@ -230,7 +234,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
                     starts.extend(over_seeds(starts.len() as u64..count, make)?.0);
                     let more = over_seeds(found.len() as u64..count, |seed| {
                         let state = &starts[seed as usize];
-                        plan.measure(&mut *monte_carlo(state, 1.0, parameters, seed, true)?)
+                        plan.measure(&mut cells(state, parameters, seed)?)
                     })?;
                     found.extend(more.0);
                     seconds += more.1;

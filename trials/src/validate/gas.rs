@@ -3,12 +3,12 @@
 use nalgebra::{Vector2, Vector3};
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::modes::{Amplitude, Modes, shear_waves};
-use stosszahl_dsmc::{Boundaries, Gas, Parameters};
+use stosszahl_dsmc::{Boundaries, Engine, Followed, Gas, Parameters};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Budget, Constant, Grains, Observer, Particles, Simulation, State, initial};
+use stosszahl_model::{Budget, Grains, Observer, Particles, Simulation, State, initial};
 
-use crate::gas::{Disks, UNIT, disordered, domain, law, particles, particles_of, relaxed, state};
+use crate::gas::{Disks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
 use crate::{Done, Trouble};
 
 /// A disordered start of unit disks at T = 1, after some elastic collisions of each disk under exact dynamics, time
@@ -46,7 +46,6 @@ pub(super) fn monte_carlo(
     restitution: f64,
     parameters: Parameters,
     seed: u64,
-    displacements: bool,
 ) -> Result<Box<dyn Simulation>, Trouble> {
     let streams = Streams::new(seed, 1);
     let gas = Gas {
@@ -54,25 +53,41 @@ pub(super) fn monte_carlo(
         parameters,
         boundaries: &Boundaries::default(),
         streams,
-        displacements,
+        displacements: false,
     };
     let mut gas = stosszahl_dsmc::simulate(&gas, std::slice::from_ref(start))?;
-    let (places, velocities) = columns(&gas.particles());
-    let places = places.into_iter().map(|at| (at, Vector2::zeros()));
-    let mut other: State<Disks> = state(domain(start.lengths[0], start.lengths[1])?, places);
-    let mut stream = streams.at(Purpose::Velocities, [1, 0]);
-    initial::maxwellian(
-        &particles(Constant::ELASTIC, UNIT),
-        &mut other,
-        1.0,
-        &mut stream,
-    );
-    let bodies = other.bodies.iter().zip(&velocities);
-    let changes: Vec<_> = bodies
-        .map(|(new, old)| (new.velocity - old).push(0.0))
-        .collect();
+    let changes = to_maxwellian(&gas.particles(), streams)?;
+    let changes: Vec<_> = changes.iter().map(|change| change.push(0.0)).collect();
     gas.kick(&changes)?;
     Ok(gas)
+}
+
+/// The same elastic gas as the engine itself, whose tally knows over which distance a scheme carries momentum.
+pub(super) fn cells(
+    start: &Particles,
+    parameters: Parameters,
+    seed: u64,
+) -> Result<Engine<Disks, Followed>, Trouble> {
+    let (streams, domain) = (
+        Streams::new(seed, 1),
+        domain(start.lengths[0], start.lengths[1])?,
+    );
+    let (places, velocities) = columns(start);
+    let start = state(domain, places.into_iter().zip(velocities));
+    let mut engine = Engine::start(&disks(1.0)?, parameters, &start, streams)?;
+    engine.kick(&to_maxwellian(&particles_of(&engine.state()), streams)?);
+    Ok(engine)
+}
+
+/// What must be added to velocities to make them Maxwellian.
+fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, Trouble> {
+    let (places, velocities) = columns(gas);
+    let places = places.into_iter().map(|at| (at, Vector2::zeros()));
+    let mut other: State<Disks> = state(domain(gas.lengths[0], gas.lengths[1])?, places);
+    let mut stream = streams.at(Purpose::Velocities, [1, 0]);
+    initial::maxwellian(&disks(1.0)?, &mut other, 1.0, &mut stream);
+    let bodies = other.bodies.iter().zip(velocities);
+    Ok(bodies.map(|(new, old)| new.velocity - old).collect())
 }
 
 /// Takes a gas to a time, leg by leg as a run does.

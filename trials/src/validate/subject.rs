@@ -111,10 +111,7 @@ impl Subject for Simulated {
 
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
         let start = gas.start(seed)?;
-        observed(
-            gas,
-            monte_carlo(&start, gas.restitution, self.0, seed, false)?,
-        )
+        observed(gas, monte_carlo(&start, gas.restitution, self.0, seed)?)
     }
 }
 

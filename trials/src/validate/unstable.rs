@@ -149,7 +149,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
             let fewer = if setting == Setting::Single { 1 } else { 4 };
             let growth = of((replicas / fewer).max(4), &|seed| {
                 let start = &starts[seed as usize];
-                monte_carlo(start, RESTITUTION, method.at(setting), seed, false)
+                monte_carlo(start, RESTITUTION, method.at(setting), seed)
             })?;
             let here = place(method.name, setting.name(), &growth).of(method.default);
             let claim = method.claims(setting, Quantity::Growth).then_some(0.1);
