@@ -1,6 +1,7 @@
 //! The command line as typed.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
@@ -29,11 +30,23 @@ pub struct Arguments {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Measure the speed of an engine on a defined piece of work.
-    #[command(subcommand)]
+    /// Measure the speed of an engine on a defined piece of work, in some seconds.
+    #[command(
+        subcommand,
+        after_help = "Begin with:\n  stosszahl-trials bench ed          collisions of exact disks\n  \
+                      stosszahl-trials bench dsmc        Monte Carlo in cells\n  \
+                      stosszahl-trials bench mixture     Monte Carlo without positions"
+    )]
     Bench(Bench),
-    /// Try an engine on hard cases and say what holds.
-    #[command(subcommand)]
+    /// Try an engine on hard cases and say what holds: seconds to a minute each, hours with --long.
+    ///
+    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    #[command(
+        subcommand,
+        after_help = "Begin with:\n  stosszahl-trials stress ed --list         the cases in words\n  \
+                      stosszahl-trials stress ed                the short ones\n  \
+                      stosszahl-trials stress walls --case floor  only this one"
+    )]
     Stress(Stress),
     /// Measure everything that the program claims about accuracy, and say what holds.
     ///
@@ -61,6 +74,11 @@ pub struct ValidateArguments {
     pub all: ValidateAll,
 }
 
+fn duration(text: &str) -> Result<Duration, String> {
+    humantime::parse_duration(text)
+        .map_err(|error| format!("{error}; allowed is a time such as 90s, 5m or 1h"))
+}
+
 /// `stosszahl-trials validate` of the whole.
 #[derive(Clone, Debug, Args)]
 pub struct ValidateAll {
@@ -71,8 +89,8 @@ pub struct ValidateAll {
     #[arg(long)]
     pub quick: bool,
     /// Begin no further part after this time: 90s, 5m or 1h [default: none].
-    #[arg(long, value_name = "TIME")]
-    pub budget: Option<String>,
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    pub budget: Option<Duration>,
     /// Markdown page to write; it is complete after each part.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -114,8 +132,6 @@ pub struct ValidateDsmc {
 #[derive(Debug, Subcommand)]
 pub enum Stress {
     /// Event-driven hard disks: collapse, close packing, ties, grazing contacts, long runs, extreme sizes and speeds, kills.
-    ///
-    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials stress ed --list                 the cases in words\n  \
                       stosszahl-trials stress ed                        the short ones, in about a minute\n  \
@@ -124,8 +140,6 @@ pub enum Stress {
     )]
     Ed(StressEd),
     /// Monte Carlo, every scheme: crowded and empty cells, steps too long, cooling through 24 decades, threads, kills.
-    ///
-    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials stress dsmc --list                 the cases in words\n  \
                       stosszahl-trials stress dsmc                        all of them, in seconds\n  \
@@ -135,13 +149,19 @@ pub enum Stress {
     Dsmc(StressCases),
     /// Gases without positions: extreme sizes and temperatures, rare species, no rebound, cooling until nothing moves,
     /// sticking until one cluster is left.
-    ///
-    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    #[command(
+        after_help = "Begin with:\n  stosszahl-trials stress mixture --list         the cases in words\n  \
+                      stosszahl-trials stress mixture                all of them, in seconds\n  \
+                      stosszahl-trials stress mixture --long         minutes: 1e7 grains of dust, 1e6 sticky disks"
+    )]
     Mixture(StressCases),
     /// Walls, obstacles, gravity and openings, exact dynamics and Monte Carlo: sharp corners, wedges, rest on a floor,
     /// grazing, fast walls, empty channels, supersonic streams.
-    ///
-    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one fails.
+    #[command(
+        after_help = "Begin with:\n  stosszahl-trials stress walls --list               the cases in words\n  \
+                      stosszahl-trials stress walls                      all of them, in seconds\n  \
+                      stosszahl-trials stress walls --case fast-wall     only this one"
+    )]
     Walls(StressCases),
 }
 
@@ -177,10 +197,22 @@ pub struct StressEd {
 /// `stosszahl-trials bench`.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// Event-driven hard disks on one thread: make the start, equilibrate it elastically, then time.
+    /// Event-driven hard disks on one thread: make the start, equilibrate it elastically, then time; some seconds.
+    #[command(
+        after_help = "Begin with:\n  stosszahl-trials bench ed                                    10 000 disks, a million collisions\n  \
+                      stosszahl-trials bench ed --disks 100000 --packing-fraction 0.7 --json"
+    )]
     Ed(BenchEd),
-    /// Monte Carlo: dilute elastic hard disks or spheres in cells of half a mean free path, with a constant step.
+    /// Monte Carlo: dilute elastic hard disks or spheres in cells of half a mean free path, with a constant step; some seconds.
+    #[command(
+        after_help = "Begin with:\n  stosszahl-trials bench dsmc                              a million simulators, 50 steps\n  \
+                      stosszahl-trials bench dsmc --dimension 3 --threads 1 --json"
+    )]
     Dsmc(BenchDsmc),
-    /// Monte Carlo of a gas of spheres of a hundred sizes, cooling, on one thread: make the start, then time.
+    /// Monte Carlo of a gas of spheres of a hundred sizes, cooling, on one thread: make the start, then time; some seconds.
+    #[command(
+        after_help = "Begin with:\n  stosszahl-trials bench mixture                           a million monomers to time 100\n  \
+                      stosszahl-trials bench mixture --selection single-majorant --collisions 2000000"
+    )]
     Mixture(BenchMixture),
 }

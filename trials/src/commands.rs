@@ -14,17 +14,17 @@ pub(crate) fn say(text: &str) {
     let _ = writeln!(out, "{text}").and_then(|()| out.flush());
 }
 
-fn bench(work: &dyn Work) -> Done {
-    say(&work.measure()?.text(work.json()));
+fn bench(work: &dyn Work, json: bool) -> Done {
+    say(&work.measure()?.text(json));
     Ok(())
 }
 
 /// Does what the command line asks.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
-        Command::Bench(Bench::Ed(work)) => bench(&work),
-        Command::Bench(Bench::Dsmc(work)) => bench(&work),
-        Command::Bench(Bench::Mixture(work)) => bench(&work),
+        Command::Bench(Bench::Ed(work)) => bench(&work, work.json),
+        Command::Bench(Bench::Dsmc(work)) => bench(&work, work.json),
+        Command::Bench(Bench::Mixture(work)) => bench(&work, work.json),
         Command::Stress(Stress::Ed(asked)) => {
             stress::command(&stress::event_driven(), &asked.cases, asked.collisions)
         }

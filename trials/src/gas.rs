@@ -8,8 +8,8 @@ use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Free, Kind, Monodisperse, Physics, Plane, Polydisperse, Restitution,
-    Scene, Sizes, Smooth, Space, Species, State, VectorOf, Volume,
+    Body, Constant, Domain, Free, Kind, Monodisperse, Particle, Physics, Plane, Polydisperse,
+    Restitution, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf, Volume,
 };
 
 use crate::Trouble;
@@ -41,7 +41,7 @@ pub const PLAIN: Parameters = Parameters {
 };
 
 /// A scene of smooth particles in free flight.
-pub fn particles<S: Space, Z: Sizes, R: Restitution>(
+pub(crate) fn particles<S: Space, Z: Sizes, R: Restitution>(
     restitution: R,
     sizes: Z,
 ) -> Particles<S, Z, R> {
@@ -55,10 +55,7 @@ pub fn particles<S: Space, Z: Sizes, R: Restitution>(
 }
 
 /// A coefficient of restitution.
-///
-/// # Errors
-/// [`Trouble::Invalid`] if it is not from 0 to 1.
-pub fn law(restitution: f64) -> Result<Constant, Trouble> {
+pub(crate) fn law(restitution: f64) -> Result<Constant, Trouble> {
     Ok(Constant::new(restitution)?)
 }
 
@@ -71,18 +68,12 @@ pub fn disks(restitution: f64) -> Result<Disks, Trouble> {
 }
 
 /// Disks of different sizes, (radius, mass) each.
-///
-/// # Errors
-/// As [`law`], or if a size is not positive.
-pub fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, Trouble> {
+pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, Trouble> {
     Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
 }
 
 /// Spheres of species, (diameter, mass, number) each.
-///
-/// # Errors
-/// As [`law`], or if a size is not positive.
-pub fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<Spheres, Trouble> {
+pub(crate) fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<Spheres, Trouble> {
     let kinds = kinds.iter().map(|&(diameter, mass, count)| Kind {
         radius: 0.5 * diameter,
         mass,
@@ -93,24 +84,18 @@ pub fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<Spheres,
 }
 
 /// A periodic box.
-///
-/// # Errors
-/// [`Trouble::Invalid`] if it has no size.
-pub fn domain(width: f64, height: f64) -> Result<Domain<Plane>, Trouble> {
+pub(crate) fn domain(width: f64, height: f64) -> Result<Domain<Plane>, Trouble> {
     Ok(Domain::periodic(vector![width, height])?)
 }
 
 /// The square box in which a number of unit disks has a packing fraction.
-///
-/// # Errors
-/// As [`domain`].
-pub fn square(count: usize, packing: f64) -> Result<Domain<Plane>, Trouble> {
+pub(crate) fn square(count: usize, packing: f64) -> Result<Domain<Plane>, Trouble> {
     let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
     domain(side, side)
 }
 
 /// Bodies without spin of a state at time zero.
-pub fn state<P: Physics>(
+pub(crate) fn state<P: Physics>(
     domain: Domain<P::Space>,
     bodies: impl IntoIterator<Item = (VectorOf<P>, VectorOf<P>)>,
 ) -> State<P> {
@@ -124,8 +109,24 @@ pub fn state<P: Physics>(
     }
 }
 
+/// Unit disks as the common interface of all engines has them.
+pub(crate) fn particles_of(state: &State<Disks>) -> stosszahl_model::Particles {
+    let particle = |body: &Body<Disks>| Particle {
+        position: body.position.spatial(),
+        velocity: body.velocity.spatial(),
+        ..Particle::of(UNIT.radius, UNIT.mass)
+    };
+    stosszahl_model::Particles {
+        time: state.time,
+        dimension: 2,
+        lengths: state.domain.lengths().spatial().into(),
+        periodic: [true; 3],
+        all: state.bodies.iter().map(particle).collect(),
+    }
+}
+
 /// Bodies at these places with Maxwellian velocities: temperature one, no momentum.
-pub fn warm<P: Physics>(
+pub(crate) fn warm<P: Physics>(
     scene: &P,
     domain: Domain<P::Space>,
     places: impl IntoIterator<Item = VectorOf<P>>,
@@ -139,12 +140,12 @@ pub fn warm<P: Physics>(
 }
 
 /// The random numbers of a trial.
-pub fn random(seed: u64) -> Stream {
+pub(crate) fn random(seed: u64) -> Stream {
     Streams::new(seed, 0).at(Purpose::Placement, [0, 0])
 }
 
 /// Positions uniform in a rectangle, whether they overlap or not.
-pub fn scattered(
+pub(crate) fn scattered(
     count: usize,
     low: [f64; 2],
     sides: [f64; 2],
@@ -156,7 +157,7 @@ pub fn scattered(
 
 /// Positions without overlap by trial, one disk after another in the order of their sizes; `None` if one finds no place
 /// in a number of attempts. Cost N^2.
-pub fn place_by_trial<Z: Sizes>(
+pub(crate) fn place_by_trial<Z: Sizes>(
     sizes: &Z,
     count: usize,
     domain: &Domain<Plane>,
@@ -181,10 +182,7 @@ pub fn place_by_trial<Z: Sizes>(
 }
 
 /// A Maxwellian gas of unit disks at temperature one, `aspect` the height over width of its box.
-///
-/// # Errors
-/// [`Trouble`] if the disks do not fit, or the box is no box.
-pub fn fluid(
+pub(crate) fn fluid(
     arrangement: Arrangement,
     disks: usize,
     packing_fraction: f64,
@@ -208,10 +206,7 @@ pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>,
 }
 
 /// A gas after a number of elastic collisions of each disk under exact dynamics, time zero.
-///
-/// # Errors
-/// [`Trouble`] if the engine cannot go on.
-pub fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State<Disks>, Trouble> {
+pub(crate) fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State<Disks>, Trouble> {
     let collisions = (0.5 * collisions_each * start.bodies.len() as f64).ceil() as u64;
     let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
     engine.advance(f64::INFINITY, collisions, &mut ())?;
@@ -221,10 +216,7 @@ pub fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State<Disks>
 }
 
 /// A gas without positions that bounces, in a volume, with a number of particles; each species at a temperature.
-///
-/// # Errors
-/// [`Trouble::Homogeneous`] if a number is out of range.
-pub fn without_positions<P: Grains, S: Selection<P>>(
+pub(crate) fn without_positions<P: Grains, S: Selection<P>>(
     scene: P,
     contact: Contact,
     (volume, count): (f64, usize),

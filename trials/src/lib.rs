@@ -1,4 +1,4 @@
-//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed ([`mod@bench`]).
+//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed (`bench`).
 //!
 //! They stand on the public interface of the engines, as any other program would, and no user's program contains them.
 //! A [`Trial`] is a row in a table: its name, what is tried, what must hold, and a function that finds out. All
@@ -8,7 +8,7 @@
 #[macro_use]
 mod trial;
 pub mod arguments;
-pub mod bench;
+mod bench;
 pub mod commands;
 mod findings;
 pub mod gas;

@@ -34,16 +34,10 @@ impl Verdict {
 }
 
 /// One line of the table.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Part of the validation.
-    pub part: &'static str,
-    /// Scheme, or what it is compared with.
-    pub scheme: String,
-    /// Resolution.
-    pub setting: String,
-    /// Packing fraction.
-    pub packing: f64,
+    /// Where it stands.
+    pub place: Place,
     /// What was measured, with its unit.
     pub quantity: String,
     /// What theory or the other engine says.
@@ -56,14 +50,10 @@ pub struct Row {
     pub tolerance: Option<f64>,
     /// Verdict.
     pub verdict: Verdict,
-    /// CPU time of the runs behind this line, which may share them \[s\].
-    pub seconds: f64,
-    /// Whether it belongs to the default scheme.
-    pub default: bool,
 }
 
 /// Where a row stands.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Place {
     /// Part of the validation.
     pub part: &'static str,
@@ -73,9 +63,9 @@ pub struct Place {
     pub setting: String,
     /// Packing fraction.
     pub packing: f64,
-    /// CPU time \[s\].
+    /// CPU time of the runs behind its rows, which may share them \[s\].
     pub seconds: f64,
-    /// Whether it is the default scheme.
+    /// Whether it belongs to the default scheme.
     pub default: bool,
 }
 
@@ -104,6 +94,10 @@ impl Place {
         Self { default, ..self }
     }
 
+    fn names(&self) -> (&str, &str, &str, f64) {
+        (self.part, &self.scheme, &self.setting, self.packing)
+    }
+
     /// A line about a quantity without a statistical error.
     pub fn exact(
         &self,
@@ -125,18 +119,13 @@ impl Place {
     ) -> Row {
         let error = found.standard_error.unwrap_or(f64::NAN);
         Row {
-            part: self.part,
-            scheme: self.scheme.clone(),
-            setting: self.setting.clone(),
-            packing: self.packing,
+            place: self.clone(),
             quantity: quantity.into(),
             expected,
             found: found.value,
             standard_error: error,
             tolerance,
             verdict: verdict(expected, found.value, error, tolerance),
-            seconds: self.seconds,
-            default: self.default,
         }
     }
 }
@@ -153,35 +142,47 @@ fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Ver
     // Written so that a value or an error that is no number fails.
     if deviation <= tolerance && error <= 0.5 * tolerance {
         Verdict::Pass
-    } else if deviation <= tolerance + SURE * error {
-        if error <= 0.5 * tolerance {
-            Verdict::Fail
-        } else {
-            Verdict::Unresolved
-        }
+    } else if deviation <= tolerance + SURE * error && error > 0.5 * tolerance {
+        Verdict::Unresolved
     } else {
         Verdict::Fail
     }
 }
 
+/// The columns of the table as comma-separated values.
+const COLUMNS: &str = "part,scheme,setting,packing,quantity,expected,found,standard_error,tolerance,verdict,seconds,default";
+
 impl Row {
-    /// One line of text for the terminal.
-    pub fn line(&self) -> String {
-        let show = |value| shown(value, self.tolerance);
-        let within = self
-            .tolerance
-            .map_or_else(String::new, |t| format!(" within {}", show(t)));
-        format!(
-            "{:10} {:11} {:24} {:12} phi {:.2}  {:34} expected {}{within}, found {} ± {}",
-            self.verdict.name(),
-            self.part,
-            self.scheme,
-            self.setting,
-            self.packing,
-            self.quantity,
+    /// Tolerance, expected, found and its error as text: in powers of ten where four decimals show nothing.
+    fn numbers(&self) -> [String; 4] {
+        let small = self.tolerance.is_some_and(|tolerance| tolerance < 1e-6);
+        let show = |value: f64| {
+            if small {
+                format!("{value:.1e}")
+            } else {
+                format!("{value:.4}")
+            }
+        };
+        let within = self.tolerance.map_or_else(|| "-".to_owned(), show);
+        [
+            within,
             show(self.expected),
             show(self.found),
             show(self.standard_error),
+        ]
+    }
+
+    /// One line of text for the terminal.
+    pub fn line(&self) -> String {
+        let [within, expected, found, error] = self.numbers();
+        let within = self
+            .tolerance
+            .map_or_else(String::new, |_| format!(" within {within}"));
+        let (verdict, quantity) = (self.verdict.name(), &self.quantity);
+        let (part, scheme, setting, packing) = self.place.names();
+        format!(
+            "{verdict:10} {part:11} {scheme:24} {setting:12} phi {packing:.2}  {quantity:34} expected {expected}{within}, \
+             found {found} ± {error}"
         )
     }
 
@@ -207,22 +208,20 @@ pub fn estimate(value: f64, standard_error: f64) -> Estimate {
 /// The mean of something over replicas, with its standard error.
 ///
 /// # Errors
-/// [`Trouble::NoReplicas`] if there is nothing to average.
+/// [`Trouble`] if there is nothing to average.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Result<Estimate, Trouble> {
     let values: Vec<f64> = values.into_iter().collect();
-    Estimate::over_replicas(&values).ok_or(Trouble::NoReplicas)
+    Estimate::over_replicas(&values).ok_or_else(|| Trouble::failed("no replicas"))
 }
 
-/// An estimate that is a difference or ratio to another measured one: its relative error with that of the other.
+/// A ratio of two measured ones: their relative errors add in squares.
 pub fn against(found: Estimate, other: Estimate) -> Estimate {
-    let relative = |e: Estimate| e.standard_error.map(|error| error / e.value);
-    let error = relative(found)
-        .zip(relative(other))
-        .map(|(a, b)| a.hypot(b));
+    let errors = found.standard_error.zip(other.standard_error);
     let value = found.value / other.value;
+    let error = |(a, b): (f64, f64)| (a / found.value).hypot(b / other.value) * value.abs();
     Estimate {
         value,
-        standard_error: error.map(|error| error * value.abs()),
+        standard_error: errors.map(error),
         replicas: found.replicas.min(other.replicas),
     }
 }
@@ -236,15 +235,6 @@ pub fn over(found: Estimate, unit: f64) -> Estimate {
     }
 }
 
-/// A number beside its tolerance: in powers of ten where that is below what four decimals show.
-fn shown(value: f64, tolerance: Option<f64>) -> String {
-    if tolerance.is_some_and(|tolerance| tolerance < 1e-6) {
-        format!("{value:.1e}")
-    } else {
-        format!("{value:.4}")
-    }
-}
-
 /// The table in Markdown.
 pub fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
@@ -252,19 +242,10 @@ pub fn markdown(rows: &[Row]) -> String {
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
-        let show = |value| shown(value, row.tolerance);
-        let Row {
-            part,
-            scheme,
-            setting,
-            packing,
-            quantity,
-            seconds,
-            ..
-        } = row;
-        let within = row.tolerance.map_or_else(|| "-".to_owned(), show);
-        let [expected, found, error] = [row.expected, row.found, row.standard_error].map(show);
-        let verdict = row.verdict.name();
+        let [within, expected, found, error] = row.numbers();
+        let (verdict, quantity) = (row.verdict.name(), &row.quantity);
+        let (part, scheme, setting, packing) = row.place.names();
+        let seconds = row.place.seconds;
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -276,13 +257,15 @@ pub fn markdown(rows: &[Row]) -> String {
 }
 
 /// The table as comma-separated values.
-///
-/// # Errors
-/// None in practice: rows always serialise.
-pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+pub(crate) fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    writer.write_record(COLUMNS.split(','))?;
     for row in rows {
-        writer.serialize(row)?;
+        let values = (row.expected, row.found, row.standard_error, row.tolerance);
+        let last = (row.verdict, row.place.seconds, row.place.default);
+        writer.serialize((row.place.names(), &row.quantity, values, last))?;
     }
     let done = writer.into_inner();
     done.map_err(|error| error.into_error().into())

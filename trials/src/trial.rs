@@ -23,6 +23,30 @@ macro_rules! must {
     };
 }
 
+/// Notes what was found.
+macro_rules! found {
+    ($findings:expr; $($text:tt)+) => {
+        let text = format!($($text)+);
+        $findings.found(text);
+    };
+}
+
+/// Notes what was found of the present gas.
+macro_rules! found_of_it {
+    ($findings:expr; $($text:tt)+) => {
+        let text = format!($($text)+);
+        $findings.found_of_it(&text);
+    };
+}
+
+/// Says which of several gases is tried.
+macro_rules! about {
+    ($findings:expr; $($text:tt)+) => {
+        let text = format!($($text)+);
+        $findings.about(text);
+    };
+}
+
 /// A table of trials: `name => function, what is tried, what must hold` and, if it is not [`LIMIT`], the time in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
@@ -92,29 +116,6 @@ impl Trial {
         self
     }
 
-    /// Those of the trials that are asked for by name; all if none is.
-    ///
-    /// # Errors
-    /// [`Trouble::Unknown`] if none has a name.
-    pub fn chosen(
-        all: &[Self],
-        option: &'static str,
-        names: &[String],
-    ) -> Result<Vec<Self>, Trouble> {
-        if names.is_empty() {
-            return Ok(all.to_vec());
-        }
-        let named = |name: &String| {
-            let known = all.iter().find(|trial| trial.name == name).copied();
-            known.ok_or_else(|| Trouble::Unknown {
-                option,
-                found: name.clone(),
-                allowed: all.iter().map(|trial| trial.name).collect(),
-            })
-        };
-        names.iter().map(named).collect()
-    }
-
     /// Runs the trial in a thread of its own: neither a panic nor an endless loop in it harms the caller, but the latter
     /// keeps a thread busy until the program ends.
     pub fn run(self, effort: &Effort) -> Report {
@@ -163,6 +164,26 @@ impl Trial {
             rows,
         }
     }
+}
+
+/// Those that are asked for by name; all if none is.
+pub(crate) fn chosen<T: Copy>(
+    all: &[T],
+    name: impl Fn(&T) -> &'static str,
+    option: &str,
+    wanted: &[String],
+) -> Result<Vec<T>, Trouble> {
+    let named = |found: &String| {
+        let known = all.iter().find(|one| name(one) == found).copied();
+        known.ok_or_else(|| {
+            let allowed = all.iter().map(&name).collect::<Vec<_>>().join(", ");
+            Trouble::refused(format!("--{option} {found}: allowed are {allowed}"))
+        })
+    };
+    if wanted.is_empty() {
+        return Ok(all.to_vec());
+    }
+    wanted.iter().map(named).collect()
 }
 
 /// What came of a trial.
@@ -220,7 +241,7 @@ mod tests {
             Ok(())
         });
         assert!(fault(wrong).contains("size: NaN"));
-        let refused = trial(|_| Err(Trouble::NoStart("nothing fits")));
+        let refused = trial(|_| Err(Trouble::refused("nothing fits")));
         assert!(fault(refused).contains("nothing fits"));
         assert_eq!(
             fault(trial(|_| panic!("out of order"))),

@@ -25,7 +25,7 @@ fn mixture(extra: &[&str]) -> Value {
 /// The keys that scripts rely on, and the same numbers for the same seed.
 #[test]
 fn bench_mixture_prints_its_keys() {
-    for selection in ["bird", "low-rank", "own"] {
+    for selection in ["single-majorant", "low-rank", "alias-tables"] {
         let work = ["--selection", selection, "--collisions", "5000"];
         let (first, again) = (mixture(&work), mixture(&work));
         for key in [

@@ -193,7 +193,7 @@ fn right_methods_pass_every_claim() {
         elastic: (1000, 8),
         cooling: (400, 32),
     };
-    let rows = rows(&ContactPoint { copies: None }, few);
+    let rows = rows(&ContactPoint, few);
     assert_eq!(faults(&rows), [""; 0]);
 }
 

@@ -1,13 +1,13 @@
 //! Event-driven disks.
 
 use clap::{Args, ValueEnum};
-use stosszahl_ed::{Checkpoint, Dissipation, Engine, Tally};
+use stosszahl_ed::{Checkpoint, Dissipation, Engine};
 use stosszahl_model::initial::Arrangement;
-use stosszahl_model::kinetic;
+use stosszahl_model::{Invalid, State, kinetic};
 
 use super::{Speed, Work, timed};
 use crate::Trouble;
-use crate::gas::{Disks, disks, fluid};
+use crate::gas::{Disks, disks, fluid, relaxed};
 
 /// `stosszahl-trials bench ed`.
 #[derive(Clone, Debug, Args)]
@@ -49,24 +49,21 @@ pub enum BenchStart {
 
 impl BenchEd {
     /// The equilibrated gas.
-    fn start(&self) -> Result<Checkpoint<Disks>, Trouble> {
-        let check = |name, value, good: bool, allowed| {
-            let refused = || Trouble::BadNumber {
-                name,
-                value,
-                allowed,
-            };
-            good.then_some(()).ok_or_else(refused)
-        };
+    fn start(&self) -> Result<State<Disks>, Trouble> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
         let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
-        check(
-            "packing-fraction",
-            packing,
+        Invalid::unless(
             good,
+            "--packing-fraction",
+            packing,
             "above 0 and at most 0.9069",
         )?;
-        check("equilibrate", each, (0.0..1e9).contains(&each), "0 or more")?;
+        Invalid::unless(
+            (0.0..1e9).contains(&each),
+            "--equilibrate",
+            each,
+            "0 or more",
+        )?;
         let count = self.disks as usize;
         // The box of a hexagonal crystal of about as many disks in equal columns and rows, so that it fits up to close
         // packing; square otherwise.
@@ -79,12 +76,7 @@ impl BenchEd {
             }
         };
         let start = fluid(arrangement, count, packing, aspect, 1)?;
-        let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
-        let collisions = (0.5 * each * count as f64).ceil() as u64;
-        engine.advance(f64::INFINITY, collisions, &mut ())?;
-        let mut gas = engine.checkpoint();
-        gas.state.time = 0.0;
-        Ok(gas)
+        relaxed(start, each)
     }
 }
 
@@ -94,7 +86,7 @@ impl Work for BenchEd {
     fn measure(&self) -> Result<Speed, Trouble> {
         let (restitution, packing) = (self.restitution, self.packing_fraction);
         let scene = disks(restitution)?;
-        let mut gas = self.start()?;
+        let mut gas = Checkpoint::from(self.start()?);
         let all = if self.until.is_some() {
             u64::MAX / 2
         } else {
@@ -108,48 +100,31 @@ impl Work for BenchEd {
             1.0 / kinetic::collision_rate(packing, chi, 0.0)
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
-        let before = gas.tally;
         let (bytes, seconds, cpu) = timed(|| -> Result<usize, Trouble> {
             let mut engine = Engine::<Disks>::new(scene, Dissipation::Scene, gas.clone())?;
             engine.advance(until, collisions, &mut ())?;
             gas = engine.checkpoint();
             Ok(engine.bytes())
         });
-        let after = gas.tally;
-        let done = after.collisions - before.collisions;
-        let each =
-            |count: fn(&Tally) -> u64| (count(&after) - count(&before)) as f64 / done.max(1) as f64;
-        let (rate, cpu_rate) = (done as f64 / seconds, done as f64 / cpu);
-        let memory = bytes? as f64 / f64::from(self.disks);
-        let predictions = each(|tally| tally.predictions);
-        let pushes = each(|tally| tally.pushes);
-        let crossings = each(|tally| tally.crossings);
-        let stale = each(|tally| tally.stale);
-        let broken = each(|tally| tally.broken);
-        Ok(Speed {
-            words: format!(
-                "{} disks at packing {packing}, restitution {restitution}: {rate:.4e} collisions/s of wall time, \
-                 {cpu_rate:.4e} of CPU time ({done} in {seconds:.2} s); {memory:.0} bytes/disk; each collision \
-                 {predictions:.2} predictions, {pushes:.2} pushes, {crossings:.2} crossings, {stale:.2} stale, \
-                 {broken:.2} broken",
-                self.disks
+        let (tally, done) = (gas.tally, gas.tally.collisions);
+        let each = |count: u64| count as f64 / done.max(1) as f64;
+        Ok(Speed(vec![
+            ("disks", self.disks.into()),
+            ("packing_fraction", packing.into()),
+            ("restitution", restitution.into()),
+            ("collisions", done.into()),
+            ("seconds", seconds.into()),
+            ("collisions_per_second", (done as f64 / seconds).into()),
+            ("collisions_per_cpu_second", (done as f64 / cpu).into()),
+            (
+                "bytes_per_disk",
+                (bytes? as f64 / f64::from(self.disks)).into(),
             ),
-            values: vec![
-                ("collisions", done.into()),
-                ("seconds", seconds.into()),
-                ("collisions_per_second", rate.into()),
-                ("collisions_per_cpu_second", cpu_rate.into()),
-                ("bytes_per_disk", memory.into()),
-                ("predictions_per_collision", predictions.into()),
-                ("pushes_per_collision", pushes.into()),
-                ("crossings_per_collision", crossings.into()),
-                ("stale_per_collision", stale.into()),
-                ("broken_per_collision", broken.into()),
-            ],
-        })
-    }
-
-    fn json(&self) -> bool {
-        self.json
+            ("predictions_per_collision", each(tally.predictions).into()),
+            ("pushes_per_collision", each(tally.pushes).into()),
+            ("crossings_per_collision", each(tally.crossings).into()),
+            ("stale_per_collision", each(tally.stale).into()),
+            ("broken_per_collision", each(tally.broken).into()),
+        ]))
     }
 }

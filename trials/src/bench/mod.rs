@@ -11,49 +11,47 @@ use serde_json::Value;
 
 use crate::Trouble;
 
-pub use event_driven::{BenchEd, BenchStart};
+pub use event_driven::BenchEd;
 pub use mixture::{BenchMixture, Counts, Pick};
 pub use monte_carlo::BenchDsmc;
 
-/// What was measured.
+/// What was measured: numbers by the names that scripts rely on.
 #[derive(Clone, Debug)]
-pub struct Speed {
-    /// In words.
-    pub words: String,
-    /// Numbers by the names that scripts rely on.
-    pub values: Vec<(&'static str, Value)>,
-}
+pub(crate) struct Speed(pub Vec<(&'static str, Value)>);
 
 impl Speed {
     /// One of the numbers; NaN if there is none of this name.
     pub fn number(&self, name: &str) -> f64 {
-        let found = self.values.iter().find(|(key, _)| *key == name);
+        let found = self.0.iter().find(|(key, _)| *key == name);
         found
             .and_then(|(_, value)| value.as_f64())
             .unwrap_or(f64::NAN)
     }
 
-    /// As JSON, in the order in which the numbers are listed, or in words.
+    /// In the order in which the numbers are listed: one JSON object, or a line for each.
     pub fn text(&self, json: bool) -> String {
-        if !json {
-            return self.words.clone();
+        let values = self.0.iter();
+        if json {
+            let values: Vec<_> = values
+                .map(|(name, value)| format!("\"{name}\":{value}"))
+                .collect();
+            return format!("{{{}}}", values.join(","));
         }
-        let value = |(name, value): &(&str, Value)| format!("\"{name}\":{value}");
-        let values: Vec<_> = self.values.iter().map(value).collect();
-        format!("{{{}}}", values.join(","))
+        let line = |(name, value): &(&str, Value)| match value.as_f64() {
+            Some(number) if value.is_f64() && !(0.01..1e5).contains(&number) => {
+                format!("{name:28} {number:.4e}")
+            }
+            Some(number) if value.is_f64() => format!("{name:28} {number:.4}"),
+            _ => format!("{name:28} {value}"),
+        };
+        values.map(line).collect::<Vec<_>>().join("\n")
     }
 }
 
 /// A piece of work for an engine, as asked for on the command line.
-pub trait Work {
-    /// Makes the start and times the work.
-    ///
-    /// # Errors
-    /// [`Trouble`] if a number is out of range, or the engine cannot go on.
+pub(crate) trait Work {
+    /// Makes the start and times the work; refuses numbers out of range.
     fn measure(&self) -> Result<Speed, Trouble>;
-
-    /// Whether JSON is asked for.
-    fn json(&self) -> bool;
 }
 
 /// Does something; its wall and CPU seconds.

@@ -3,12 +3,12 @@
 use clap::Args;
 use rand::RngExt;
 use stosszahl_dsmc::{Engine, Parameters, Scheme};
-use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Constant, Domain, Plane, Space, State, VectorOf, Volume};
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Constant, Domain, Invalid, Plane, Space, State, Volume};
 
 use super::{Speed, Work, timed};
 use crate::Trouble;
-use crate::gas::{PLAIN, Particles, UNIT, particles, warm};
+use crate::gas::{PLAIN, Particles, UNIT, particles, random, warm};
 
 /// `stosszahl-trials bench dsmc`.
 #[derive(Clone, Debug, Args)]
@@ -29,8 +29,8 @@ pub struct BenchDsmc {
     #[arg(long, value_name = "S", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: u64,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T")]
-    pub threads: Option<usize>,
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
     /// No collisions; all else as with them.
     #[arg(long)]
     pub free_flight: bool,
@@ -42,37 +42,23 @@ pub struct BenchDsmc {
 impl Work for BenchDsmc {
     fn measure(&self) -> Result<Speed, Trouble> {
         for (name, value) in [
-            ("per-cell", self.per_cell),
-            ("collisions-per-step", self.collisions_per_step),
+            ("--per-cell", self.per_cell),
+            ("--collisions-per-step", self.collisions_per_step),
         ] {
-            if !(1e-6..=1e6).contains(&value) {
-                let allowed = "from 1e-6 to 1e6";
-                return Err(Trouble::BadNumber {
-                    name,
-                    value,
-                    allowed,
-                });
-            }
-        }
-        if self.threads == Some(0) {
-            let (name, value, allowed) = ("threads", 0.0, "1 or more");
-            return Err(Trouble::BadNumber {
+            Invalid::unless(
+                (1e-6..=1e6).contains(&value),
                 name,
                 value,
-                allowed,
-            });
+                "from 1e-6 to 1e6",
+            )?;
         }
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
+            .num_threads(self.threads.map_or(0, usize::from))
             .build()?;
         pool.install(|| match self.dimension {
             2 => self.measure_in::<Plane>(),
             _ => self.measure_in::<Volume>(),
         })
-    }
-
-    fn json(&self) -> bool {
-        self.json
     }
 }
 
@@ -110,33 +96,25 @@ impl BenchDsmc {
         let trials = (engine.tally().trials - tally.trials) as f64 / collisions.max(1.0);
         let done = simulators as f64 * steps as f64;
         let rate = 2.0 * collisions / simulators as f64 / (engine.time() - time) / theory;
-        let (speed, cpu_speed) = (done / seconds, done / cpu);
-        let (each_second, each_step) = (collisions / seconds, collisions / done);
-        let memory = engine.bytes() as f64 / simulators as f64;
-        let cells = engine.grid().cells();
-        let threads = rayon::current_num_threads();
-        Ok(Speed {
-            words: format!(
-                "{simulators} simulators in {cells} cells, {dimension} dimensions, {threads} threads: {speed:.4e} \
-                 particle-steps/s of wall time, {cpu_speed:.4e} of CPU time ({steps} steps in {seconds:.2} s); \
-                 {each_second:.4e} collisions/s, {each_step:.4} a simulator and step, {rate:.4} of theory's rate, \
-                 {trials:.2} trials each; {memory:.1} bytes/simulator"
+        Ok(Speed(vec![
+            ("dimension", S::DIMENSION.into()),
+            ("threads", rayon::current_num_threads().into()),
+            ("simulators", simulators.into()),
+            ("cells", engine.grid().cells().into()),
+            ("steps", steps.into()),
+            ("seconds", seconds.into()),
+            ("cpu_seconds", cpu.into()),
+            ("particle_steps_per_second", (done / seconds).into()),
+            ("particle_steps_per_cpu_second", (done / cpu).into()),
+            ("collisions_per_second", (collisions / seconds).into()),
+            ("collisions_per_step", (collisions / done).into()),
+            ("collision_rate_over_theory", rate.into()),
+            ("trials_per_collision", trials.into()),
+            (
+                "bytes_per_simulator",
+                (engine.bytes() as f64 / simulators as f64).into(),
             ),
-            values: vec![
-                ("simulators", simulators.into()),
-                ("cells", cells.into()),
-                ("steps", steps.into()),
-                ("seconds", seconds.into()),
-                ("cpu_seconds", cpu.into()),
-                ("particle_steps_per_second", speed.into()),
-                ("particle_steps_per_cpu_second", cpu_speed.into()),
-                ("collisions_per_second", each_second.into()),
-                ("collisions_per_step", each_step.into()),
-                ("collision_rate_over_theory", rate.into()),
-                ("trials_per_collision", trials.into()),
-                ("bytes_per_simulator", memory.into()),
-            ],
-        })
+        ]))
     }
 }
 
@@ -146,19 +124,9 @@ fn start<S: Space>(
     side: f64,
 ) -> Result<(Particles<S>, State<Particles<S>>), Trouble> {
     let scene: Particles<S> = particles(Constant::ELASTIC, UNIT);
-    let mut lengths = VectorOf::<Particles<S>>::default();
-    for axis in 0..S::DIMENSION {
-        lengths[axis] = side;
-    }
-    let domain = Domain::periodic(lengths)?;
-    let mut stream = Streams::new(1, 0).at(Purpose::Placement, [0, 0]);
-    let places = (0..count).map(|_| {
-        let mut position = lengths;
-        for axis in 0..S::DIMENSION {
-            position[axis] = side * stream.random::<f64>();
-        }
-        position
-    });
+    let domain = Domain::periodic(S::vector(|_| side))?;
+    let mut stream = random(1);
+    let places = (0..count).map(|_| S::vector(|_| side * stream.random::<f64>()));
     let state = warm(&scene, domain, places, 1);
     Ok((scene, state))
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_model::Body;
+use stosszahl_model::{Body, Domain, Plane, Sizes};
 
 use super::gas::{Gas, disordered, few};
-use crate::gas::{Disks, disks, domain, mixture, place_by_trial, random, state, warm};
+use crate::gas::{Disks, Particles, disks, domain, mixture, place_by_trial, random, state, warm};
 use crate::{Done, Findings, Trouble};
 
 trials! {
@@ -52,7 +52,7 @@ fn small(log: &mut Findings) -> Done {
             let mut part = || stream.random_range(-1.0..1.0);
             let bodies = places.into_iter().map(|at| (at, vector![part(), part()]));
             let gas = Gas::new(scene, state(domain, bodies));
-            log.about(format!("{count} in {width} x {height}"));
+            about!(log; "{count} in {width} x {height}");
             gases += 1;
             if count == 1 {
                 alone(log, &gas)?;
@@ -67,7 +67,7 @@ fn small(log: &mut Findings) -> Done {
     }
     // Of 81 boxes: one disk fits into all, two into most.
     must!(log, gases > 150; "only {gases} gases fitted");
-    log.found(format!("{gases} gases, {compared} collisions compared"));
+    found!(log; "{gases} gases, {compared} collisions compared");
     Ok(())
 }
 
@@ -95,9 +95,7 @@ fn wedge(log: &mut Findings) -> Done {
                     let other = [place + 0.5 * width + off, 3.5];
                     let bodies = [([place, 2.0], [0.0, 0.0]), (other, [0.0, -1.0])];
                     let gas = few(restitution, [width, 6.0], bodies)?;
-                    log.about(format!(
-                        "width {width}, {off:e} off the middle, from {place}, r = {restitution}"
-                    ));
+                    about!(log; "width {width}, {off:e} off the middle, from {place}, r = {restitution}");
                     let course = gas.run(3.0, 10_000)?;
                     // An inelastic disk that is driven into a narrow wedge may bounce in it for ever.
                     let collapsed = restitution < 1.0 && course.collapsed();
@@ -109,8 +107,21 @@ fn wedge(log: &mut Findings) -> Done {
             }
         }
     }
-    log.found(format!("{contacts} contacts"));
+    found!(log; "{contacts} contacts");
     Ok(())
+}
+
+/// A Maxwellian gas placed by trial.
+fn placed<Z: Sizes>(
+    scene: Particles<Plane, Z>,
+    domain: Domain<Plane>,
+    count: usize,
+    seed: u64,
+) -> Result<Gas<Particles<Plane, Z>>, Trouble> {
+    let places = place_by_trial(&scene.sizes, count, &domain, 100_000, &mut random(seed));
+    let places = places.ok_or_else(|| Trouble::refused("disks do not fit"))?;
+    let start = warm(&scene, domain, places, seed);
+    Ok(Gas::new(scene, start))
 }
 
 fn long(log: &mut Findings) -> Done {
@@ -123,17 +134,14 @@ fn long(log: &mut Findings) -> Done {
             domain(across / aspect, across)?
         };
         let scene = disks(1.0)?;
-        let places = place_by_trial(&scene.sizes, count, &domain, 10_000, &mut random(4))
-            .ok_or(Trouble::NoStart("disks do not fit"))?;
-        let start = warm(&scene, domain, places, 4);
-        let gas = Gas::new(scene, start);
-        log.about(format!("{count} disks, aspect {aspect}"));
+        let gas = placed(scene, domain, count, 4)?;
+        about!(log; "{count} disks, aspect {aspect}");
         // Positions up to 3300 are rounded to 5e-13; grazing contacts multiply that by up to a thousand.
         let most = if count == 40 { 300 } else { 20 };
         let compared = gas.collides_as_all_pairs(log, most, 1e-9)?;
         let course = gas.holds(log, 20_000)?;
         must!(log, course.collisions() == 20_000; "{}", course.ended());
-        log.found(format!("{compared} compared"));
+        found!(log; "{compared} compared");
     }
     Ok(())
 }
@@ -167,7 +175,7 @@ fn borders(log: &mut Findings) -> Done {
             (at, velocities[i % 8].map(|v| v * speed))
         });
         let gas = few(1.0, [side; 2], bodies)?;
-        log.about(format!("corners of {cells} x {cells} cells"));
+        about!(log; "corners of {cells} x {cells} cells");
         compared += gas.follows_all_pairs(log, 2 * places.len(), AS_ALL_PAIRS)?;
         gas.holds(log, 5000)?;
     }
@@ -188,7 +196,7 @@ fn borders(log: &mut Findings) -> Done {
     log.about("");
     must!(log, end(vector![-0.0, 0.0])? == expected; "at -0 it goes otherwise than at 0");
     must!(log, end(domain.lengths())? == expected; "at the box length it goes otherwise than at 0");
-    log.found(format!("{compared} collisions compared"));
+    found!(log; "{compared} collisions compared");
     Ok(())
 }
 
@@ -200,19 +208,8 @@ fn ratios(log: &mut Findings) -> Done {
             sizes.extend(vec![(0.5, 1.0); small]);
             let scene = mixture(sizes, 1.0)?;
             let domain = domain(side, 0.9 * side)?;
-            let places = place_by_trial(
-                &scene.sizes,
-                large + small,
-                &domain,
-                100_000,
-                &mut random(8),
-            )
-            .ok_or(Trouble::NoStart("disks do not fit"))?;
-            let start = warm(&scene, domain, places, 8);
-            let gas = Gas::new(scene, start);
-            log.about(format!(
-                "{large} large and {small} small, mass ratio {mass:.0e}"
-            ));
+            let gas = placed(scene, domain, large + small, 8)?;
+            about!(log; "{large} large and {small} small, mass ratio {mass:.0e}");
             if large == 1 {
                 // A small disk between large ones is like a mirror between mirrors: differences grow by the flight
                 // over its own diameter, up to a hundred; one collision of each.
@@ -250,14 +247,14 @@ fn one_huge(log: &mut Findings) -> Done {
     let free = lattice.filter(|&at| domain.distance(at, middle) > huge + 0.6);
     let places: Vec<_> = std::iter::once(middle).chain(free.take(small)).collect();
     if places.len() != small + 1 {
-        return Err(Trouble::NoStart("small disks do not fit"));
+        return Err(Trouble::refused("small disks do not fit"));
     }
     let mut sizes = vec![(0.5, 1.0); small + 1];
     sizes[0] = (huge, 1e4);
     let scene = mixture(sizes, 1.0)?;
     let start = warm(&scene, domain, places, 9);
     log.progress(0.0, &format!("{small} small disks"));
-    log.about(format!("{small} small disks"));
+    about!(log; "{small} small disks");
     Gas::new(scene, start).holds(log, collisions)?;
     Ok(())
 }

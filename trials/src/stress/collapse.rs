@@ -80,7 +80,7 @@ fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
 
 fn below(log: &mut Findings) -> Done {
     for restitution in [0.0715, 0.05, 0.0] {
-        log.about(format!("r = {restitution}"));
+        about!(log; "r = {restitution}");
         let (number, time) = one_dimensional(restitution);
         must!(log, number.is_none(); "theory gives {number:?} collisions");
         let gas = line(restitution)?;
@@ -92,26 +92,26 @@ fn below(log: &mut Findings) -> Done {
         }
         gas.audit(log, &course);
         gas.survives_kills(log, 100, 1)?;
-        log.about(format!("r = {restitution} with contact time"));
+        about!(log; "r = {restitution} with contact time");
         let regular = gas.with_contact_time(1e-6);
         let course = regular.run_in_legs(5.0, 1_000_000, 100_000, |_, _| ())?;
         must!(log, course.reached; "{}", course.ended());
         regular.audit(log, &course);
-        log.found_of_it(&format!("{} collisions", course.collisions()));
+        found_of_it!(log; "{} collisions", course.collisions());
     }
     Ok(())
 }
 
 fn above(log: &mut Findings) -> Done {
     for restitution in [0.0725, 0.075, 0.08, 0.1, 0.2, 0.5, 0.9, 1.0] {
-        log.about(format!("r = {restitution}"));
+        about!(log; "r = {restitution}");
         let (number, _) = one_dimensional(restitution);
         let gas = line(restitution)?;
         let course = gas.run_in_legs(5.0, 1_000_000, 100_000, |_, _| ())?;
         let found = course.collisions();
         let good = course.stopped.is_none() && Some(found) == number;
         must!(log, good; "{}, theory {number:?}", course.ended());
-        log.found_of_it(&format!("{found} collisions"));
+        found_of_it!(log; "{found} collisions");
         gas.audit(log, &course);
     }
     line(0.0725)?.survives_kills(log, 40, 1)
@@ -151,9 +151,7 @@ fn says_where<P: Planar>(
         log.fault(format!("another error, {error}"));
         return;
     };
-    log.found_of_it(&format!(
-        "disks {pair:?} after {collisions} collisions at time {time:.6}"
-    ));
+    found_of_it!(log; "disks {pair:?} after {collisions} collisions at time {time:.6}");
     let of_it = pair.iter().all(|who| cluster.contains(who));
     must!(log, of_it; "the pair {pair:?} is not of the cluster {cluster:?}");
     let sane = pair[0] != pair[1] && pair.iter().all(|&who| who < end.bodies.len());
@@ -228,13 +226,8 @@ fn crystal(log: &mut Findings, packing: f64) -> Done {
     // Alder, Hoover & Young, J. Chem. Phys. 49, 3688 (1968), doi:10.1063/1.1670653; the next term is 0.67 times
     // (0.9069/phi - 1), below 1e-4 of Z here.
     let theory = 2.0 / (CLOSE_PACKING / packing - 1.0) + 1.90;
-    log.found(format!(
-        "{} collisions, Z = {z:.2} +- {error:.2}, theory {theory:.2}, energy {:.1e} (allowed {ENERGY:.0e}), overlap {:.1e} d \
-         (allowed {OVERLAP:.0e})",
-        course.collisions(),
-        settled.energy_error(&course),
-        course.overlap
-    ));
+    found!(log; "{} collisions, Z = {z:.2} +- {error:.2}, theory {theory:.2}, energy {:.1e} (allowed {ENERGY:.0e}), overlap {:.1e} d (allowed {OVERLAP:.0e})",
+        course.collisions(), settled.energy_error(&course), course.overlap);
     // 1 % for the 400 disks and the terms left out; 4 standard errors are a false alarm in 500 with ten blocks
     // (Student, 9 degrees of freedom: 0.3 %), and the start is fixed. An error bar as wide as the effect would say nothing.
     log.at_most(

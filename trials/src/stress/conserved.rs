@@ -27,9 +27,7 @@ fn conservation(log: &mut Findings) -> Done {
         log.progress(0.0, run.setup.name);
         Ok(())
     })?;
-    log.found(format!(
-        "{steps} steps: energy to {energy:.1e}, momentum to {momentum:.1e}"
-    ));
+    found!(log; "{steps} steps: energy to {energy:.1e}, momentum to {momentum:.1e}");
     Ok(())
 }
 
@@ -68,7 +66,7 @@ fn angular(log: &mut Findings) -> Done {
             must!(log, off > 1e-6; "off by {off:.1e} only");
         }
         must!(log, collisions > 0; "no collision");
-        log.found_of_it(&format!("{off:.1e} in {collisions} collisions"));
+        found_of_it!(log; "{off:.1e} in {collisions} collisions");
     }
     Ok(())
 }

@@ -52,7 +52,7 @@ fn grazing(log: &mut Findings) -> Done {
                 let from = target - along * AHEAD + across * (1.0 + side * off);
                 let bodies = [(target.into(), [0.0; 2]), (from.into(), along.into())];
                 let gas = few(1.0, [SIDE; 2], bodies)?;
-                log.about(format!("b = d (1 {sign} {off:.1e}), angle {angle:.2}"));
+                about!(log; "b = d (1 {sign} {off:.1e}), angle {angle:.2}");
                 // Up to closest approach, where a contact that was missed is deepest, and beyond.
                 let middle = gas.run(AHEAD, 10)?;
                 log.at_most("overlap at closest approach", middle.overlap, band);
@@ -80,9 +80,7 @@ fn grazing(log: &mut Findings) -> Done {
             }
         }
     }
-    log.found(format!(
-        "{hits} contacts, {misses} misses, {open} within rounding (e <= {band:.1e})"
-    ));
+    found!(log; "{hits} contacts, {misses} misses, {open} within rounding (e <= {band:.1e})");
     let bodies = [([4.2, 4.7], [0.0; 2]), ([1.2, 5.7 - 1e-13], [1.0, 0.0])];
     log.about("grazing");
     few(1.0, [SIDE; 2], bodies)?.survives_kills(log, 2, 1)
@@ -108,9 +106,7 @@ fn touching(log: &mut Findings) -> Done {
                     let other = [origin[0] + distance * x, origin[1] + distance * y];
                     let gas = few(1.0, [12.0; 2], [(origin, [0.0; 2]), (other, velocity)])?;
                     let apart = distance - 1.0;
-                    log.about(format!(
-                        "{name}, distance 1 {apart:+.0e}, from {origin:?} along [{x}, {y}]"
-                    ));
+                    about!(log; "{name}, distance 1 {apart:+.0e}, from {origin:?} along [{x}, {y}]");
                     let course = gas.run(1.0, 10)?;
                     gas.audit(log, &course);
                     let good = course.stopped.is_none() && course.collisions() == contacts;
@@ -124,7 +120,7 @@ fn touching(log: &mut Findings) -> Done {
             }
         }
     }
-    log.found(format!("{tried} pairs"));
+    found!(log; "{tried} pairs");
     Ok(())
 }
 
@@ -142,7 +138,7 @@ fn overlapping(log: &mut Findings) -> Done {
     // What the runner of cases refuses: deeper than 1e-9.
     for depth in [2e-9, 1e-6, 1e-3, 0.5, 0.999] {
         let gas = four(depth)?;
-        log.about(format!("depth {depth}"));
+        about!(log; "depth {depth}");
         let Some(overlap) = gas.overlap(&gas.start, 1e-9) else {
             log.fault("not found");
             continue;
@@ -154,7 +150,7 @@ fn overlapping(log: &mut Findings) -> Done {
     // What it takes must run: between unit disks, and between disks of a hundredth.
     for depth in [1e-16, 1e-15, 1e-13, 1e-11, 0.9e-9] {
         let gas = four(depth)?;
-        log.about(format!("depth {depth}"));
+        about!(log; "depth {depth}");
         must!(log, gas.overlap(&gas.start, 1e-9).is_none(); "refused");
         heals(log, &gas, depth);
         let small = mixture(vec![(0.005, 1e-4), (0.005, 1e-4), (0.5, 1.0)], 1.0)?;
@@ -163,7 +159,7 @@ fn overlapping(log: &mut Findings) -> Done {
             (vector![1.01 - depth, 1.0], vector![-1.0, 0.0]),
             (vector![5.0, 5.0], vector![0.0, 0.0]),
         ];
-        log.about(format!("small disks, depth {depth}"));
+        about!(log; "small disks, depth {depth}");
         heals(
             log,
             &Gas::new(small, state(domain(8.0, 8.0)?, bodies)),
@@ -220,9 +216,7 @@ fn resting(log: &mut Findings) -> Done {
         worst = worst.max(course.overlap);
     }
     log.at_most("overlap after 1e6 diameters", worst, LONG_OVERLAP);
-    log.found(format!(
-        "24 pairs, {more} more contacts, deepest overlap {worst:.1e} d"
-    ));
+    found!(log; "24 pairs, {more} more contacts, deepest overlap {worst:.1e} d");
     Ok(())
 }
 
@@ -235,7 +229,7 @@ fn drifting(log: &mut Findings) -> Done {
             for body in &mut boosted.start.bodies {
                 body.velocity += vector![speed, -0.7 * speed];
             }
-            log.about(format!("r = {restitution}, speed {speed:.0e}"));
+            about!(log; "r = {restitution}, speed {speed:.0e}");
             let most = if speed > 1e4 { 10 } else { 40 };
             let found = boosted.pairs(most)?;
             // Velocities are rounded to 1e-16 of the speed; two collisions of each disk multiply it by about e^2 each,
@@ -250,7 +244,7 @@ fn drifting(log: &mut Findings) -> Done {
             // Positions move by the speed in a unit of time and are as exact as the clock.
             log.at_most("overlap", course.overlap, OVERLAP + 1e-15 * speed);
             let (collisions, overlap) = (course.collisions(), course.overlap);
-            log.found_of_it(&format!("{collisions} collisions, overlap {overlap:.1e}"));
+            found_of_it!(log; "{collisions} collisions, overlap {overlap:.1e}");
             boosted.survives_kills(log, most as u64, 1)?;
         }
     }

@@ -49,10 +49,8 @@ fn crowded(log: &mut Findings) -> Done {
         }
         Ok(())
     })?;
-    log.found(format!(
-        "chi limited in {least} cells or more of each scheme that follows the density; energy and momentum to {:.1e}",
-        worst[0].max(worst[1])
-    ));
+    found!(log; "chi limited in {least} cells or more of each scheme that follows the density; energy and momentum to {:.1e}",
+        worst[0].max(worst[1]));
     Ok(())
 }
 
@@ -63,7 +61,7 @@ fn packed(log: &mut Findings) -> Done {
         for limit in [10.0, 100.0] {
             for mut setup in setups() {
                 setup.parameters.largest_contact_value = limit;
-                log.about(format!("{} at {packing}, limit {limit:e}", setup.name));
+                about!(log; "{} at {packing}, limit {limit:e}", setup.name);
                 let mut run = Run::new(setup, 1.0, &start)?;
                 run.steps(10);
                 run.audit(log);
@@ -86,9 +84,7 @@ fn packed(log: &mut Findings) -> Done {
             }
         }
     }
-    log.found(format!(
-        "{most:.2} collisions of each in a step at most; energy and momentum to {worst:.1e}"
-    ));
+    found!(log; "{most:.2} collisions of each in a step at most; energy and momentum to {worst:.1e}");
     Ok(())
 }
 
@@ -103,7 +99,7 @@ fn one_point(log: &mut Findings) -> Done {
         })?;
         worst = worst.max(off[0]).max(off[1]);
     }
-    log.found(format!("energy and momentum to {worst:.1e}"));
+    found!(log; "energy and momentum to {worst:.1e}");
     Ok(())
 }
 
@@ -118,10 +114,7 @@ fn contrast(log: &mut Findings) -> Done {
         collides(log, run, 5);
         Ok(())
     })?;
-    log.found(format!(
-        "energy and momentum to {:.1e}",
-        worst[0].max(worst[1])
-    ));
+    found!(log; "energy and momentum to {:.1e}", worst[0].max(worst[1]));
     Ok(())
 }
 
@@ -156,10 +149,7 @@ fn few(log: &mut Findings) -> Done {
             ];
             let start = state(domain(width, height)?, bodies[..count].iter().copied());
             for setup in setups() {
-                log.about(format!(
-                    "{}: {count} in {width} x {height} at {speed}",
-                    setup.name
-                ));
+                about!(log; "{}: {count} in {width} x {height} at {speed}", setup.name);
                 let mut run = Run::new(setup, 1.0, &start)?;
                 let reached = run.engine.advance(TIME, 100_000, &mut ());
                 let (time, steps) = (run.engine.time(), run.tally().steps);
@@ -180,6 +170,6 @@ fn few(log: &mut Findings) -> Done {
             }
         }
     }
-    log.found(format!("{runs} runs, {met} collisions"));
+    found!(log; "{runs} runs, {met} collisions");
     Ok(())
 }

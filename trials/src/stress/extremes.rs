@@ -53,7 +53,7 @@ fn speeds(log: &mut Findings) -> Done {
         for body in &mut scaled.start.bodies {
             body.velocity *= factor;
         }
-        log.about(format!("velocities times 2^{power}"));
+        about!(log; "velocities times 2^{power}");
         log.guard(|log| {
             let Some(course) = finite(log, &scaled, f64::INFINITY, COLLISIONS)? else {
                 refused.push(power);
@@ -71,9 +71,7 @@ fn speeds(log: &mut Findings) -> Done {
     // 1e-150 is 2^-498, 1e150 is 2^498: these at least are within what an engine may be asked.
     let ordinary = handled.contains(&-100) && handled.contains(&100);
     must!(log, ordinary; "ordinary speeds were refused");
-    log.found(format!(
-        "handled 2^k for k = {handled:?}, refused {refused:?}"
-    ));
+    found!(log; "handled 2^k for k = {handled:?}, refused {refused:?}");
     Ok(())
 }
 
@@ -95,7 +93,7 @@ fn subnormal(log: &mut Findings) -> Done {
             ),
             ("slow turn", [0.0, 0.0, 1.0, tiny], [3.0, 0.0, -1.0, -tiny]),
         ] {
-            log.about(format!("{what} {tiny:e}"));
+            about!(log; "{what} {tiny:e}");
             let gas = few(
                 1.0,
                 [9.0; 2],
@@ -115,7 +113,7 @@ fn subnormal(log: &mut Findings) -> Done {
         for body in &mut gas.start.bodies {
             body.velocity *= tiny;
         }
-        log.about(format!("gas at {tiny:e}"));
+        about!(log; "gas at {tiny:e}");
         log.guard(|log| {
             match finite(log, &gas, 1e300, 1000)? {
                 Some(course) => log.found_of_it(&course.ended()),
@@ -124,7 +122,7 @@ fn subnormal(log: &mut Findings) -> Done {
             Ok(())
         });
     }
-    log.found(format!("{refused} refused"));
+    found!(log; "{refused} refused");
     Ok(())
 }
 
@@ -167,9 +165,6 @@ fn lonely(log: &mut Findings) -> Done {
     let course = gas.run(1e5, 10)?;
     must!(log, course.reached; "until 1e5: {}", course.ended());
     let course = gas.run(1e300, 10)?;
-    log.found(format!(
-        "time {:e}, {:?}",
-        course.end.state.time, course.stopped
-    ));
+    found!(log; "time {:e}, {:?}", course.end.state.time, course.stopped);
     Ok(())
 }

@@ -48,9 +48,7 @@ fn free_flight(log: &mut Findings) -> Done {
     for (sides, cell_size) in boxes {
         for step in [0.0, 0.37] {
             let [width, height] = sides;
-            log.about(format!(
-                "{width} x {height}, cells {cell_size:?}, step {step}"
-            ));
+            about!(log; "{width} x {height}, cells {cell_size:?}, step {step}");
             let mut parameters = setups()[0].parameters;
             parameters.scheme = Scheme::Collisionless;
             parameters.cell_size = cell_size;
@@ -82,7 +80,7 @@ fn free_flight(log: &mut Findings) -> Done {
             worst = worst.max(most);
         }
     }
-    log.found(format!("{steps} steps each, off by {worst:.1e} L at most"));
+    found!(log; "{steps} steps each, off by {worst:.1e} L at most");
     Ok(())
 }
 
@@ -105,7 +103,7 @@ fn threads(log: &mut Findings) -> Done {
         let start = gas_of(setup, 20_160)?;
         let mut ends = Vec::new();
         for tile in [8_000, 500] {
-            log.about(format!("{}, tiles of {tile}", setup.name));
+            about!(log; "{}, tiles of {tile}", setup.name);
             let mut one = Vec::new();
             for threads in [1, 2, 3] {
                 let mut engine = engine(setup, 0.9, &start)?;
@@ -126,17 +124,14 @@ fn threads(log: &mut Findings) -> Done {
             other.push(setup.name);
         }
     }
-    log.found(format!(
-        "another gas with other tiles: {}",
-        other.join(", ")
-    ));
+    found!(log; "another gas with other tiles: {}", other.join(", "));
     Ok(())
 }
 
 fn kills(log: &mut Findings) -> Done {
     for simulators in [304, 20_160] {
         for setup in setups() {
-            log.about(format!("{} of {simulators}", setup.name));
+            about!(log; "{} of {simulators}", setup.name);
             let start = gas_of(setup, simulators)?;
             let mut steady = engine(setup, 0.9, &start)?;
             let mut killed = bytes(&steady)?;

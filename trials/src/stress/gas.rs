@@ -257,12 +257,8 @@ impl<P: Planar> Gas<P> {
             log.fault(error.to_string());
         }
         self.audit(log, &course);
-        log.found_of_it(&format!(
-            "{} collisions, energy {:.1e}, overlap {:.1e} d",
-            course.collisions(),
-            self.energy_error(&course),
-            course.overlap / self.diameter()
-        ));
+        found_of_it!(log; "{} collisions, energy {:.1e}, overlap {:.1e} d",
+            course.collisions(), self.energy_error(&course), course.overlap / self.diameter());
         self.survives_kills(log, collisions.min(4000), 1)?;
         Ok(course)
     }

@@ -2,7 +2,7 @@
 
 use stosszahl_dsmc::homogeneous::{
     Bird, Contact, Engine, Gas, LowRank, Order, Part, Rule, Selection, Slots, Sticking, Stop,
-    Tally, Threshold, moments, size_distribution,
+    Threshold, moments, size_distribution,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{Clusters, Plane, Vector};
@@ -13,7 +13,7 @@ use crate::{Done, Findings, Trouble};
 trials! {
     "size-ratio" => size_ratio,
         "spheres of diameters 1e-6 to 1 and masses 1e-18 to 1 at one temperature, by three selections",
-        "bounds never exceeded, energy in the ledger to 1e-11, at most 4 pairs looked at for each collision (own)";
+        "bounds never exceeded, energy in the ledger to 1e-11, at most 4 pairs looked at for each collision (alias tables)";
     "giant" => giant,
         "one giant among 1e5 grains of dust, 1e7 long",
         "the giant is hit as often as kinetic theory says, within 5 standard errors";
@@ -48,12 +48,13 @@ fn engine<S: Selection<Spheres>>(
     )
 }
 
-/// Runs for a number of collisions; checks the ledger.
+/// Runs for a number of collisions; checks the ledger. Pairs looked at for each collision.
 fn booked<S: Selection<Spheres>>(
     log: &mut Findings,
+    name: &str,
     engine: &mut Engine<Spheres, S>,
     collisions: u64,
-) -> Result<Tally, Trouble> {
+) -> Result<f64, Trouble> {
     let start = engine.gas().kinetic_energy();
     engine.advance(f64::INFINITY, collisions, &mut ())?;
     let tally = *engine.tally();
@@ -62,34 +63,25 @@ fn booked<S: Selection<Spheres>>(
     log.at_most("energy not in the ledger", (end / start - 1.0).abs(), 1e-11);
     let each = tally.trials as f64 / tally.collisions.max(1) as f64;
     let (collisions, fits) = (tally.collisions, tally.rebuilds);
-    log.found(format!(
-        "{}: {collisions} collisions, {each:.2} pairs each, {fits} fits",
-        S::NAME
-    ));
-    Ok(tally)
+    found!(log; "{name}: {collisions} collisions, {each:.2} pairs each, {fits} fits");
+    Ok(each)
 }
 
-/// The same for gases at temperature one by all three selections; the tally of our own.
+/// The same for gases at temperature one by all three selections; pairs for each collision by alias tables.
 fn booked_by_all(
     log: &mut Findings,
     kinds: &[(f64, f64, usize)],
     restitution: f64,
     volume: f64,
-    collisions: [u64; 3],
-) -> Result<Tally, Trouble> {
-    let mut own = engine::<Slots>(kinds, restitution, volume, |_| 1.0)?;
-    let tally = booked(log, &mut own, collisions[0])?;
-    booked(
-        log,
-        &mut engine::<LowRank>(kinds, restitution, volume, |_| 1.0)?,
-        collisions[1],
-    )?;
-    booked(
-        log,
-        &mut engine::<Bird>(kinds, restitution, volume, |_| 1.0)?,
-        collisions[2],
-    )?;
-    Ok(tally)
+    [tables, trees, single]: [u64; 3],
+) -> Result<f64, Trouble> {
+    let mut gas = engine::<Slots>(kinds, restitution, volume, |_| 1.0)?;
+    let each = booked(log, "alias-tables", &mut gas, tables)?;
+    let mut gas = engine::<LowRank>(kinds, restitution, volume, |_| 1.0)?;
+    booked(log, "low-rank", &mut gas, trees)?;
+    let mut gas = engine::<Bird>(kinds, restitution, volume, |_| 1.0)?;
+    booked(log, "single-majorant", &mut gas, single)?;
+    Ok(each)
 }
 
 fn size_ratio(log: &mut Findings) -> Done {
@@ -98,8 +90,7 @@ fn size_ratio(log: &mut Findings) -> Done {
         (diameter, diameter.powi(3), 300 << k)
     };
     let kinds: Vec<_> = (0..7).map(kind).collect();
-    let tally = booked_by_all(log, &kinds, 0.9, 1e3, [200_000, 20_000, 2_000])?;
-    let each = tally.trials as f64 / tally.collisions as f64;
+    let each = booked_by_all(log, &kinds, 0.9, 1e3, [200_000, 20_000, 2_000])?;
     log.at_most("pairs looked at for each collision", each, 4.0);
     Ok(())
 }
@@ -117,7 +108,7 @@ fn giant(log: &mut Findings) -> Done {
     gas.advance(time, u64::MAX, &mut ())?;
     let found = gas.tally().collisions as f64;
     let expected = (own + hits) * time;
-    log.found(format!("{found} collisions, {expected:.0} expected"));
+    found!(log; "{found} collisions, {expected:.0} expected");
     // Poisson, and the giant's hits see the mean speed of the dust, which fluctuates by 0.4/sqrt(N).
     let error = 5.0 * (expected.sqrt() + expected * 0.4 / (dust as f64).sqrt());
     log.at_most("deviation", (found - expected).abs(), error);
@@ -140,7 +131,7 @@ fn rare_species(log: &mut Findings) -> Done {
 fn temperatures(log: &mut Findings) -> Done {
     let kinds = [(1.0, 1.0, 4000), (1.0, 2.0, 4000), (1.0, 4.0, 4000)];
     let mut gas = engine::<Slots>(&kinds, 1.0, 1e5, |kind| 1e-6_f64.powi(kind as i32))?;
-    booked(log, &mut gas, 600_000)?;
+    booked(log, "alias-tables", &mut gas, 600_000)?;
     let mean = 2.0 * gas.gas().kinetic_energy() / (3.0 * 12_000.0);
     for found in moments(gas.gas(), None, None) {
         let error = 5.0 * (2.0 / (3.0 * 4000.0_f64)).sqrt();
@@ -153,12 +144,7 @@ fn cold(log: &mut Findings) -> Done {
     let mut gas = engine::<Slots>(&[(1.0, 1.0, 100)], 0.9, 1e3, |_| 1.0)?;
     let stop = gas.advance(f64::INFINITY, 100_000_000, &mut ())?;
     let tally = gas.tally();
-    log.found(format!(
-        "{} collisions to energy {:.1e} at time {:.1e}",
-        tally.collisions,
-        gas.gas().kinetic_energy(),
-        gas.time()
-    ));
+    found!(log; "{} collisions to energy {:.1e} at time {:.1e}", tally.collisions, gas.gas().kinetic_energy(), gas.time());
     must!(log, stop == Stop::Still; "stopped by {stop:?}");
     must!(log, tally.collisions > 100_000; "too few collisions");
     Ok(())
@@ -183,12 +169,12 @@ fn one_cluster(log: &mut Findings) -> Done {
     let mut start = streams.at(Purpose::Velocities, [0, 0]);
     let volume = 100.0 * count as f64;
     let gas = Gas::maxwellian(scene, Contact::Dilute, volume, count, |_| 1.0, &mut start)?;
-    let contacts = Sticking::new(rule).ok().ok_or(Trouble::NoStart("rule"))?;
+    let contacts = Sticking::new(rule)?;
     let before = gas.kinetic_energy();
     let mut engine: Engine<_, Slots, (), _> = Engine::new(gas, (), contacts, streams)?;
     let stop = engine.advance(f64::INFINITY, u64::MAX, &mut ())?;
     let sizes = size_distribution(engine.gas());
-    log.found(format!("{stop:?} at time {:.3e}: {sizes:?}", engine.time()));
+    found!(log; "{stop:?} at time {:.3e}: {sizes:?}", engine.time());
     must!(log, sizes == [(count as u32, 1)]; "{sizes:?}");
     let booked = engine.contacts().ledger.stuck + engine.gas().kinetic_energy();
     log.at_most(

@@ -56,11 +56,7 @@ fn elastic(log: &mut Findings) -> Done {
             .map(|course| course.end.state.bodies)
     };
     must!(log, end(late)? == end(early)?; "at time {time:.3e} the gas moves otherwise than at time zero");
-    log.found(format!(
-        "{} collisions to time {time:.3e}, energy {drift:.1e}, overlap {:.1e} d",
-        course.collisions(),
-        course.overlap
-    ));
+    found!(log; "{} collisions to time {time:.3e}, energy {drift:.1e}, overlap {:.1e} d", course.collisions(), course.overlap);
     gas.survives_kills(log, 40_000, 1)
 }
 
@@ -103,10 +99,7 @@ fn cooling(log: &mut Findings) -> Done {
     cold.start = from.state;
     log.about("cold gas");
     cold.holds(log, 2000)?;
-    log.found(format!(
-        "{collisions} collisions to T/T(0) = {:.1e}",
-        last / start
-    ));
+    found!(log; "{collisions} collisions to T/T(0) = {:.1e}", last / start);
     log.about("cooling");
     gas.survives_kills(log, 40_000, 1)
 }
@@ -121,11 +114,11 @@ fn kills(log: &mut Findings) -> Done {
     }
     for (number, gas) in gases.iter().enumerate() {
         for seed in 0..sets {
-            log.about(format!("gas {number}, moments {seed}"));
+            about!(log; "gas {number}, moments {seed}");
             gas.survives_kills(log, 3000, seed)?;
         }
         log.progress((number + 1) as f64 / gases.len() as f64, "");
     }
-    log.found(format!("{} gases, {sets} sets of four legs", gases.len()));
+    found!(log; "{} gases, {sets} sets of four legs", gases.len());
     Ok(())
 }

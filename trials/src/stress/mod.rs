@@ -29,6 +29,7 @@ mod walls;
 
 use crate::arguments::StressCases;
 use crate::commands::say;
+use crate::trial::chosen;
 use crate::{Done, Effort, Trial, Trouble};
 
 /// All trials of the event-driven engine, in the order in which they are run.
@@ -69,19 +70,11 @@ pub fn walls() -> Vec<Trial> {
 
 /// Runs those of the trials that are asked for, one after the other, and says what was found. `collisions`: of the runs
 /// whose length can be set.
-///
-/// # Errors
-/// [`Trouble`] if a trial fails or has an unknown name.
-pub fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64>) -> Done {
-    let chosen = Trial::chosen(all, "case", &asked.case)?;
+pub(crate) fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64>) -> Done {
+    let chosen = chosen(all, |trial| trial.name, "case", &asked.case)?;
     if asked.list {
-        for Trial {
-            name,
-            tried,
-            required,
-            ..
-        } in chosen
-        {
+        for trial in chosen {
+            let (name, tried, required) = (trial.name, trial.tried, trial.required);
             say(&format!("{name}\n  tried  {tried}\n  must   {required}"));
         }
         return Ok(());
@@ -116,7 +109,7 @@ pub fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64>) -> D
         return Ok(());
     }
     let names = failed.join(", ");
-    Err(Trouble::Failed(format!(
+    Err(Trouble::failed(format!(
         "{bad} of {of} hard cases failed: {names}"
     )))
 }

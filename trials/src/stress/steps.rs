@@ -47,7 +47,7 @@ fn violations(log: &mut Findings) -> Done {
             violations > 0
         };
         must!(log, good; "{violations} violations");
-        log.found_of_it(&format!("{violations} in {trials} trials"));
+        found_of_it!(log; "{violations} in {trials} trials");
         Ok(())
     })?;
     Ok(())
@@ -64,7 +64,7 @@ fn long_step(log: &mut Findings) -> Done {
         own.advance(f64::INFINITY, 1, &mut ());
         let mut busiest = [0.0; 3];
         for (times, busiest) in [1.0, 10.0, 100.0].into_iter().zip(&mut busiest) {
-            log.about(format!("{} x {times}", setup.name));
+            about!(log; "{} x {times}", setup.name);
             let mut run = Run::new(setup, 1.0, &start)?;
             run.engine.hold_step(times * own.time());
             run.steps(4);
@@ -78,9 +78,7 @@ fn long_step(log: &mut Findings) -> Done {
         log.about(setup.name);
         let told = ten.min(hundred) >= 2.0 * usual;
         must!(log, told; "busiest cells {ten} and {hundred}, usually {usual}");
-        log.found_of_it(&format!(
-            "{usual:.1} without a cluster, {own:.1}, {ten:.1}, {hundred:.1}"
-        ));
+        found_of_it!(log; "{usual:.1} without a cluster, {own:.1}, {ten:.1}, {hundred:.1}");
     }
     Ok(())
 }
@@ -102,7 +100,7 @@ fn hot_one(log: &mut Findings) -> Done {
         let speeds = end.bodies.iter().map(|body| body.velocity.norm());
         let fastest = speeds.fold(0.0, f64::max);
         log.at_most("fastest", fastest, 0.9 * HOT);
-        log.found_of_it(&format!("fastest {fastest:.1e} after {steps} steps"));
+        found_of_it!(log; "fastest {fastest:.1e} after {steps} steps");
     }
     Ok(())
 }
@@ -112,14 +110,12 @@ fn plastic(log: &mut Findings) -> Done {
     let (mut refused, mut collisions) = (0, 0);
     for restitution in [0.0, 1e-300, 5e-324] {
         for setup in setups() {
-            log.about(format!("{}, r = {restitution:e}", setup.name));
+            about!(log; "{}, r = {restitution:e}", setup.name);
             if setup.parameters.displacement == Displacement::Inelastic {
                 let error = engine(setup, restitution, &start).err();
-                let typed = match error {
-                    Some(Trouble::MonteCarlo(EngineError::NoDisplacement)) => restitution == 0.0,
-                    Some(Trouble::MonteCarlo(EngineError::FarDisplacement { .. })) => {
-                        restitution > 0.0
-                    }
+                let typed = match error.as_ref().and_then(Trouble::downcast_ref) {
+                    Some(EngineError::NoDisplacement) => restitution == 0.0,
+                    Some(EngineError::FarDisplacement { .. }) => restitution > 0.0,
                     _ => false,
                 };
                 must!(log, typed; "{error:?}");
@@ -146,7 +142,7 @@ fn plastic(log: &mut Findings) -> Done {
             });
         }
     }
-    log.found(format!("{collisions} collisions, refused {refused} times"));
+    found!(log; "{collisions} collisions, refused {refused} times");
     Ok(())
 }
 
@@ -189,10 +185,8 @@ fn deep(log: &mut Findings) -> Done {
             differ,
             6.0,
         );
-        log.found_of_it(&format!(
-            "{:.1} and {:.1} (error {error:.1}) collisions a decade, {steps} steps, time {time:.1e}",
-            early.value, late.value
-        ));
+        found_of_it!(log; "{:.1} and {:.1} (error {error:.1}) collisions a decade, {steps} steps, time {time:.1e}",
+            early.value, late.value);
         Ok(())
     })?;
     Ok(())

@@ -36,17 +36,17 @@ fn ends(
     must!(log, course.reached || collapsed; "no end: {}", course.ended());
     gas.audit(log, &course);
     let then = if collapsed { ", then collapse" } else { "" };
-    log.found_of_it(&format!("{} collisions{then}", course.collisions()));
+    found_of_it!(log; "{} collisions{then}", course.collisions());
     Ok(course.collisions())
 }
 
 fn plastic(log: &mut Findings) -> Done {
     for packing in [0.05, 0.3, 0.6] {
         let gas = disordered(200, packing, 0.0, 3)?;
-        log.about(format!("packing {packing}"));
+        about!(log; "packing {packing}");
         let collisions = ends(log, &gas, 100.0, true)?;
         gas.survives_kills(log, collisions.clamp(1, 20_000), 1)?;
-        log.about(format!("packing {packing} with contact time"));
+        about!(log; "packing {packing} with contact time");
         ends(log, &gas.with_contact_time(1e-4), 100.0, false)?;
     }
     Ok(())
@@ -57,7 +57,7 @@ fn viscoelastic(log: &mut Findings) -> Done {
         let law = Viscoelastic::new(strength)?;
         let equal = disordered(400, 0.5, 1.0, 10)?.start;
         let bodies = equal.bodies.iter().map(|b| (b.position, b.velocity));
-        log.about(format!("strength {strength}"));
+        about!(log; "strength {strength}");
         Gas::new(particles(law, UNIT), state(equal.domain, bodies)).holds(log, 200_000)?;
     }
     Ok(())
@@ -80,10 +80,7 @@ fn contact_times(log: &mut Findings) -> Done {
     let inelastic = course.end.tally.collisions - course.end.tally.elastic_contacts;
     must!(log, (1..=150).contains(&inelastic); "{inelastic} inelastic contacts of 300 disks");
     endless.survives_kills(log, COLLISIONS, 1)?;
-    log.found_of_it(&format!(
-        "{inelastic} inelastic of {} collisions",
-        course.collisions()
-    ));
+    found_of_it!(log; "{inelastic} inelastic of {} collisions", course.collisions());
     Ok(())
 }
 
@@ -94,7 +91,7 @@ fn one_moves(log: &mut Findings) -> Done {
             for body in &mut gas.start.bodies[1..] {
                 body.velocity.fill(0.0);
             }
-            log.about(format!("packing {packing}, r = {restitution}"));
+            about!(log; "packing {packing}, r = {restitution}");
             let collisions = ends(log, &gas, 50.0, true)?;
             gas.survives_kills(log, collisions.clamp(1, 20_000), 1)?;
         }

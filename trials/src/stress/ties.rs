@@ -86,9 +86,7 @@ impl Sum {
 
     fn say(&self, log: &mut Findings) {
         let Self { gases, collisions } = self;
-        log.found(format!(
-            "{gases} gases in 7 numberings each, {collisions} collisions"
-        ));
+        found!(log; "{gases} gases in 7 numberings each, {collisions} collisions");
     }
 }
 
@@ -121,7 +119,7 @@ fn lattices(log: &mut Findings) -> Done {
                     (at, velocity(x, y))
                 });
                 let gas = few(restitution, [SIDE as f64 * spacing; 2], bodies)?;
-                log.about(format!("{name}, spacing {spacing}, r = {restitution}"));
+                about!(log; "{name}, spacing {spacing}, r = {restitution}");
                 sum.add(log, &gas, 3.0)?;
             }
         }
@@ -144,9 +142,7 @@ fn cradles(log: &mut Findings) -> Done {
     });
     for (count, gap, direction) in rows {
         for both in [false, true] {
-            log.about(format!(
-                "{count} disks, gap {gap:.0e}, along {direction:?}, both ends {both}"
-            ));
+            about!(log; "{count} disks, gap {gap:.0e}, along {direction:?}, both ends {both}");
             let place = |along: f64| direction.map(|part| 20.0 + along * part);
             let move_at = |speed: f64| direction.map(|part| speed * part);
             let last = (count - 1) as f64 * (1.0 + gap);
@@ -194,7 +190,7 @@ fn triples(log: &mut Findings) -> Done {
                     let [x, y] = [x, y].map(|c: f64| if c.abs() < 1e-9 { 0.0 } else { c });
                     bodies.push(([middle[0] + 2.5 * x, middle[1] + 2.5 * y], [-x, -y]));
                 }
-                log.about(format!("{around} around {middle:?}, r = {restitution}"));
+                about!(log; "{around} around {middle:?}, r = {restitution}");
                 sum.add(log, &few(restitution, [20.0; 2], bodies)?, 6.0)?;
             }
         }

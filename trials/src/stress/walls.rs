@@ -1,16 +1,18 @@
 //! Walls, obstacles, gravity and openings, for both engines.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Boundaries, Clearance, Engine as MonteCarlo, Inflow, Parameters, Scheme};
-use stosszahl_ed::{Boundaries as ExactBoundaries, Dissipation, Engine as Exact, EngineError};
+use stosszahl_dsmc::{Boundaries, Clearance, Gas, Inflow, Parameters, Scheme};
+use stosszahl_ed::{Dissipation, EngineError};
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, Outline, Vibration};
+use stosszahl_model::walls::{FACES, Obstacle, Outline, Vibration};
 use stosszahl_model::{
-    Constant, Face, Gravity, Plane, Rebound, Scene, Smooth, Species, State, Wall, Walls,
+    Budget::{Collisions, Unlimited},
+    Face, Failure, GrainSizes, Grains, Particle, Particles, Rebound, Simulation, Species, Volume,
+    Wall, Walls,
     species::Kind,
 };
 
-use crate::gas::{PLAIN, law, state};
+use crate::gas::{PLAIN, law};
 use crate::{Done, Findings, Trouble};
 
 trials! {
@@ -40,13 +42,7 @@ trials! {
         "its density and flux in the steady state to 1 % and 4.4 standard errors";
 }
 
-type Disks = Scene<Plane, Smooth, Constant, Species, Gravity<Plane>>;
-
 const STREAMS: u64 = 11;
-
-fn streams() -> Streams {
-    Streams::new(STREAMS, 0)
-}
 
 /// Points in cells: no collisions of grains, so that only boundaries act.
 const POINTS: Parameters = Parameters {
@@ -58,94 +54,117 @@ const POINTS: Parameters = Parameters {
 
 /// Disks of diameter 1 and mass 1 between walls and obstacles, for both engines.
 struct Setting {
-    scene: Disks,
-    start: State<Disks>,
-    walls: Walls<Plane>,
-    obstacles: Vec<Obstacle>,
+    grains: Grains,
+    start: Particles,
+    boundaries: Boundaries<Volume>,
 }
 
 impl Setting {
     /// Bodies (position, velocity) with a restitution under a weight along -y.
     fn new(
-        walls: Walls<Plane>,
-        size: [f64; 2],
+        walls: Walls<Volume>,
+        [width, height]: [f64; 2],
         [restitution, weight]: [f64; 2],
-        bodies: Vec<(Vector2<f64>, Vector2<f64>)>,
+        bodies: &[(Vector2<f64>, Vector2<f64>)],
     ) -> Result<Self, Trouble> {
         let sizes = Species::new(vec![Kind {
             radius: 0.5,
             mass: 1.0,
             count: bodies.len().max(1),
         }]);
-        let scene = Scene {
-            space: Plane,
-            surface: Smooth,
-            restitution: law(restitution)?,
-            sizes: sizes?,
-            field: Gravity::new(vector![0.0, -weight]).unwrap_or_default(),
+        let body = |&(at, velocity): &(Vector2<f64>, Vector2<f64>)| Particle {
+            position: at.push(0.0),
+            velocity: velocity.push(0.0),
+            ..Particle::of(0.5, 1.0)
         };
-        let domain = walls.domain(size.into())?;
         Ok(Self {
-            scene,
-            start: state(domain, bodies),
-            walls,
-            obstacles: Vec::new(),
+            grains: Grains {
+                sizes: GrainSizes::Species(sizes?),
+                restitution: law(restitution)?.into(),
+                rough: None,
+                gravity: Some(vector![0.0, -weight, 0.0]),
+                is_bounded: true,
+            },
+            start: Particles {
+                time: 0.0,
+                dimension: 2,
+                lengths: [width, height, 0.0],
+                periodic: [false, false, true],
+                all: bodies.iter().map(body).collect(),
+            },
+            boundaries: Boundaries {
+                walls,
+                clearance: Clearance::Radius,
+                ..Boundaries::default()
+            },
         })
     }
 
     fn around(mut self, obstacle: &Obstacle) -> Self {
-        self.obstacles.push(obstacle.clone());
+        self.boundaries.obstacles.push(obstacle.clone());
         self
     }
 
-    fn exact(&self, dissipation: Dissipation) -> Result<Exact<Disks>, EngineError> {
-        let boundaries = ExactBoundaries {
-            walls: self.walls.clone(),
-            obstacles: self.obstacles.clone(),
-            streams: streams(),
+    fn exact(&self, dissipation: Dissipation) -> Result<Box<dyn Simulation>, EngineError> {
+        let boundaries = stosszahl_ed::Boundaries {
+            walls: self.boundaries.walls.in_plane(),
+            obstacles: self.boundaries.obstacles.clone(),
+            streams: Streams::new(STREAMS, 0),
         };
-        Exact::between(
-            self.scene.clone(),
-            dissipation,
-            self.start.clone(),
-            &boundaries,
-        )
+        stosszahl_ed::simulate(&self.grains, dissipation, &boundaries, &self.start)
     }
 
-    fn boundaries(&self) -> Boundaries<Plane> {
-        Boundaries {
-            walls: self.walls.clone(),
-            clearance: Clearance::Radius,
-            obstacles: self.obstacles.clone(),
-            ..Boundaries::default()
-        }
-    }
-
-    fn between(
+    fn points(
         &self,
         parameters: Parameters,
-        boundaries: &Boundaries<Plane>,
-    ) -> Result<MonteCarlo<Disks>, stosszahl_dsmc::EngineError> {
-        MonteCarlo::start_between(&self.scene, parameters, &self.start, boundaries, streams())
+    ) -> Result<Box<dyn Simulation>, stosszahl_dsmc::EngineError> {
+        let gas = Gas {
+            grains: &self.grains,
+            parameters,
+            boundaries: &self.boundaries,
+            streams: Streams::new(STREAMS, 0),
+            displacements: false,
+        };
+        stosszahl_dsmc::simulate(&gas, std::slice::from_ref(&self.start))
     }
 
-    fn points(&self) -> Result<MonteCarlo<Disks>, stosszahl_dsmc::EngineError> {
-        self.between(POINTS, &self.boundaries())
+    /// Exact dynamics, and points.
+    fn both(&self) -> Result<[Box<dyn Simulation>; 2], Trouble> {
+        Ok([self.exact(Dissipation::Scene)?, self.points(POINTS)?])
     }
+
+    /// How exact dynamics without a contact time ends.
+    fn ends(&self, until: f64, budget: stosszahl_model::Budget) -> Result<bool, Failure> {
+        let mut gas = self.exact(Dissipation::Scene).map_err(Failure::new)?;
+        gas.advance(until, budget, &mut ())
+    }
+}
+
+fn error(ended: &Result<bool, Failure>) -> Option<&EngineError> {
+    ended.as_ref().err().and_then(Failure::downcast_ref)
+}
+
+/// Place and speed of the only disk.
+fn only(gas: &dyn Simulation) -> (Vector2<f64>, f64) {
+    let body = gas.particles().all[0];
+    (body.position.xy(), body.velocity.norm())
+}
+
+/// Contacts with a boundary, or particles through it.
+fn touches(gas: &dyn Simulation, name: &str) -> f64 {
+    let fluxes = gas.boundaries();
+    let found = fluxes.iter().find(|flux| flux.name == name);
+    found.map_or(0.0, |flux| flux.particles)
 }
 
 /// Faces of a box, by axis and side.
-fn faces(faces: [[Face<Plane>; 2]; 2]) -> Result<Walls<Plane>, Trouble> {
-    Walls::new(&faces).map_err(|_| Trouble::NoStart("walls do not fit"))
+fn faces(faces: [[Face<Volume>; 2]; 2]) -> Result<Walls<Volume>, Trouble> {
+    Ok(Walls::new(&faces)?)
 }
 
 /// A box of walls.
-fn walled(wall: Wall<Plane>) -> Result<Walls<Plane>, Trouble> {
+fn walled(wall: Wall<Volume>) -> Result<Walls<Volume>, Trouble> {
     faces([[Face::Wall(wall); 2]; 2])
-}
-
-fn obstacle(outline: Outline, law: Rebound) -> Result<Obstacle, Trouble> {
-    Obstacle::new(outline, law).map_err(|_| Trouble::NoStart("no obstacle"))
 }
 
 /// A law that keeps a share of the normal speed and all of the tangential.
@@ -156,37 +175,35 @@ const fn bounce(restitution: f64) -> Rebound {
     }
 }
 
+/// Two plates with a common tip, each at an angle to an axis.
+fn plates(points: [Vector2<f64>; 3], restitution: f64) -> Result<Obstacle, Trouble> {
+    let points = points.to_vec();
+    Ok(Obstacle::new(
+        Outline::Polyline { points },
+        bounce(restitution),
+    )?)
+}
+
 fn sharp_corner(log: &mut Findings) -> Done {
     let size = [200.0, 20.0];
     let tip = vector![20.0, 10.0];
     let half = 0.5_f64.to_radians();
     let arm = |sign: f64| tip + vector![half.cos(), sign * half.sin()] * 150.0;
-    let points = vec![arm(1.0), tip, arm(-1.0)];
-    let plates = obstacle(Outline::Polyline { points }, bounce(1.0))?;
-    let setting = |bodies| {
-        Ok::<_, Trouble>(
-            Setting::new(walled(Wall::specular())?, size, [1.0, 0.0], bodies)?.around(&plates),
-        )
+    let plates = plates([arm(1.0), tip, arm(-1.0)], 1.0)?;
+    let setting = |bodies: &[_]| -> Result<Setting, Trouble> {
+        let setting = Setting::new(walled(Wall::specular())?, size, [1.0, 0.0], bodies)?;
+        Ok(setting.around(&plates))
     };
     // One disk flies in from the wide end; the plates are as far apart as it is wide at 115 from the tip.
     let mut worst = 0.0_f64;
     for number in 0..20 {
         let angle = f64::from(number - 10) * 0.025;
-        let one = setting(vec![(
-            vector![180.0, 10.0],
-            vector![-angle.cos(), angle.sin()],
-        )])?;
-        let (mut exact, mut points) = (one.exact(Dissipation::Scene)?, one.points()?);
-        exact.advance(250.0, u64::MAX, &mut ())?;
-        points.advance(250.0, u64::MAX, &mut ());
-        for end in [exact.state(), points.state()] {
-            let body = end.bodies[0];
-            worst = worst.max((body.velocity.norm() - 1.0).abs());
-            log.at_most(
-                "disk within a plate",
-                0.5 - plates.clearance(body.position),
-                1e-8,
-            );
+        let velocity = vector![-angle.cos(), angle.sin()];
+        for mut gas in setting(&[(vector![180.0, 10.0], velocity)])?.both()? {
+            gas.advance(250.0, Unlimited, &mut ())?;
+            let (at, speed) = only(&*gas);
+            worst = worst.max((speed - 1.0).abs());
+            log.at_most("disk within a plate", 0.5 - plates.clearance(at), 1e-8);
         }
     }
     // Points go further in: to where the plates are a millionth apart.
@@ -196,26 +213,22 @@ fn sharp_corner(log: &mut Findings) -> Done {
         let angle = 0.1 * (index as f64).sin();
         (tip + vector![far, 0.0], vector![-angle.cos(), angle.sin()])
     };
-    let many = setting((0..points).map(inside).collect())?;
-    let mut all = many.boundaries();
-    all.clearance = Clearance::Centre;
-    let mut engine = many.between(POINTS, &all)?;
-    let before = many.start.kinetic_energy(&many.scene);
+    let mut many = setting(&(0..points).map(inside).collect::<Vec<_>>())?;
+    many.boundaries.clearance = Clearance::Centre;
+    let mut gas = many.points(POINTS)?;
+    let before = gas.temperature();
     for step in 1..=20 {
-        engine.advance(f64::from(step), u64::MAX, &mut ());
-        for body in engine.state().bodies {
-            let from_tip = body.position - tip;
+        gas.advance(f64::from(step), Unlimited, &mut ())?;
+        for body in gas.particles().all {
+            let from_tip = body.position.xy() - tip;
             let off = from_tip[1].abs() - from_tip[0] * half.tan();
             log.at_most("point beyond a plate", off, 1e-7);
         }
     }
-    let energy = engine.state().kinetic_energy(&many.scene);
-    worst = worst.max((energy / before - 1.0).abs());
+    worst = worst.max((gas.temperature() / before - 1.0).abs());
     log.at_most("change of speed or energy", worst, 1e-10);
-    log.found(format!(
-        "20 disks and {points} points, {:.0} touches of the points, energy to {worst:.1e}",
-        engine.ledgers().obstacles[0].contacts
-    ));
+    let touches = touches(&*gas, "obstacle 1");
+    found!(log; "20 disks and {points} points, {touches:.0} touches of the points, energy to {worst:.1e}");
     Ok(())
 }
 
@@ -223,45 +236,32 @@ fn wedge(log: &mut Findings) -> Done {
     let slope = 60.0_f64.to_radians();
     let tip = vector![10.0, 2.0];
     let arm = |sign: f64| tip + vector![sign * slope.cos(), slope.sin()] * 12.0;
-    let points = vec![arm(-1.0), tip, arm(1.0)];
-    let plates = obstacle(Outline::Polyline { points }, bounce(0.5))?;
-    let bodies = vec![(vector![10.3, 12.0], vector![0.1, 0.0])];
-    let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [0.5, 1.0], bodies)?;
+    let plates = plates([arm(-1.0), tip, arm(1.0)], 0.5)?;
+    let bodies = [(vector![10.3, 12.0], vector![0.1, 0.0])];
+    let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [0.5, 1.0], &bodies)?;
     let setting = setting.around(&plates);
     // The plates open by 60 degrees, so its centre comes to rest a diameter above the tip.
     let rest = tip + vector![0.0, 0.5 / (0.5 * (180.0_f64 - 120.0)).to_radians().sin()];
-    let mut engine = setting.exact(Dissipation::ContactTime(1e-3))?;
-    let reached = engine.advance(200.0, 10_000_000, &mut ())?;
-    let end = engine.state().bodies[0];
+    let mut gas = setting.exact(Dissipation::ContactTime(1e-3))?;
+    let reached = gas.advance(200.0, Collisions(10_000_000), &mut ())?;
     must!(log, reached; "exact dynamics did not reach the end");
     // It slides along one plate, touching ever again, when it meets the other: with a contact time that costs nothing, so
     // that it goes on rocking.
-    let off = (end.position - rest).norm();
-    log.at_most(
-        "exact: height above the bottom",
-        end.position[1] - rest[1],
-        1.0,
-    );
-    log.at_most(
-        "exact: depth in a plate",
-        0.5 - plates.clearance(end.position),
-        1e-8,
-    );
-    let refused = setting
-        .exact(Dissipation::Scene)?
-        .advance(200.0, 10_000_000, &mut ());
+    let (end, _) = only(&*gas);
+    let off = (end - rest).norm();
+    log.at_most("exact: height above the bottom", end[1] - rest[1], 1.0);
+    log.at_most("exact: depth in a plate", 0.5 - plates.clearance(end), 1e-8);
+    let refused = setting.ends(200.0, Collisions(10_000_000));
     let collapse = matches!(
-        refused,
-        Err(EngineError::WallCollapse { .. } | EngineError::InelasticCollapse { .. })
+        error(&refused),
+        Some(EngineError::WallCollapse { .. } | EngineError::InelasticCollapse { .. })
     );
     must!(log, collapse; "without a contact time: {refused:?}");
-    let mut points = setting.points()?;
-    points.advance(200.0, u64::MAX, &mut ());
-    let far = (points.state().bodies[0].position - rest).norm();
+    let mut points = setting.points(POINTS)?;
+    points.advance(200.0, Unlimited, &mut ())?;
+    let far = (only(&*points).0 - rest).norm();
     log.at_most("Monte Carlo: distance from the bottom", far, 1e-2);
-    log.found(format!(
-        "{off:.1e} and {far:.1e} from the bottom, exact and Monte Carlo; collapse told of without a contact time"
-    ));
+    found!(log; "{off:.1e} and {far:.1e} from the bottom, exact and Monte Carlo; collapse told of without a contact time");
     Ok(())
 }
 
@@ -269,23 +269,20 @@ fn floor(log: &mut Findings) -> Done {
     let walls = walled(Wall::still(bounce(0.5)))?;
     for (what, height) in [("at rest", 0.5), ("dropped", 3.0)] {
         log.about(what);
-        let bodies = vec![(vector![5.0, height], Vector2::zeros())];
-        let setting = Setting::new(walls.clone(), [10.0; 2], [0.5, 1.0], bodies)?;
-        let ended = setting
-            .exact(Dissipation::Scene)
-            .and_then(|mut engine| engine.advance(1000.0, u64::MAX, &mut ()));
-        let collapse = matches!(ended, Err(EngineError::WallCollapse { .. }));
+        let bodies = [(vector![5.0, height], Vector2::zeros())];
+        let setting = Setting::new(walls.clone(), [10.0; 2], [0.5, 1.0], &bodies)?;
+        let ended = setting.ends(1000.0, Unlimited);
+        let collapse = matches!(error(&ended), Some(EngineError::WallCollapse { .. }));
         must!(log, collapse; "without a contact time: {ended:?}");
-        let mut engine = setting.exact(Dissipation::ContactTime(1e-4))?;
-        let reached = engine.advance(100.0, 10_000_000, &mut ())?;
+        let mut gas = setting.exact(Dissipation::ContactTime(1e-4))?;
+        let reached = gas.advance(100.0, Collisions(10_000_000), &mut ())?;
         must!(log, reached; "the end was not reached");
-        let body = engine.state().bodies[0];
-        log.at_most("exact: height", (body.position[1] - 0.5).abs(), 1e-6);
-        let mut points = setting.points()?;
-        points.advance(100.0, u64::MAX, &mut ());
-        let body = points.state().bodies[0];
-        log.at_most("Monte Carlo: height", (body.position[1] - 0.5).abs(), 1e-9);
-        log.at_most("Monte Carlo: speed", body.velocity.norm(), 1e-9);
+        log.at_most("exact: height", (only(&*gas).0[1] - 0.5).abs(), 1e-6);
+        let mut points = setting.points(POINTS)?;
+        points.advance(100.0, Unlimited, &mut ())?;
+        let (at, speed) = only(&*points);
+        log.at_most("Monte Carlo: height", (at[1] - 0.5).abs(), 1e-9);
+        log.at_most("Monte Carlo: speed", speed, 1e-9);
     }
     log.found("collapse told of; with a contact time, and in Monte Carlo, at rest");
     Ok(())
@@ -295,55 +292,43 @@ fn grazing(log: &mut Findings) -> Done {
     let walls = walled(Wall::specular())?;
     let mut worst = 0.0_f64;
     for exponent in [-6, -9, -12, -15] {
-        for (sign, height) in [
-            (-1.0, 0.5),
-            (-1.0, 0.5 + 1e-12),
-            (1.0, 0.5),
-            (1.0, 0.5 + 1e-12),
-        ] {
+        for (sign, above) in [(-1.0, 0.0), (-1.0, 1e-12), (1.0, 0.0), (1.0, 1e-12)] {
             let velocity = vector![1.0, sign * 10.0_f64.powi(exponent)];
-            let bodies = vec![(vector![5.0, height], velocity)];
-            let setting = Setting::new(walls.clone(), [10.0; 2], [1.0, 0.0], bodies)?;
-            let (mut exact, mut points) = (setting.exact(Dissipation::Scene)?, setting.points()?);
-            for time in [10.0, 1000.0] {
-                exact.advance(time, u64::MAX, &mut ())?;
-                points.advance(time, u64::MAX, &mut ());
-                for end in [exact.state(), points.state()] {
-                    let body = end.bodies[0];
-                    let low = 0.5 - body.position.min();
-                    let high = body.position.max() - 9.5;
-                    log.at_most("outside", low.max(high), 1e-12);
-                    worst = worst.max((body.velocity.norm() / velocity.norm() - 1.0).abs());
+            let bodies = [(vector![5.0, 0.5 + above], velocity)];
+            let setting = Setting::new(walls.clone(), [10.0; 2], [1.0, 0.0], &bodies)?;
+            for mut gas in setting.both()? {
+                for time in [10.0, 1000.0] {
+                    gas.advance(time, Unlimited, &mut ())?;
+                    let (at, speed) = only(&*gas);
+                    log.at_most("outside", (0.5 - at.min()).max(at.max() - 9.5), 1e-12);
+                    worst = worst.max((speed / velocity.norm() - 1.0).abs());
                 }
             }
         }
     }
     log.at_most("change of speed", worst, 1e-12);
-    log.found(format!("speed to {worst:.1e}"));
+    found!(log; "speed to {worst:.1e}");
     Ok(())
 }
 
 fn fast_wall(log: &mut Findings) -> Done {
-    let mut floor = Wall::<Plane>::still(bounce(0.9));
+    let mut floor = Wall::still(bounce(0.9));
     // Amplitude 1 in half a period of 1e-3: speed 1000.
     floor.vibration = Some(Vibration::new(1.0, 2e-3)?);
     let top = Wall::still(Rebound::Diffuse { temperature: 1.0 });
     let walls = faces([[Face::Periodic; 2], [Face::Wall(floor), Face::Wall(top)]])?;
-    let count = 20;
-    let place = |index: usize| {
-        let (x, y) = ((index % 5) as f64, (index / 5) as f64);
+    let place = |index: i32| {
+        let (x, y) = (f64::from(index % 5), f64::from(index / 5));
         (vector![1.0 + 2.0 * x, 2.0 + 2.0 * y], vector![0.1, -1.0])
     };
-    let bodies = (0..count).map(place).collect();
-    let setting = Setting::new(walls, [10.0; 2], [1.0, 1.0], bodies)?;
-    let (mut exact, mut points) = (setting.exact(Dissipation::Scene)?, setting.points()?);
-    for step in 1..=50 {
-        let time = f64::from(step) * 0.1;
-        exact.advance(time, u64::MAX, &mut ())?;
-        points.advance(time, u64::MAX, &mut ());
-        for end in [exact.state(), points.state()] {
-            must!(log, end.bodies.len() == count; "a grain is lost");
-            for body in &end.bodies {
+    let bodies: Vec<_> = (0..20).map(place).collect();
+    let mut both = Setting::new(walls, [10.0; 2], [1.0, 1.0], &bodies)?.both()?;
+    for gas in &mut both {
+        for step in 1..=50 {
+            let time = f64::from(step) * 0.1;
+            gas.advance(time, Unlimited, &mut ())?;
+            must!(log, gas.count() == bodies.len(); "a grain is lost");
+            for body in gas.particles().all {
                 let gap = body.position[1] - 0.5 - floor.displacement(time);
                 log.at_most("behind the wall", -gap, 1e-8);
                 log.at_most("behind the other wall", body.position[1] - 9.5, 1e-8);
@@ -351,32 +336,26 @@ fn fast_wall(log: &mut Findings) -> Done {
             }
         }
     }
-    log.found(format!(
-        "{:.0} contacts of exact disks, {:.0} of points",
-        exact.ledgers()[2].contacts,
-        points.ledgers().walls[1][0].contacts
-    ));
+    let [exact, points] = both.map(|gas| touches(&*gas, FACES[1][0]));
+    found!(log; "{exact:.0} contacts of exact disks, {points:.0} of points");
     Ok(())
 }
 
 fn inside(log: &mut Findings) -> Done {
     let (centre, radius) = (vector![10.0, 10.0], 2.0);
-    let disc = obstacle(Outline::Disc { centre, radius }, bounce(1.0))?;
+    let disc = Obstacle::new(Outline::Disc { centre, radius }, bounce(1.0))?;
     for (third, named) in [
         (vector![12.3, 10.0], "obstacle"),
         (vector![5.0, 0.3], "wall"),
     ] {
-        log.about(format!("in the {named}"));
+        about!(log; "in the {named}");
         let places = [vector![3.0, 3.0], vector![3.0, 8.0], third];
-        let bodies = places.map(|at| (at, Vector2::zeros())).to_vec();
-        let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [1.0, 0.0], bodies)?;
+        let bodies = places.map(|at| (at, Vector2::zeros()));
+        let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [1.0, 0.0], &bodies)?;
         let setting = setting.around(&disc);
         let exact = setting.exact(Dissipation::Scene).err();
-        let points = setting.points().err();
-        for said in [
-            exact.map(|error| error.to_string()),
-            points.map(|error| error.to_string()),
-        ] {
+        let points = setting.points(POINTS).err();
+        for said in [exact.map(|e| e.to_string()), points.map(|e| e.to_string())] {
             let said = said.unwrap_or_else(|| "accepted".into());
             let good = said.contains('2') && (said.contains(named) || said.contains("axis 1"));
             must!(log, good; "{said}");
@@ -386,39 +365,42 @@ fn inside(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn channel(inflows: Vec<Inflow<Plane>>) -> Result<(Setting, Boundaries<Plane>), Trouble> {
+/// A channel with a stream of a density and speed from the left, if there is one.
+fn channel(
+    [length, width]: [f64; 2],
+    stream: Option<[f64; 2]>,
+    parameters: Parameters,
+) -> Result<Box<dyn Simulation>, Trouble> {
     let walls = faces([[Face::Open; 2], [Face::Wall(Wall::specular()); 2]])?;
-    let setting = Setting::new(walls, [20.0, 5.0], [1.0, 0.0], Vec::new())?;
-    let boundaries = Boundaries {
-        walls: setting.walls.clone(),
-        inflows,
-        ..Boundaries::default()
-    };
-    Ok((setting, boundaries))
-}
-
-fn stream(density: f64, speed: f64) -> Inflow<Plane> {
-    Inflow {
+    let mut setting = Setting::new(walls, [length, width], [1.0, 0.0], &[])?;
+    setting.boundaries.clearance = Clearance::default();
+    let inflow = |[density, speed]: [f64; 2]| Inflow {
         axis: 0,
         side: 0,
         density,
-        velocity: vector![speed, 0.0],
+        velocity: vector![speed, 0.0, 0.0],
         temperature: 1.0,
         spin_temperature: 1.0,
         like: 0,
-    }
+    };
+    setting.boundaries.inflows.extend(stream.map(inflow));
+    Ok(setting.points(parameters)?)
 }
 
 fn empty_channel(log: &mut Findings) -> Done {
-    for inflows in [Vec::new(), vec![stream(0.0, 1.0)]] {
-        let (setting, all) = channel(inflows)?;
-        let mut engine = setting.between(POINTS, &all)?;
-        let reached = engine.advance(1000.0, u64::MAX, &mut ());
-        let good = reached && engine.time() == 1000.0;
-        must!(log, good; "stopped at {}", engine.time());
-        must!(log, engine.simulators() == 0; "grains from nothing");
-        let (mass, momentum, energy) = engine.ledgers().total();
-        log.at_most("ledgers", mass.abs() + momentum.norm() + energy.abs(), 0.0);
+    for stream in [None, Some([0.0, 1.0])] {
+        let mut gas = channel([20.0, 5.0], stream, POINTS)?;
+        let reached = gas.advance(1000.0, Unlimited, &mut ())?;
+        must!(log, reached && gas.time() == 1000.0; "stopped at {}", gas.time());
+        must!(log, gas.count() == 0; "grains from nothing");
+        for flux in gas.boundaries() {
+            let momentum: f64 = flux.momentum.iter().map(|part| part.abs()).sum();
+            log.at_most(
+                "ledgers",
+                flux.particles.abs() + momentum + flux.energy.abs(),
+                0.0,
+            );
+        }
     }
     log.found("empty until t = 1000");
     Ok(())
@@ -428,27 +410,30 @@ fn supersonic(log: &mut Findings) -> Done {
     let [length, width] = [20.0, 5.0];
     // Mach number u sqrt(1/(gamma T)) with gamma = 2 in the plane.
     let (density, speed) = (100.0, 20.0 * 2.0_f64.sqrt());
-    let (setting, all) = channel(vec![stream(density, speed)])?;
     // Nobody collides, so that cells may be as wide as the channel.
     let wide = Parameters {
         cell_size: Some(width),
         ..POINTS
     };
-    let mut engine = setting.between(wide, &all)?;
+    let mut gas = channel([length, width], Some([density, speed]), wide)?;
     let passage = length / speed;
-    engine.advance(3.0 * passage, u64::MAX, &mut ());
-    let before = engine.ledgers().inflows[0].particles;
+    gas.advance(3.0 * passage, Unlimited, &mut ())?;
+    let before = touches(&*gas, "inflow 1");
     let mut sum = 0.0;
     let samples = 20;
     for sample in 1..=samples {
         // Two passages apart, so that samples share no grain.
-        engine.advance((3.0 + 2.0 * f64::from(sample)) * passage, u64::MAX, &mut ());
-        sum += engine.simulators() as f64;
+        gas.advance(
+            (3.0 + 2.0 * f64::from(sample)) * passage,
+            Unlimited,
+            &mut (),
+        )?;
+        sum += gas.count() as f64;
     }
     let expected = density * length * width;
     let found = sum / f64::from(samples);
     let error = (expected / f64::from(samples)).sqrt();
-    let came = engine.ledgers().inflows[0].particles - before;
+    let came = touches(&*gas, "inflow 1") - before;
     let due = density * speed * width * 2.0 * f64::from(samples) * passage;
     for (what, found, expected, error) in [
         ("number in the channel", found, expected, error),
@@ -458,9 +443,7 @@ fn supersonic(log: &mut Findings) -> Done {
         log.at_most("in standard errors", (found - expected).abs() / error, 4.4);
         log.at_most("relative", (found / expected - 1.0).abs(), 0.01);
     }
-    log.found(format!(
-        "{found:.0} grains, {expected:.0} expected (± {error:.0}); flux {:.4} of n u",
-        came / due
-    ));
+    let flux = came / due;
+    found!(log; "{found:.0} grains, {expected:.0} expected (± {error:.0}); flux {flux:.4} of n u");
     Ok(())
 }

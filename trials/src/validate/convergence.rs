@@ -9,11 +9,11 @@
 
 use stosszahl_analysis::fit::{self, Point};
 use stosszahl_analysis::relaxation::unbiased_cumulant;
-use stosszahl_dsmc::{Parameters, Unfollowed};
+use stosszahl_dsmc::Parameters;
 use stosszahl_model::{kinetic, transport};
 
 use super::cooling::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
-use super::gas::{energy, monte_carlo, start};
+use super::gas::{advance, energy, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::{Method, Quantity, Setting};
 use crate::table::{Place, estimate, mean};
@@ -25,60 +25,32 @@ const MANY: u32 = 64;
 const ELASTIC: [f64; 2] = [10.0, 50.0];
 
 /// What is varied: its name, the order of its error by theory, and values of h with the choices they stand for.
-struct Sweep {
-    name: &'static str,
-    order: f64,
-    values: Vec<(f64, Parameters)>,
-}
+type Sweep = (&'static str, f64, Vec<(f64, Parameters)>);
 
 fn sweeps(method: &Method) -> [Sweep; 3] {
     let base = method.at(Setting::Single);
     let side = (DISKS as f64 * std::f64::consts::FRAC_PI_4 / PACKING).sqrt();
-    let many = Parameters {
-        simulators_per_disk: MANY,
+    let simulators = |simulators_per_disk| Parameters {
+        simulators_per_disk,
         ..base
     };
+    let many = simulators(MANY);
+    let weights = [1, 2, 4, 8, 16].map(|count| (f64::from(count).recip(), simulators(count)));
+    let cells = [3.0, 4.0, 6.0, 8.0, 12.0].map(|count| {
+        let cell_size = Some(side / count);
+        (side / count, Parameters { cell_size, ..many })
+    });
+    let steps = [1.0, 2.0, 4.0, 8.0].map(|steps_per_crossing: f64| {
+        let parameters = Parameters {
+            steps_per_crossing,
+            ..many
+        };
+        (steps_per_crossing.recip(), parameters)
+    });
     [
-        Sweep {
-            name: "weight",
-            order: 1.0,
-            values: [1, 2, 4, 8, 16]
-                .map(|simulators_per_disk| {
-                    let parameters = Parameters {
-                        simulators_per_disk,
-                        ..base
-                    };
-                    (f64::from(simulators_per_disk).recip(), parameters)
-                })
-                .to_vec(),
-        },
-        Sweep {
-            name: "cell",
-            order: 2.0,
-            values: [3.0, 4.0, 6.0, 8.0, 12.0]
-                .map(|count| {
-                    let cell = side / count;
-                    let parameters = Parameters {
-                        cell_size: Some(cell),
-                        ..many
-                    };
-                    (cell, parameters)
-                })
-                .to_vec(),
-        },
-        Sweep {
-            name: "step",
-            order: 2.0,
-            values: [1.0, 2.0, 4.0, 8.0]
-                .map(|steps_per_crossing: f64| {
-                    let parameters = Parameters {
-                        steps_per_crossing,
-                        ..many
-                    };
-                    (steps_per_crossing.recip(), parameters)
-                })
-                .to_vec(),
-        },
+        ("weight", 1.0, weights.to_vec()),
+        ("cell", 2.0, cells.to_vec()),
+        ("step", 2.0, steps.to_vec()),
     ]
 }
 
@@ -92,22 +64,22 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
     let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
     let chi = kinetic::contact_value(PACKING);
     let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
-    let mut gas = monte_carlo::<Unfollowed>(&start, 1.0, parameters, seed)?;
-    gas.advance(ELASTIC[0] / enskog, u64::MAX, &mut ());
-    let (before, origin) = (gas.tally().collisions, gas.time());
-    gas.advance((ELASTIC[0] + ELASTIC[1]) / enskog, u64::MAX, &mut ());
-    let collisions = (gas.tally().collisions - before) as f64;
-    let count = gas.simulators() as f64;
+    let mut gas = monte_carlo(&start, 1.0, parameters, seed)?;
+    advance(&mut *gas, ELASTIC[0] / enskog, &mut ())?;
+    let (before, origin) = (gas.work().collisions, gas.time());
+    advance(&mut *gas, (ELASTIC[0] + ELASTIC[1]) / enskog, &mut ())?;
+    let collisions = (gas.work().collisions - before) as f64;
+    let count = gas.count() as f64;
     let rate = 2.0 * collisions / count / (gas.time() - origin) / enskog;
-    let mut gas = monte_carlo::<Unfollowed>(&start, RESTITUTION, parameters, seed)?;
-    gas.advance(haff_time(), u64::MAX, &mut ());
-    let temperature = energy(&gas.state()).temperature;
-    gas.advance(3.0 * haff_time(), u64::MAX, &mut ());
-    let cumulant = energy(&gas.state()).fourth_cumulant;
+    let mut gas = monte_carlo(&start, RESTITUTION, parameters, seed)?;
+    advance(&mut *gas, haff_time(), &mut ())?;
+    let temperature = energy(&gas.particles()).temperature;
+    advance(&mut *gas, 3.0 * haff_time(), &mut ())?;
+    let cumulant = energy(&gas.particles()).fourth_cumulant;
     Ok([
         rate / (1.0 - count.recip()).sqrt(),
         temperature / transport::relaxing_haff_law(RESTITUTION, 1.0),
-        unbiased_cumulant(cumulant, gas.simulators()),
+        unbiased_cumulant(cumulant, gas.count()),
     ])
 }
 
@@ -121,22 +93,22 @@ fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
 pub(super) fn run(log: &mut Findings) -> Done {
     for method in log.effort.methods.clone() {
         for sweep in sweeps(&method) {
-            swept(log, &method, &sweep)?;
+            swept(log, &method, sweep)?;
         }
     }
     Ok(())
 }
 
-fn swept(log: &mut Findings, method: &Method, sweep: &Sweep) -> Done {
+fn swept(log: &mut Findings, method: &Method, (name, tends_to, values): Sweep) -> Done {
     // What they tend to.
     let limits = [1.0, 1.0, cumulant()?];
     let mut points: [Vec<Point>; 3] = Default::default();
     let mut here = Place::new("convergence", method.name, "", PACKING, 0.0).of(method.default);
     let mut total = 0.0;
-    for &(h, parameters) in &sweep.values {
+    for (h, parameters) in values {
         let count = replicas(&log.effort, &parameters);
         let (found, seconds) = over_seeds(0..count, |seed| measure(parameters, seed))?;
-        here.setting = format!("{} {h:.4}", sweep.name);
+        here.setting = format!("{name} {h:.4}");
         here.seconds = seconds;
         total += seconds;
         for (index, points) in points.iter_mut().enumerate() {
@@ -150,9 +122,9 @@ fn swept(log: &mut Findings, method: &Method, sweep: &Sweep) -> Done {
         }
     }
     here.seconds = total;
-    here.setting = format!("{} to 0", sweep.name);
+    here.setting = format!("{name} to 0");
     for (index, points) in points.iter().enumerate() {
-        let (what, tends_to) = (QUANTITIES[index], sweep.order);
+        let what = QUANTITIES[index];
         let line = fit::richardson(points, tends_to)?;
         let order = fit::order(points)?;
         let claimed = method.claims(Setting::Refined, Quantity::Limit);

@@ -12,7 +12,7 @@ use stosszahl_model::{Constant, kinetic, transport};
 
 use super::over_seeds;
 use super::schemes::{Quantity, Setting};
-use super::subject::{Exact, Gas, Simulated, Subject};
+use super::subject::{Course, Exact, Gas, Simulated, Subject};
 use crate::table::{Place, against, mean, over};
 use crate::{Done, Findings, Trouble};
 
@@ -47,32 +47,27 @@ pub(super) fn haff_time() -> f64 {
     kinetic::haff_time(PACKING, RESTITUTION, kinetic::contact_value(PACKING))
 }
 
-/// Means over replicas of T at each time and of a2, and the seconds that they took.
-struct Means {
-    temperatures: Vec<Estimate>,
-    cumulant: Estimate,
-    seconds: f64,
+/// What replicas of a subject do, and the seconds that they took.
+fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), Trouble> {
+    let gas = Gas {
+        disks: DISKS,
+        packing: PACKING,
+        restitution: RESTITUTION,
+        equilibrate: EQUILIBRATE,
+        times: TIMES.map(|time| time * haff_time()).to_vec(),
+    };
+    over_seeds(0..replicas, |seed| subject.follow(&gas, seed))
 }
 
-impl Means {
-    fn of(subject: &dyn Subject, replicas: u64) -> Result<Self, Trouble> {
-        let gas = Gas {
-            disks: DISKS,
-            packing: PACKING,
-            restitution: RESTITUTION,
-            equilibrate: EQUILIBRATE,
-            times: TIMES.map(|time| time * haff_time()).to_vec(),
-        };
-        let (courses, seconds) = over_seeds(0..replicas, |seed| subject.follow(&gas, seed))?;
-        let at = |time: usize| mean(courses.iter().map(|course| course.temperatures[time]));
-        // At t_0 a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
-        let cumulants = courses.iter().map(|course| &course.cumulants);
-        Ok(Self {
-            temperatures: (0..TIMES.len()).map(at).collect::<Result<_, _>>()?,
-            cumulant: mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))?,
-            seconds,
-        })
-    }
+/// The mean temperature at one of the times.
+fn temperature(courses: &[Course], time: usize) -> Result<Estimate, Trouble> {
+    mean(courses.iter().map(|course| course.temperatures[time]))
+}
+
+/// At t_0 a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
+fn mean_cumulant(courses: &[Course]) -> Result<Estimate, Trouble> {
+    let cumulants = courses.iter().map(|course| &course.cumulants);
+    mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))
 }
 
 fn law(time: f64) -> f64 {
@@ -83,22 +78,15 @@ fn law(time: f64) -> f64 {
 pub(super) fn run(log: &mut Findings) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };
-    let exact = Means::of(&Exact, few)?;
+    let (exact, seconds) = courses(&Exact, few)?;
     let simplest = kinetic::fourth_cumulant(2, RESTITUTION);
     let cumulant = cumulant()?;
-    let here = Place::new(
-        "cooling",
-        "event-driven",
-        "48 disks",
-        PACKING,
-        exact.seconds,
-    )
-    .of(false);
-    for (time, found) in TIMES.into_iter().zip(&exact.temperatures) {
-        let what = format!("K/Haff at t/t0 = {time}");
-        log.add(here.row(what, 1.0, over(*found, law(time)), None));
+    let here = Place::new("cooling", "event-driven", "48 disks", PACKING, seconds).of(false);
+    for (index, time) in TIMES.into_iter().enumerate() {
+        let found = over(temperature(&exact, index)?, law(time));
+        log.add(here.row(format!("K/Haff at t/t0 = {time}"), 1.0, found, None));
     }
-    log.add(here.row("a2", cumulant, exact.cumulant, None));
+    log.add(here.row("a2", cumulant, mean_cumulant(&exact)?, None));
     for method in log.effort.methods.clone() {
         for setting in Setting::ALL {
             let mut parameters = method.at(setting);
@@ -107,17 +95,17 @@ pub(super) fn run(log: &mut Findings) -> Done {
             }
             let copies = parameters.simulators_per_disk;
             let replicas = (few / u64::from(copies)).max(many);
-            let found = Means::of(&Simulated(parameters), replicas)?;
+            let (found, seconds) = courses(&Simulated(parameters), replicas)?;
             let name = format!("{} {copies}", setting.name());
-            let here = Place::new("cooling", method.name, name, PACKING, found.seconds);
+            let here = Place::new("cooling", method.name, name, PACKING, seconds);
             let here = here.of(method.default);
             let claim = |quantity, tolerance| method.claims(setting, quantity).then_some(tolerance);
             for (index, time) in TIMES.into_iter().enumerate() {
-                let own = found.temperatures[index];
+                let own = temperature(&found, index)?;
                 let (what, ratio) = if copies == 1 {
                     (
                         "K/K of event-driven",
-                        against(own, exact.temperatures[index]),
+                        against(own, temperature(&exact, index)?),
                     )
                 } else {
                     ("K/Haff", over(own, law(time)))
@@ -125,9 +113,9 @@ pub(super) fn run(log: &mut Findings) -> Done {
                 let what = format!("{what} at t/t0 = {time}");
                 log.add(here.row(what, 1.0, ratio, claim(Quantity::Cooling, 0.01)));
             }
-            let claimed = claim(Quantity::Cumulant, 0.002);
-            log.add(here.row("a2", cumulant, found.cumulant, claimed));
-            log.add(here.row("a2, first Sonine order", simplest, found.cumulant, None));
+            let found = mean_cumulant(&found)?;
+            log.add(here.row("a2", cumulant, found, claim(Quantity::Cumulant, 0.002)));
+            log.add(here.row("a2, first Sonine order", simplest, found, None));
         }
     }
     Ok(())

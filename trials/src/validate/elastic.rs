@@ -9,13 +9,17 @@ use nalgebra::Vector2;
 use stosszahl_analysis::fit::{self, Point};
 use stosszahl_analysis::modes::{Modes, shear_waves};
 use stosszahl_analysis::relaxation::{decay_rate, diffusion};
+use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{Engine, Followed};
-use stosszahl_model::{State, kinetic, transport};
+use stosszahl_model::{Particles, kinetic, transport};
 
-use super::gas::{amplitudes, columns, energy, monte_carlo, start, waves};
+use super::gas::{amplitudes, cells, columns, energy, modes, start, waves};
 use super::over_seeds;
-use super::schemes::{Method, Quantity, Setting};
-use crate::gas::Disks;
+use super::schemes::Quantity::{
+    CollisionRate, Compressibility, Diffusion, Longitudinal, Pressure, Transverse, Viscosity,
+};
+use super::schemes::{Method, Setting};
+use crate::gas::{Disks, particles_of};
 use crate::table::{Place, Row, mean as over_gases, over};
 use crate::{Done, Effort, Findings, Trouble};
 
@@ -72,11 +76,11 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(packing: f64, cell: f64, state: &State<Disks>) -> Result<Self, Trouble> {
+    fn new(packing: f64, cell: f64, start: &Particles) -> Result<Self, Trouble> {
         let chi = kinetic::contact_value(packing);
         let free = 1.0 / kinetic::collision_rate(packing, chi, 0.0);
         let viscosity = transport::kinematic_viscosity(packing, chi);
-        let lengths: [f64; 2] = state.domain.lengths().into();
+        let lengths = [start.lengths[0], start.lengths[1]];
         // Long against the mean free path and the diameter.
         let target = (0.15 / kinetic::mean_free_path(packing, chi)).min(0.2);
         let first = std::f64::consts::TAU / lengths[0];
@@ -109,9 +113,8 @@ impl Plan {
         let (origin, before) = (gas.time(), gas.tally());
         gas.follow_displacements();
         let mut squares = [0.0; 2];
-        let mut bands: Vec<_> = self
-            .bands
-            .iter()
+        let bands = self.bands.iter();
+        let mut bands: Vec<_> = bands
             .map(|(_, modes)| vec![[0.0; 2]; modes.indices().len()])
             .collect();
         let mut densities = vec![0.0; self.density.indices().len()];
@@ -121,8 +124,7 @@ impl Plan {
             if sample == SAMPLES / 4 {
                 squares[0] = mean_square(&gas.displacements());
             }
-            let state = gas.state();
-            self.sample(&state, gas.weight(), &mut bands, &mut densities)?;
+            self.sample(gas, &mut bands, &mut densities)?;
         }
         squares[1] = mean_square(&gas.displacements());
         let (after, duration) = (gas.tally(), gas.time() - origin);
@@ -159,39 +161,37 @@ impl Plan {
 
     fn sample(
         &self,
-        state: &State<Disks>,
-        weight: f64,
+        engine: &Engine<Disks, Followed>,
         bands: &mut [Vec<[f64; 2]>],
         densities: &mut [f64],
-    ) -> Result<(), Trouble> {
-        let count = state.bodies.len();
-        let unit = energy(state).temperature;
+    ) -> Done {
+        let gas = &particles_of(&engine.state());
+        let (count, unit) = (gas.all.len(), energy(gas).temperature);
         for ((_, modes), sums) in self.bands.iter().zip(bands) {
-            for (sum, amplitude) in sums.iter_mut().zip(amplitudes(state, modes)?) {
+            for (sum, amplitude) in sums.iter_mut().zip(amplitudes(gas, modes)?) {
                 let power = amplitude.power(count);
                 sum[0] += power.transverse / unit;
                 sum[1] += power.longitudinal / unit;
             }
         }
-        for (sum, amplitude) in densities.iter_mut().zip(amplitudes(state, &self.density)?) {
-            *sum += weight * amplitude.power(count).density;
+        for (sum, amplitude) in densities.iter_mut().zip(amplitudes(gas, &self.density)?) {
+            *sum += engine.weight() * amplitude.power(count).density;
         }
         Ok(())
     }
 
     /// Sets two shear waves going and follows them.
     fn shear(&self, gas: &mut Engine<Disks, Followed>) -> Result<(Vec<Vec<f64>>, f64), Trouble> {
-        let state = gas.state();
-        let lengths = state.domain.lengths().into();
-        let modes = Modes::new(lengths, vec![[self.wave_index, 0], [0, self.wave_index]])?;
-        gas.kick(&shear_waves(&modes, &columns(&state).0, WAVE)?);
+        let start = particles_of(&gas.state());
+        let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
+        gas.kick(&shear_waves(&modes, &columns(&start).0, WAVE)?);
         // What the kick did not make a stress of yet takes a few collisions to come.
         let origin = gas.time() + 3.0 * self.free;
         let mut series = vec![Vec::new(); 4];
         let mut speed = 0.0;
         for sample in 0..=STEPS {
             gas.advance(origin + f64::from(sample) * self.spacing, u64::MAX, &mut ());
-            let (found, temperature) = waves(&gas.state(), &modes)?;
+            let (found, temperature) = waves(&particles_of(&gas.state()), &modes)?;
             for (values, value) in series.iter_mut().zip(found.into_iter().flatten()) {
                 values.push(value);
             }
@@ -206,30 +206,22 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
     sum / displacements.len().max(1) as f64
 }
 
-/// Gases at a setting.
-struct Extent {
-    disks: usize,
-    /// How many there are at first, and at most.
-    gases: [u64; 2],
-}
-
-/// More simulators have less noise, and cost more.
-fn extent(effort: &Effort, setting: Setting) -> Extent {
-    let (disks, gases) = match (effort.quick, setting) {
+/// Disks at a setting, and how many gases there are at first, and at most: more simulators have less noise, and cost more.
+fn extent(effort: &Effort, setting: Setting) -> (usize, [u64; 2]) {
+    match (effort.quick, setting) {
         (true, Setting::Single) => (2_000, [4, 4]),
         (true, _) => (500, [4, 4]),
         (false, Setting::Single) => (20_000, [4, 64]),
         (false, Setting::Eight) => (2_000, [8, 128]),
         (false, Setting::Refined) => (500, [8, 64]),
-    };
-    Extent { disks, gases }
+    }
 }
 
 /// All settings of the schemes at all packings. Gases are added until every claim is decided, or there are the most.
 pub(super) fn run(log: &mut Findings) -> Done {
     for packing in PACKINGS {
         for setting in Setting::ALL {
-            let Extent { disks, gases } = extent(&log.effort, setting);
+            let (disks, gases) = extent(&log.effort, setting);
             let make = |seed| start(disks, packing, seed, 20.0);
             let mut starts = over_seeds(0..gases[0], make)?.0;
             for method in log.effort.methods.clone() {
@@ -242,7 +234,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
                     starts.extend(over_seeds(starts.len() as u64..count, make)?.0);
                     let more = over_seeds(found.len() as u64..count, |seed| {
                         let state = &starts[seed as usize];
-                        plan.measure(&mut monte_carlo(state, 1.0, parameters, seed)?)
+                        plan.measure(&mut cells(state, parameters, seed)?)
                     })?;
                     found.extend(more.0);
                     seconds += more.1;
@@ -276,72 +268,66 @@ fn table(
         seconds,
     );
     let place = place.of(method.default);
-    let claim = |quantity, tolerance| method.claims(setting, quantity).then_some(tolerance);
     let mean = |value: fn(&Found) -> f64| over_gases(found.iter().map(value));
+    let (packing, chi) = (plan.packing, plan.chi);
+    let times = [0.25, 1.0].map(|share| share * f64::from(SAMPLES) * BETWEEN * plan.free);
+    let squares: Vec<_> = found.iter().map(|gas| gas.squares).collect();
+    let diffusion = diffusion(&squares, times).ok_or_else(|| Trouble::failed("no diffusion"))?;
+    let series: Vec<_> = found.iter().map(|gas| gas.waves.clone()).collect();
+    let decay = decay_rate(&series, plan.spacing)?;
+    let theory = transport::kinematic_viscosity(packing, chi) * plan.wave * plan.wave;
     let rate = if setting == Setting::Single {
         0.01
     } else {
         0.005
     };
-    let z = kinetic::compressibility_factor(plan.packing, 1.0);
-    let mut rows = vec![
-        place.row(
-            "collision rate/Enskog",
-            1.0,
-            mean(|gas| gas.rate)?,
-            claim(Quantity::CollisionRate, rate),
-        ),
-        place.row(
-            "pressure/Z",
-            1.0,
-            over(mean(|gas| gas.pressure)?, z),
-            claim(Quantity::Pressure, 0.02),
-        ),
-    ];
-    let times = [0.25, 1.0].map(|share| share * f64::from(SAMPLES) * BETWEEN * plan.free);
-    let squares: Vec<_> = found.iter().map(|gas| gas.squares).collect();
-    let diffusion = diffusion(&squares, times).ok_or(Trouble::NoReplicas)?;
-    rows.push(place.row(
-        "self-diffusion/Enskog",
-        1.0,
-        over(diffusion, transport::self_diffusion(plan.packing, plan.chi)),
-        claim(Quantity::Diffusion, 0.05),
-    ));
-    let series: Vec<_> = found.iter().map(|gas| gas.waves.clone()).collect();
-    let theory = transport::kinematic_viscosity(plan.packing, plan.chi) * plan.wave * plan.wave;
-    let speed = mean(|gas| gas.speed)?.value;
-    rows.push(place.row(
-        format!("shear viscosity/Enskog, k d = {:.3}", plan.wave),
-        1.0,
-        over(decay_rate(&series, plan.spacing)?, theory * speed),
-        claim(Quantity::Viscosity, 0.05),
-    ));
-    for (index, (name, _)) in plan.bands.iter().enumerate() {
-        for (side, what, quantity) in [
-            (0, "transverse", Quantity::Transverse),
-            (1, "longitudinal", Quantity::Longitudinal),
-        ] {
+    let z = kinetic::compressibility_factor(packing, 1.0);
+    let mut rows = Vec::new();
+    let mut add = |what: String, found: Estimate, quantity, tolerance: f64| {
+        let claimed = method.claims(setting, quantity) && tolerance > 0.0;
+        rows.push(place.row(what, 1.0, found, claimed.then_some(tolerance)));
+    };
+    add(
+        "collision rate/Enskog".into(),
+        mean(|gas| gas.rate)?,
+        CollisionRate,
+        rate,
+    );
+    add(
+        "pressure/Z".into(),
+        over(mean(|gas| gas.pressure)?, z),
+        Pressure,
+        0.02,
+    );
+    let diffusion = over(diffusion, transport::self_diffusion(packing, chi));
+    add("self-diffusion/Enskog".into(), diffusion, Diffusion, 0.05);
+    let what = format!("shear viscosity/Enskog, k d = {:.3}", plan.wave);
+    let decay = over(decay, theory * mean(|gas| gas.speed)?.value);
+    add(what, decay, Viscosity, 0.05);
+    for (index, (name, modes)) in plan.bands.iter().enumerate() {
+        // Of few modes nothing is claimed.
+        let is_many = modes.indices().len() >= FEWEST;
+        let tolerance = if is_many { 0.02 } else { 0.0 };
+        let sides = [("transverse", Transverse), ("longitudinal", Longitudinal)];
+        for (side, (what, quantity)) in sides.into_iter().enumerate() {
             // Modes are as independent of each other as gases are.
-            let energies: Vec<_> = found
-                .iter()
-                .flat_map(|gas| gas.bands[index].iter().map(|mode| mode[side]))
-                .collect();
-            rows.push(place.row(
+            let modes = found.iter().flat_map(|gas| &gas.bands[index]);
+            let energy = over_gases(modes.map(|mode| mode[side]))?;
+            add(
                 format!("{what} energy/T, {name}"),
-                1.0,
-                over_gases(energies.iter().copied())?,
-                claim(quantity, 0.02).filter(|_| energies.len() >= FEWEST * found.len()),
-            ));
+                energy,
+                quantity,
+                tolerance,
+            );
         }
     }
-    rows.push(place.row(
-        "S(k to 0)/compressibility",
-        1.0,
-        over(
-            mean(|gas| gas.compressibility)?,
-            kinetic::structure_factor_at_zero(plan.packing),
-        ),
-        claim(Quantity::Compressibility, 0.1),
-    ));
+    let zero = kinetic::structure_factor_at_zero(packing);
+    let found = over(mean(|gas| gas.compressibility)?, zero);
+    add(
+        "S(k to 0)/compressibility".into(),
+        found,
+        Compressibility,
+        0.1,
+    );
     Ok(rows)
 }

@@ -7,11 +7,11 @@ use stosszahl_analysis::energy::Virial;
 use stosszahl_analysis::equilibrium::long_waves_fluctuate;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_ed::{Dissipation, Engine};
-use stosszahl_model::{State, Vector as _};
+use stosszahl_model::Budget;
 
-use super::gas::{columns, energy, start};
+use super::gas::{columns, exact, start};
 use super::over_seeds;
-use crate::gas::{Disks, disks as unit_disks, disordered};
+use crate::gas::{Disks, disks as unit_disks, disordered, particles_of, relaxed};
 use crate::table::{Place, mean};
 use crate::{Done, Findings, Trouble};
 
@@ -38,19 +38,17 @@ pub fn equation_of_state(
     blocks: usize,
     collisions: u64,
 ) -> Result<EquationOfState, Trouble> {
-    let mut state = start(disks, packing, 2, 20.0)?;
+    let mut now = start(disks, packing, 2, 20.0)?;
     let (mut factors, mut quotients) = (Vec::new(), Vec::new());
     for _ in 0..blocks {
-        let scene = unit_disks(1.0)?;
-        let mut engine = Engine::<Disks>::new(scene, Dissipation::Scene, state)?;
-        let mut virial = Virial::default();
-        engine.advance(f64::INFINITY, collisions, &mut virial)?;
-        let factor = virial.compressibility_factor::<Disks>(disks, 1.0, engine.time());
-        let rate = 2.0 * collisions as f64 / disks as f64 / engine.time();
+        let (mut gas, mut virial) = (exact(&now, 1.0)?, Virial::default());
+        gas.advance(f64::INFINITY, Budget::Collisions(collisions), &mut virial)?;
+        now = gas.particles();
+        let factor = virial.compressibility_factor::<Disks>(disks, 1.0, now.time);
+        let rate = 2.0 * collisions as f64 / disks as f64 / now.time;
         factors.push(factor);
         quotients.push(rate / (4.0 * (factor - 1.0) / PI.sqrt()));
-        state = engine.state();
-        state.time = 0.0;
+        now.time = 0.0;
     }
     Ok(EquationOfState {
         factor: mean(factors)?,
@@ -65,21 +63,20 @@ fn place(setting: &str, packing: f64, began: Instant) -> Place {
 
 /// The largest distance of disks from where they started, after so many collisions forward and the same time back.
 fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble> {
-    let scene = unit_disks(1.0)?;
-    let before = disordered(disks, packing, 3)?;
-    let mut engine = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, before.clone())?;
-    engine.advance(f64::INFINITY, collisions, &mut ())?;
-    let mut state: State<Disks> = engine.state();
-    for body in &mut state.bodies {
-        body.velocity = -body.velocity;
+    let start = disordered(disks, packing, 3)?;
+    let before = particles_of(&start);
+    let mut gas = exact(&before, 1.0)?;
+    gas.advance(f64::INFINITY, Budget::Collisions(collisions), &mut ())?;
+    let mut turned = gas.particles();
+    for particle in &mut turned.all {
+        particle.velocity = -particle.velocity;
     }
-    let mut back = Engine::<Disks>::new(scene, Dissipation::Scene, state)?;
-    back.advance(2.0 * engine.time(), u64::MAX, &mut ())?;
-    let after = back.state();
-    let pairs = before.bodies.iter().zip(&after.bodies);
-    Ok(pairs
-        .map(|(a, b)| before.domain.distance(a.position, b.position))
-        .fold(0.0, f64::max))
+    let mut back = exact(&turned, 1.0)?;
+    back.advance(2.0 * turned.time, Budget::Unlimited, &mut ())?;
+    let (before, after) = (columns(&before).0, columns(&back.particles()).0);
+    let pairs = before.into_iter().zip(after);
+    let off = pairs.map(|(a, b)| start.domain.distance(a, b));
+    Ok(off.fold(0.0, f64::max))
 }
 
 /// Conservation, reversal, equation of state against the literature, structure.
@@ -96,22 +93,20 @@ fn mechanics(log: &mut Findings) -> Done {
     } else {
         5_000_000
     };
-    let state = start(10_000, 0.25, 1, 10.0)?;
-    let scene = unit_disks(1.0)?;
-    let (first, momentum) = (energy(&state).temperature, state.momentum(&scene));
+    let (state, scene) = (
+        relaxed(disordered(10_000, 0.25, 1)?, 10.0)?,
+        unit_disks(1.0)?,
+    );
+    let (first, momentum) = (state.temperature(&scene), state.momentum(&scene));
     let mut engine = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, state)?;
     engine.advance(f64::INFINITY, collisions, &mut ())?;
     let state = engine.state();
-    let drift = (energy(&state).temperature / first - 1.0).abs();
+    let drift = (state.temperature(&scene) / first - 1.0).abs();
     // Over the momentum of all disks at the thermal speed.
-    let lost = (state.momentum(&scene) - momentum).square().sqrt() / 1e4;
+    let lost = (state.momentum(&scene) - momentum).norm() / 1e4;
     let here = place("10 000 disks", 0.25, began);
-    log.add(here.exact(
-        format!("drift of K over {collisions:.0e} collisions"),
-        0.0,
-        drift,
-        1e-11,
-    ));
+    let what = format!("drift of K over {collisions:.0e} collisions");
+    log.add(here.exact(what, 0.0, drift, 1e-11));
     log.add(here.exact("drift of the momentum a disk", 0.0, lost, 1e-11));
     log.add(here.exact("deepest overlap", 0.0, engine.worst_overlap(), 1e-11));
     let began = Instant::now();
@@ -146,9 +141,9 @@ fn structure(log: &mut Findings) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 32 } else { 200 };
     let (found, _) = over_seeds(0..seeds, |seed| {
-        let state = start(2000, 0.25, seed, 40.0)?;
-        let lengths = state.domain.lengths().into();
-        Ok(long_waves_fluctuate(&columns(&state).0, lengths, 1.0, 0.25).statistic)
+        let gas = start(2000, 0.25, seed, 40.0)?;
+        let lengths = [gas.lengths[0], gas.lengths[1]];
+        Ok(long_waves_fluctuate(&columns(&gas).0, lengths, 1.0, 0.25).statistic)
     })?;
     let here = place("2000 disks", 0.25, began);
     let what = "S(k d < 0.6) over the compressibility";

@@ -1,14 +1,15 @@
-//! Starts, and what all parts ask of a gas.
+//! Starts, gases behind the common interface, and what all parts ask of them.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use stosszahl_analysis::energy::EnergySample;
-use stosszahl_analysis::modes::{Amplitude, Modes};
-use stosszahl_dsmc::{Engine, Follow, Parameters};
+use stosszahl_analysis::modes::{Amplitude, Modes, shear_waves};
+use stosszahl_dsmc::{Boundaries, Engine, Followed, Gas, Parameters};
+use stosszahl_ed::Dissipation;
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Constant, Plane, State, initial};
+use stosszahl_model::{Budget, Grains, Observer, Particles, Simulation, State, initial};
 
-use crate::Trouble;
-use crate::gas::{Disks, UNIT, disks, disordered, particles, relaxed};
+use crate::gas::{Disks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
+use crate::{Done, Trouble};
 
 /// A disordered start of unit disks at T = 1, after some elastic collisions of each disk under exact dynamics, time
 /// zero.
@@ -17,64 +18,122 @@ pub(super) fn start(
     packing: f64,
     seed: u64,
     collisions: f64,
-) -> Result<State<Disks>, Trouble> {
-    relaxed(disordered(count, packing, seed)?, collisions)
+) -> Result<Particles, Trouble> {
+    let start = relaxed(disordered(count, packing, seed)?, collisions)?;
+    Ok(particles_of(&start))
+}
+
+fn grains(restitution: f64) -> Result<Grains, Trouble> {
+    Ok(Grains::equal(UNIT.radius, UNIT.mass, law(restitution)?))
+}
+
+/// Exact dynamics from a start.
+pub(super) fn exact(start: &Particles, restitution: f64) -> Result<Box<dyn Simulation>, Trouble> {
+    let (boundaries, grains) = (stosszahl_ed::Boundaries::periodic(), grains(restitution)?);
+    Ok(stosszahl_ed::simulate(
+        &grains,
+        Dissipation::Scene,
+        &boundaries,
+        start,
+    )?)
 }
 
 /// A Monte Carlo gas from a start, with velocities of its own for each simulator: Maxwellian, momentum zero and T = 1
 /// exactly. Otherwise those of several simulators of a disk would be turned copies, and as far from a Maxwellian as
 /// those of the few disks.
-pub(super) fn monte_carlo<F: Follow<Plane>>(
-    start: &State<Disks>,
+pub(super) fn monte_carlo(
+    start: &Particles,
     restitution: f64,
     parameters: Parameters,
     seed: u64,
-) -> Result<Engine<Disks, F>, Trouble> {
+) -> Result<Box<dyn Simulation>, Trouble> {
     let streams = Streams::new(seed, 1);
-    let mut engine = Engine::<Disks, F>::start(&disks(restitution)?, parameters, start, streams)?;
-    let before = engine.state();
-    let mut after = before.clone();
-    let mut stream = streams.at(Purpose::Velocities, [1, 0]);
-    initial::maxwellian(engine.scene(), &mut after, 1.0, &mut stream);
-    let changes: Vec<_> = after
-        .bodies
-        .iter()
-        .zip(&before.bodies)
-        .map(|(new, old)| new.velocity - old.velocity)
-        .collect();
-    engine.kick(&changes);
+    let gas = Gas {
+        grains: &grains(restitution)?,
+        parameters,
+        boundaries: &Boundaries::default(),
+        streams,
+        displacements: false,
+    };
+    let mut gas = stosszahl_dsmc::simulate(&gas, std::slice::from_ref(start))?;
+    let changes = to_maxwellian(&gas.particles(), streams)?;
+    let changes: Vec<_> = changes.iter().map(|change| change.push(0.0)).collect();
+    gas.kick(&changes)?;
+    Ok(gas)
+}
+
+/// The same elastic gas as the engine itself, whose tally knows over which distance a scheme carries momentum.
+pub(super) fn cells(
+    start: &Particles,
+    parameters: Parameters,
+    seed: u64,
+) -> Result<Engine<Disks, Followed>, Trouble> {
+    let (streams, domain) = (
+        Streams::new(seed, 1),
+        domain(start.lengths[0], start.lengths[1])?,
+    );
+    let (places, velocities) = columns(start);
+    let start = state(domain, places.into_iter().zip(velocities));
+    let mut engine = Engine::start(&disks(1.0)?, parameters, &start, streams)?;
+    engine.kick(&to_maxwellian(&particles_of(&engine.state()), streams)?);
     Ok(engine)
 }
 
-/// Positions and velocities of a state.
-pub(super) fn columns(state: &State<Disks>) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
-    state
-        .bodies
-        .iter()
-        .map(|body| (body.position, body.velocity))
-        .unzip()
+/// What must be added to velocities to make them Maxwellian.
+fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, Trouble> {
+    let (places, velocities) = columns(gas);
+    let places = places.into_iter().map(|at| (at, Vector2::zeros()));
+    let mut other: State<Disks> = state(domain(gas.lengths[0], gas.lengths[1])?, places);
+    let mut stream = streams.at(Purpose::Velocities, [1, 0]);
+    initial::maxwellian(&disks(1.0)?, &mut other, 1.0, &mut stream);
+    let bodies = other.bodies.iter().zip(velocities);
+    Ok(bodies.map(|(new, old)| new.velocity - old).collect())
 }
 
-/// Amplitudes of modes of a state.
-pub(super) fn amplitudes(state: &State<Disks>, modes: &Modes) -> Result<Vec<Amplitude>, Trouble> {
-    let (positions, velocities) = columns(state);
+/// Takes a gas to a time, leg by leg as a run does.
+pub(super) fn advance(gas: &mut dyn Simulation, until: f64, observer: &mut dyn Observer) -> Done {
+    while !gas.advance(until, Budget::Leg, observer)? {}
+    Ok(())
+}
+
+/// Sets shear waves going in all of the modes, of a velocity over the thermal one.
+pub(super) fn kick(gas: &mut dyn Simulation, modes: &Modes, velocity: f64) -> Done {
+    let changes = shear_waves(modes, &columns(&gas.particles()).0, velocity)?;
+    let changes: Vec<Vector3<f64>> = changes.iter().map(|change| change.push(0.0)).collect();
+    Ok(gas.kick(&changes)?)
+}
+
+/// Positions and velocities.
+pub(super) fn columns(gas: &Particles) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
+    let columns = |one: &stosszahl_model::Particle| (one.position.xy(), one.velocity.xy());
+    gas.all.iter().map(columns).unzip()
+}
+
+/// Modes of these indices in the box of a gas.
+pub(super) fn modes(gas: &Particles, indices: Vec<[i32; 2]>) -> Result<Modes, Trouble> {
+    Ok(Modes::new([gas.lengths[0], gas.lengths[1]], indices)?)
+}
+
+/// Amplitudes of modes.
+pub(super) fn amplitudes(gas: &Particles, modes: &Modes) -> Result<Vec<Amplitude>, Trouble> {
+    let (positions, velocities) = columns(gas);
     Ok(modes.measure(&positions, &velocities)?)
 }
 
-/// Temperature and a2 of a state of unit disks.
-pub(super) fn energy(state: &State<Disks>) -> EnergySample {
-    EnergySample::new(&particles(Constant::ELASTIC, UNIT), state, 0)
+/// Temperature and a2.
+pub(super) fn energy(gas: &Particles) -> EnergySample {
+    EnergySample::of(gas, 0)
 }
 
 /// Shear waves: their velocities `2/N Σ v_t cos(k · r)` and the same with the sine, and the temperature without them.
 ///
 /// A wave of amplitude a has the energy a²/4 a disk, and T is the energy of a disk.
-pub(super) fn waves(state: &State<Disks>, modes: &Modes) -> Result<(Vec<[f64; 2]>, f64), Trouble> {
-    let scale = 2.0 / state.bodies.len().max(1) as f64;
-    let waves: Vec<_> = amplitudes(state, modes)?
+pub(super) fn waves(gas: &Particles, modes: &Modes) -> Result<(Vec<[f64; 2]>, f64), Trouble> {
+    let scale = 2.0 / gas.all.len().max(1) as f64;
+    let waves: Vec<_> = amplitudes(gas, modes)?
         .iter()
         .map(|amplitude| amplitude.transverse.map(|part| scale * part))
         .collect();
     let flow: f64 = waves.iter().flatten().map(|a| a * a / 4.0).sum();
-    Ok((waves, energy(state).temperature - flow))
+    Ok((waves, energy(gas).temperature - flow))
 }

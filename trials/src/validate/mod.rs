@@ -22,22 +22,22 @@ pub mod subject;
 mod unstable;
 mod whole;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::ops::Range;
-use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use stosszahl_model::snapshot::write_whole;
 
-use crate::arguments::ValidateDsmc;
+use crate::arguments::{ValidateAll, ValidateDsmc};
 use crate::commands::say;
 use crate::table::{Row, Verdict, csv, markdown};
-use crate::trial::ENDLESS;
+use crate::trial::{ENDLESS, chosen};
 use crate::{Done, Effort, Trial, Trouble};
-use schemes::{METHODS, Method};
+use schemes::METHODS;
 
-pub use whole::{TRIALS, command};
+pub use whole::TRIALS;
 
 /// The parts of the validation of the schemes.
 pub mod parts {
@@ -73,102 +73,201 @@ fn over_seeds<T: Send>(
     Ok((found, seconds.iter().sum()))
 }
 
-fn chosen(wanted: &[String]) -> Result<Vec<Method>, Trouble> {
-    let named = |name: &String| {
-        let known = METHODS.iter().find(|method| method.name == name).copied();
-        known.ok_or_else(|| Trouble::Unknown {
-            option: "scheme",
-            found: name.clone(),
-            allowed: METHODS.iter().map(|method| method.name).collect(),
-        })
-    };
-    if wanted.is_empty() {
-        return Ok(METHODS.to_vec());
-    }
-    wanted.iter().map(named).collect()
+/// What came of the parts that were asked for.
+#[derive(Default)]
+struct Outcome {
+    rows: Vec<Row>,
+    /// Parts that were not run, or not to the end, with the reason.
+    missing: Vec<String>,
 }
 
-/// Runs the parts asked for on the schemes asked for, says each row, and writes the tables.
-///
-/// # Errors
-/// [`Trouble`] if a scheme is unknown, something cannot be done, or a claim of the default scheme does not hold.
-pub fn schemes_command(asked: &ValidateDsmc) -> Done {
+impl Outcome {
+    /// Runs parts one after the other, none after the budget is spent. What there is, is written before the work and after
+    /// each part, so that a later one that is stopped takes nothing away.
+    fn of(
+        parts: &[Trial],
+        effort: &Effort,
+        budget: Option<Duration>,
+        write: impl Fn(&Self) -> Done,
+    ) -> Result<Self, Trouble> {
+        let began = Instant::now();
+        let mut whole = Self::default();
+        write(&whole)?;
+        for part in parts {
+            let passed = began.elapsed();
+            let faults = if budget.is_some_and(|budget| passed > budget) {
+                vec![format!(
+                    "the time was up after {:.0} s",
+                    passed.as_secs_f64()
+                )]
+            } else {
+                let report = part.run(effort);
+                whole.rows.extend(report.rows);
+                report.faults
+            };
+            if !faults.is_empty() {
+                whole
+                    .missing
+                    .push(format!("{}: {}", part.name, faults.join("; ")));
+            }
+            write(&whole)?;
+        }
+        Ok(whole)
+    }
+
+    /// Claims of the default scheme that hold, that do not, and that are left open where that is allowed.
+    fn standing(&self, may_stay_open: impl Fn(&Row) -> bool) -> [usize; 3] {
+        let mut counts = [0; 3];
+        for row in self.rows.iter().filter(|row| row.place.default) {
+            match row.verdict {
+                Verdict::Pass => counts[0] += 1,
+                Verdict::Unresolved if may_stay_open(row) => counts[2] += 1,
+                Verdict::Fail | Verdict::Unresolved => counts[1] += 1,
+                Verdict::Measured => {}
+            }
+        }
+        counts
+    }
+
+    /// The last line of the whole, how many claims hold and the word, and whether all is well: only the part of the default
+    /// scheme may leave claims open.
+    fn verdict(&self) -> (String, bool) {
+        let [passed, failed, open] =
+            self.standing(|row| ["cooling", "elastic", "unstable"].contains(&row.place.part));
+        let missing = self.missing.len();
+        let word = match (failed, missing) {
+            _ if failed > 0 || passed == 0 => "FAIL",
+            (_, 0) => "pass",
+            _ => "incomplete",
+        };
+        let claims = passed + failed + open;
+        let text = format!(
+            "{claims} claims: {passed} hold, {failed} do not, {open} open; {missing} parts missing: {word}"
+        );
+        (text, word == "pass")
+    }
+
+    /// Work behind all rows \[s\]: those of one scheme, setting and packing share theirs.
+    fn work(&self) -> f64 {
+        let mut rows: Vec<_> = self.rows.iter().map(|row| &row.place).collect();
+        rows.retain(|place| !place.setting.ends_with("to 0"));
+        rows.dedup();
+        rows.iter().map(|place| place.seconds).sum()
+    }
+
+    /// The page of the whole.
+    fn page(&self, quick: bool) -> String {
+        let option = if quick { " --quick" } else { "" };
+        let mut text = format!(
+            "# What holds\n\nWritten by `stosszahl-trials validate{option}`, version {}. A claim passes if the value is \
+             within its tolerance and the standard error at most half of that; with a wider error it is unresolved, and what \
+             is not claimed is measured. Starts and streams have fixed seeds, so only times differ between two runs.\n\n",
+            env!("CARGO_PKG_VERSION")
+        );
+        text += &markdown(&self.rows);
+        // Writing to a string cannot fail.
+        for missing in &self.missing {
+            let _ = writeln!(text, "\nMissing: {missing}.");
+        }
+        let _ = writeln!(text, "\n{}", self.verdict().0);
+        text
+    }
+}
+
+/// Runs the parts of the whole that are asked for, says each row, writes the page, and says whether everything holds.
+pub(crate) fn command(asked: &ValidateAll) -> Done {
     let effort = Effort {
         quick: asked.quick,
-        methods: chosen(&asked.scheme)?,
         say: Some(say),
         ..Effort::default()
     };
-    if let Some(folder) = &asked.out {
-        // Before the work, not after it.
-        fs::create_dir_all(folder).map_err(|source| Trouble::Folder {
-            path: folder.clone(),
-            source,
-        })?;
+    let parts = chosen(TRIALS, |part| part.name, "part", &asked.part)?;
+    let whole = Outcome::of(&parts, &effort, asked.budget, |whole| match &asked.out {
+        None => Ok(()),
+        Some(path) => Ok(write_whole(path, whole.page(asked.quick).as_bytes())?),
+    })?;
+    let (verdict, holds) = whole.verdict();
+    say(&verdict);
+    if holds {
+        Ok(())
+    } else {
+        Err(Trouble::failed("not all that is claimed holds"))
     }
-    let mut rows: Vec<Row> = Vec::new();
-    for part in Trial::chosen(parts::TRIALS, "part", &asked.part)? {
-        let report = part.run(&effort);
-        if !report.passed() {
-            return Err(Trouble::Failed(report.faults.join("; ")));
-        }
-        rows.extend(report.rows);
-        if let Some(folder) = &asked.out {
-            // After each part, so that a later one that is stopped takes nothing away.
-            write(folder, &rows)?;
-        }
-    }
-    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+}
+
+/// Runs the parts asked for on the schemes asked for, says each row, and writes the tables.
+pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
+    let effort = Effort {
+        quick: asked.quick,
+        methods: chosen(METHODS, |method| method.name, "scheme", &asked.scheme)?,
+        say: Some(say),
+        ..Effort::default()
+    };
+    let parts = chosen(parts::TRIALS, |part| part.name, "part", &asked.part)?;
+    let all = Outcome::of(&parts, &effort, None, |all| {
+        let Some(folder) = &asked.out else {
+            return Ok(());
+        };
+        fs::create_dir_all(folder)
+            .map_err(|error| Trouble::failed(format!("{}: {error}", folder.display())))?;
+        write_whole(&folder.join("validation.csv"), &csv(&all.rows)?)?;
+        Ok(write_whole(
+            &folder.join("validation.md"),
+            markdown(&all.rows).as_bytes(),
+        )?)
+    })?;
+    let count = |verdict| all.rows.iter().filter(|row| row.verdict == verdict).count();
     say(&format!(
         "{} rows: {} pass, {} fail, {} unresolved, {} measured; {:.0} s of work",
-        rows.len(),
+        all.rows.len(),
         count(Verdict::Pass),
         count(Verdict::Fail),
         count(Verdict::Unresolved),
         count(Verdict::Measured),
-        work(&rows),
+        all.work(),
     ));
     // A quick run is not meant to resolve anything.
-    let [passed, failed, open] = standing(&rows, |_| asked.quick);
-    let claims = passed + failed + open;
-    match failed {
-        0 => Ok(()),
-        _ => Err(Trouble::Failed(format!(
+    let [passed, failed, open] = all.standing(|_| asked.quick);
+    if !all.missing.is_empty() {
+        return Err(Trouble::failed(all.missing.join("; ")));
+    }
+    match (failed, passed + failed + open) {
+        (0, _) => Ok(()),
+        (_, claims) => Err(Trouble::failed(format!(
             "{failed} of {claims} claims of the default scheme do not hold"
         ))),
     }
 }
 
-/// Claims of the default scheme that hold, that do not, and that are left open where that is allowed.
-fn standing(rows: &[Row], may_stay_open: impl Fn(&Row) -> bool) -> [usize; 3] {
-    let mut counts = [0; 3];
-    for row in rows.iter().filter(|row| row.default) {
-        match row.verdict {
-            Verdict::Pass => counts[0] += 1,
-            Verdict::Unresolved if may_stay_open(row) => counts[2] += 1,
-            Verdict::Fail | Verdict::Unresolved => counts[1] += 1,
-            Verdict::Measured => {}
-        }
-    }
-    counts
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::{Place, estimate};
 
-/// Work behind all rows \[s\]: those of one scheme, setting and packing share theirs.
-fn work(rows: &[Row]) -> f64 {
-    let mut total = 0.0;
-    let mut last = None;
-    for row in rows.iter().filter(|row| !row.setting.ends_with("to 0")) {
-        let here = (row.part, &row.scheme, &row.setting, row.packing.to_bits());
-        if last != Some(here) {
-            total += row.seconds;
-        }
-        last = Some(here);
+    #[test]
+    fn all_is_well_only_if_every_claim_of_every_part_holds() {
+        let word = |part, found: &[(f64, f64)], missing: bool| {
+            let row = |&(value, error): &(f64, f64)| {
+                let place = Place::new(part, "a", "b", 0.25, 1.0);
+                place.row("rate", 1.0, estimate(value, error), Some(0.01))
+            };
+            let whole = Outcome {
+                rows: found.iter().map(row).collect(),
+                missing: vec!["stress: the time was up".to_owned(); usize::from(missing)],
+            };
+            let (text, holds) = whole.verdict();
+            assert_eq!(holds, text.ends_with(": pass"), "{text}");
+            text.rsplit(' ')
+                .next()
+                .map(str::to_owned)
+                .unwrap_or_default()
+        };
+        let (good, wrong, wide) = ((1.0, 0.001), (1.1, 0.001), (1.0, 0.02));
+        assert_eq!(word("engines", &[good], false), "pass");
+        assert_eq!(word("engines", &[good, wrong], false), "FAIL");
+        assert_eq!(word("engines", &[good, wide], false), "FAIL");
+        assert_eq!(word("engines", &[good], true), "incomplete");
+        assert_eq!(word("engines", &[], false), "FAIL");
+        assert_eq!(word("cooling", &[good, wide], false), "pass");
     }
-    total
-}
-
-fn write(folder: &Path, rows: &[Row]) -> Done {
-    write_whole(&folder.join("validation.csv"), &csv(rows)?)?;
-    write_whole(&folder.join("validation.md"), markdown(rows).as_bytes())?;
-    Ok(())
 }

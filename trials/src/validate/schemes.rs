@@ -58,9 +58,6 @@ impl Setting {
     }
 }
 
-/// What is claimed at a setting.
-pub type Claims = &'static [(Setting, &'static [Quantity])];
-
 /// A scheme and what it is held to.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
@@ -72,8 +69,8 @@ pub struct Method {
     pub parameters: Parameters,
     /// Side of a cell over the diameter, and simulators for each disk, at the refined setting.
     pub refined: (f64, u32),
-    /// What it claims.
-    pub claims: Claims,
+    /// What it claims at each setting, in the order of [`Setting::ALL`].
+    pub claims: [&'static [Quantity]; 3],
 }
 
 impl Method {
@@ -93,153 +90,104 @@ impl Method {
 
     /// Whether it claims a quantity at a setting.
     pub fn claims(&self, setting: Setting, quantity: Quantity) -> bool {
-        self.claims
-            .iter()
-            .any(|(at, quantities)| *at == setting && quantities.contains(&quantity))
+        self.claims[setting as usize].contains(&quantity)
+    }
+
+    /// A scheme that claims nothing, in cells of two diameters or finer ones.
+    const fn new(name: &'static str, scheme: Scheme, steps_per_crossing: f64) -> Self {
+        Self {
+            name,
+            default: false,
+            parameters: Parameters {
+                scheme,
+                steps_per_crossing,
+                ..PLAIN
+            },
+            refined: (1.0, 16),
+            claims: [&[]; 3],
+        }
+    }
+
+    /// The same with partners a diameter apart, which gives it a pressure.
+    const fn displaced(mut self) -> Self {
+        self.parameters.displacement = Displacement::Diameter;
+        self
+    }
+
+    /// The same with half a diameter for a cell and 64 simulators for each disk at the refined setting.
+    const fn finer(mut self) -> Self {
+        self.refined = (0.5, 64);
+        self
+    }
+
+    /// The same with claims.
+    const fn claiming(mut self, claims: [&'static [Quantity]; 3]) -> Self {
+        self.claims = claims;
+        self
     }
 }
-
-/// Enskog's rate with the mean density.
-const MEAN: Parameters = Parameters {
-    scheme: Scheme::Enskog(Neighbourhood::Mean),
-    ..PLAIN
-};
 
 use Quantity::{
     CollisionRate, Cooling, Cumulant, Diffusion, Limit, Longitudinal, Pressure, Transverse,
     Viscosity,
 };
 
+/// Enskog's rate with the mean density.
+const MEAN: Scheme = Scheme::Enskog(Neighbourhood::Mean);
+const CELLS: &[Quantity] = &[CollisionRate, Transverse, Longitudinal];
+const NOISE: &[Quantity] = &[Transverse, Longitudinal];
+const DENSE: &[Quantity] = &[CollisionRate, Pressure, Transverse, Longitudinal];
+const ALL: &[Quantity] = &[
+    CollisionRate,
+    Pressure,
+    Diffusion,
+    Viscosity,
+    Transverse,
+    Longitudinal,
+    Cooling,
+    Cumulant,
+    Limit,
+];
+
+/// The default scheme.
+pub const CONTACT_POINT: Method = {
+    let scheme = Scheme::ContactPoint { radius: None };
+    let mut method = Method::new("contact-point", scheme, 8.0).finer();
+    method.default = true;
+    method.parameters.largest_contact_value = 100.0;
+    method.claiming([DENSE, DENSE, ALL])
+};
+
 /// The schemes.
 pub const METHODS: &[Method] = &[
     // chi = 1: the Boltzmann equation of a dilute gas, measured against Enskog's to show what density does.
-    Method {
-        name: "boltzmann",
-        default: false,
-        parameters: Parameters {
-            scheme: Scheme::Boltzmann,
-            ..MEAN
-        },
-        refined: (1.0, 16),
-        claims: &[],
-    },
-    // The paper's.
-    Method {
-        name: "free-volume",
-        default: false,
-        parameters: Parameters {
-            scheme: Scheme::FreeVolume,
-            displacement: Displacement::Diameter,
-            ..MEAN
-        },
-        refined: (1.0, 16),
-        claims: &[],
-    },
+    Method::new("boltzmann", Scheme::Boltzmann, 4.0),
+    // That of Luding, Müller & McNamara (1998).
+    Method::new("free-volume", Scheme::FreeVolume, 4.0).displaced(),
     // Enskog's rate in cells, without and with the displacement that gives it a pressure.
-    Method {
-        name: "enskog",
-        default: false,
-        parameters: MEAN,
-        refined: (1.0, 16),
-        claims: &[
-            (Setting::Single, &[CollisionRate, Transverse, Longitudinal]),
-            (Setting::Eight, &[CollisionRate, Transverse, Longitudinal]),
-        ],
-    },
-    Method {
-        name: "enskog-displaced",
-        default: false,
-        parameters: Parameters {
-            displacement: Displacement::Diameter,
-            ..MEAN
-        },
-        refined: (1.0, 16),
-        claims: &[],
-    },
-    Method {
-        name: "esmc",
-        default: false,
-        parameters: Parameters {
-            scheme: Scheme::Esmc(Neighbourhood::Cells(2)),
-            steps_per_crossing: 8.0,
-            ..MEAN
-        },
-        refined: (0.5, 64),
-        claims: &[],
-    },
+    Method::new("enskog", MEAN, 4.0).claiming([CELLS, CELLS, &[]]),
+    Method::new("enskog-displaced", MEAN, 4.0).displaced(),
+    Method::new("esmc", Scheme::Esmc(Neighbourhood::Cells(2)), 8.0).finer(),
     // A fluid of penetrable disks, soft and stiff. Its cells are always one diameter wide.
-    Method {
-        name: "stochastic-disks",
-        default: false,
-        parameters: Parameters {
-            scheme: Scheme::StochasticDisks { stiffness: 1.0 },
-            steps_per_crossing: 20.0,
-            ..MEAN
-        },
-        refined: (1.0, 16),
-        claims: &[(Setting::Single, &[Transverse, Longitudinal])],
-    },
-    Method {
-        name: "stochastic-disks-stiff",
-        default: false,
-        parameters: Parameters {
-            scheme: Scheme::StochasticDisks { stiffness: 4.0 },
-            steps_per_crossing: 40.0,
-            ..MEAN
-        },
-        refined: (1.0, 16),
-        claims: &[(Setting::Single, &[Transverse, Longitudinal])],
-    },
-    Method {
-        name: "contact-point",
-        default: true,
-        parameters: Parameters {
-            scheme: Scheme::ContactPoint { radius: None },
-            steps_per_crossing: 8.0,
-            largest_contact_value: 100.0,
-            ..MEAN
-        },
-        refined: (0.5, 64),
-        claims: &[
-            (
-                Setting::Single,
-                &[CollisionRate, Pressure, Transverse, Longitudinal],
-            ),
-            (
-                Setting::Eight,
-                &[CollisionRate, Pressure, Transverse, Longitudinal],
-            ),
-            (
-                Setting::Refined,
-                &[
-                    CollisionRate,
-                    Pressure,
-                    Diffusion,
-                    Viscosity,
-                    Transverse,
-                    Longitudinal,
-                    Cooling,
-                    Cumulant,
-                    Limit,
-                ],
-            ),
-        ],
-    },
+    Method::new("stochastic-disks", stochastic(1.0), 20.0).claiming([NOISE, &[], &[]]),
+    Method::new("stochastic-disks-stiff", stochastic(4.0), 40.0).claiming([NOISE, &[], &[]]),
+    CONTACT_POINT,
 ];
+
+const fn stochastic(stiffness: f64) -> Scheme {
+    Scheme::StochasticDisks { stiffness }
+}
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
     fn names_are_unique_and_one_scheme_is_the_default() {
-        for (index, method) in METHODS.iter().enumerate() {
-            assert!(
-                METHODS[..index]
-                    .iter()
-                    .all(|other| other.name != method.name)
-            );
-        }
+        let names: BTreeSet<_> = METHODS.iter().map(|method| method.name).collect();
+        assert_eq!(names.len(), METHODS.len());
         assert_eq!(METHODS.iter().filter(|method| method.default).count(), 1);
     }
 }

@@ -86,7 +86,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
     let began = Instant::now();
     let (runs, _) = over_seeds(0..3, |seed| {
         BenchMixture {
-            selection: Pick::Own,
+            selection: Pick::AliasTables,
             monomers: 1_000_000,
             counts: Counts::Nearest,
             restitution: 0.5,

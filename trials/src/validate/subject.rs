@@ -6,14 +6,14 @@
 use std::time::Instant;
 
 use stosszahl_analysis::relaxation::unbiased_cumulant;
+use stosszahl_analysis::statistics::Estimate;
 use stosszahl_analysis::windows::{Window, Windows};
-use stosszahl_dsmc::{Parameters, Scheme, Unfollowed};
-use stosszahl_ed as ed;
-use stosszahl_model::{Plane, State, kinetic, transport};
+use stosszahl_dsmc::Parameters;
+use stosszahl_model::{Particles, Plane, Simulation, kinetic, transport};
 
-use super::gas::{energy, monte_carlo, start};
+use super::gas::{advance, energy, exact, monte_carlo, start};
+use super::schemes::CONTACT_POINT;
 use super::{cooling, over_seeds};
-use crate::gas::{Disks, PLAIN, disks};
 use crate::table::{Place, mean};
 use crate::{Done, Findings, Trouble};
 
@@ -60,23 +60,17 @@ pub trait Subject: Sync {
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble>;
 }
 
-/// Observes a gas that `advance` takes to each time.
-fn observed(
-    gas: &Gas,
-    mut advance: impl FnMut(f64, &mut Windows) -> Result<State<Disks>, Trouble>,
-) -> Result<Course, Trouble> {
+/// Observes a gas.
+fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, Trouble> {
     let end = gas.times.last().copied().unwrap_or(0.0);
     let mut windows = Windows::new(&[[0.0, end]], BINS, gas.disks, 0.0, 1.0);
     let (mut temperatures, mut cumulants) = (Vec::new(), Vec::new());
     for &time in &gas.times {
-        let state = advance(time, &mut windows)?;
-        let sample = energy(&state);
+        advance(&mut *engine, time, &mut windows)?;
+        let sample = energy(&engine.particles());
         windows.synchronise(time, sample.temperature);
         temperatures.push(sample.temperature);
-        cumulants.push(unbiased_cumulant(
-            sample.fourth_cumulant,
-            state.bodies.len(),
-        ));
+        cumulants.push(unbiased_cumulant(sample.fourth_cumulant, engine.count()));
     }
     let window = windows.windows.swap_remove(0);
     Ok(Course {
@@ -84,6 +78,12 @@ fn observed(
         cumulants,
         window,
     })
+}
+
+impl Gas {
+    fn start(&self, seed: u64) -> Result<Particles, Trouble> {
+        start(self.disks, self.packing, seed, self.equilibrate)
+    }
 }
 
 /// Exact event-driven dynamics.
@@ -96,17 +96,7 @@ impl Subject for Exact {
     }
 
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
-        let mut checkpoint: ed::Checkpoint<Disks> =
-            start(gas.disks, gas.packing, seed, gas.equilibrate)?.into();
-        // The start may be a little off T = 1 for rounding only; energies are told over it all the same.
-        let law = disks(gas.restitution)?;
-        observed(gas, |time, windows| {
-            let mut engine =
-                ed::Engine::<Disks>::new(law.clone(), ed::Dissipation::Scene, checkpoint.clone())?;
-            engine.advance(time, u64::MAX, windows)?;
-            checkpoint = engine.checkpoint();
-            Ok(checkpoint.state.clone())
-        })
+        observed(gas, exact(&gas.start(seed)?, gas.restitution)?)
     }
 }
 
@@ -120,36 +110,30 @@ impl Subject for Simulated {
     }
 
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
-        let state = start(gas.disks, gas.packing, seed, gas.equilibrate)?;
-        let mut engine = monte_carlo::<Unfollowed>(&state, gas.restitution, self.0, seed)?;
-        observed(gas, |time, windows| {
-            engine.advance(time, u64::MAX, windows);
-            Ok(engine.state())
-        })
+        let start = gas.start(seed)?;
+        observed(gas, monte_carlo(&start, gas.restitution, self.0, seed)?)
     }
 }
 
-/// The default Monte Carlo scheme.
+/// The default Monte Carlo scheme with as many simulators for each disk as it says are enough.
 #[derive(Clone, Copy, Debug)]
-pub struct ContactPoint {
-    /// Simulators for each disk; none for as many as the scheme says are enough.
-    pub copies: Option<u32>,
-}
+pub struct ContactPoint;
 
 impl Subject for ContactPoint {
     fn name(&self) -> String {
-        "contact-point".into()
+        CONTACT_POINT.name.into()
     }
 
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
-        let scheme = Scheme::ContactPoint { radius: None };
-        let enough = Parameters::enough_for_chaos::<Plane>(scheme, gas.packing, 1.0, gas.disks);
+        let Parameters { scheme, .. } = CONTACT_POINT.parameters;
         let parameters = Parameters {
-            scheme,
-            simulators_per_disk: self.copies.unwrap_or(enough),
-            steps_per_crossing: 8.0,
-            largest_contact_value: 100.0,
-            ..PLAIN
+            simulators_per_disk: Parameters::enough_for_chaos::<Plane>(
+                scheme,
+                gas.packing,
+                1.0,
+                gas.disks,
+            ),
+            ..CONTACT_POINT.parameters
         };
         Simulated(parameters).follow(gas, seed)
     }
@@ -176,34 +160,41 @@ const ELASTIC_TIME: f64 = 20.0;
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// The mean over courses; a course that has no answer counts for nothing.
-fn over(
-    courses: &[Course],
-    of: impl Fn(&Course) -> Option<f64>,
-) -> Result<stosszahl_analysis::statistics::Estimate, Trouble> {
+fn over(courses: &[Course], of: impl Fn(&Course) -> Option<f64>) -> Result<Estimate, Trouble> {
     mean(courses.iter().filter_map(of))
+}
+
+/// What a subject does with gases, and where its rows stand.
+fn courses(
+    subject: &dyn Subject,
+    setting: &str,
+    (disks, seeds): (usize, u64),
+    (packing, restitution): (f64, f64),
+    times: Vec<f64>,
+) -> Result<(Vec<Course>, Place), Trouble> {
+    let began = Instant::now();
+    let gas = Gas {
+        disks,
+        packing,
+        restitution,
+        equilibrate: EQUILIBRATE,
+        times,
+    };
+    let (courses, _) = over_seeds(0..seeds, |seed| subject.follow(&gas, seed))?;
+    let seconds = began.elapsed().as_secs_f64();
+    Ok((
+        courses,
+        Place::new("engines", subject.name(), setting, packing, seconds),
+    ))
 }
 
 /// Elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs with `<g²>` = 6 T/m and uniform impact
 /// parameters as molecular chaos has them, an unchanged energy, a Maxwellian.
 fn elastic(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
-    let began = Instant::now();
-    let (disks, seeds) = work.elastic;
     let enskog = kinetic::collision_rate(DENSE, kinetic::contact_value(DENSE), 0.0);
-    let gas = Gas {
-        disks,
-        packing: DENSE,
-        restitution: 1.0,
-        equilibrate: EQUILIBRATE,
-        times: vec![ELASTIC_TIME / enskog],
-    };
-    let (courses, _) = over_seeds(0..seeds, |seed| subject.follow(&gas, seed))?;
-    let here = Place::new(
-        "engines",
-        subject.name(),
-        "elastic",
-        DENSE,
-        began.elapsed().as_secs_f64(),
-    );
+    let times = vec![ELASTIC_TIME / enskog];
+    let (courses, here) = courses(subject, "elastic", work.elastic, (DENSE, 1.0), times)?;
+    let disks = work.elastic.0;
     let chaos = |course: &Course| course.window.dissipation(enskog, disks);
     // Pairs of N disks of momentum zero are fewer than N²/2 by 1/N and faster by half of that.
     let few = 1.0 / disks as f64;
@@ -214,36 +205,26 @@ fn elastic(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
     let slope = over(&courses, |course| course.window.slope())?;
     let energy = over(&courses, |course| course.temperatures.first().copied())?;
     let cumulant = over(&courses, |course| course.cumulants.first().copied())?;
-    log.add(here.row("collision rate/Enskog", 1.0, rate, Some(0.01)));
-    log.add(here.row("<g²> of colliding pairs/(6 T/m)", 1.0, square, Some(0.01)));
-    log.add(here.row("slope of P(b/d)", 0.0, slope, Some(0.02)));
-    // 1e-9: a hundred thousand collisions, each of a few roundings.
-    log.add(here.row("K/K(0)", 1.0, energy, Some(1e-9)));
-    log.add(here.row("a2", 0.0, cumulant, Some(0.03)));
+    for (what, expected, found, tolerance) in [
+        ("collision rate/Enskog", 1.0, rate, 0.01),
+        ("<g²> of colliding pairs/(6 T/m)", 1.0, square, 0.01),
+        ("slope of P(b/d)", 0.0, slope, 0.02),
+        // A hundred thousand collisions, each of a few roundings.
+        ("K/K(0)", 1.0, energy, 1e-9),
+        ("a2", 0.0, cumulant, 0.03),
+    ] {
+        log.add(here.row(what, expected, found, Some(tolerance)));
+    }
     Ok(())
 }
 
 /// Homogeneous cooling of dilute disks with r = 0.8: K by Haff's law with the relaxation of a2 within 1 %, a2 of the Boltzmann
 /// equation.
 fn cooling(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
-    let began = Instant::now();
-    let (disks, seeds) = work.cooling;
     let haff = kinetic::haff_time(DILUTE, RESTITUTION, kinetic::contact_value(DILUTE));
-    let gas = Gas {
-        disks,
-        packing: DILUTE,
-        restitution: RESTITUTION,
-        equilibrate: EQUILIBRATE,
-        times: COOLING_TIMES.map(|time| time * haff).to_vec(),
-    };
-    let (courses, _) = over_seeds(0..seeds, |seed| subject.follow(&gas, seed))?;
-    let here = Place::new(
-        "engines",
-        subject.name(),
-        "cooling",
-        DILUTE,
-        began.elapsed().as_secs_f64(),
-    );
+    let times = COOLING_TIMES.map(|time| time * haff).to_vec();
+    let gas = (DILUTE, RESTITUTION);
+    let (courses, here) = courses(subject, "cooling", work.cooling, gas, times)?;
     for (index, time) in COOLING_TIMES.into_iter().enumerate() {
         let law = transport::relaxing_haff_law(RESTITUTION, time);
         let ratio = over(&courses, |course| {

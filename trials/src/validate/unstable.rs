@@ -5,18 +5,15 @@
 //! exponent, `1 - (k/k_c)²`. The thermal speed is that of Haff's law: the measured one contains the growing modes. The other modes have only the noise of the start: their energies are compared with those of
 //! fluctuating hydrodynamics.
 
-use stosszahl_analysis::modes::{Modes, shear_waves};
+use stosszahl_analysis::modes::Amplitude;
 use stosszahl_analysis::relaxation::decay_rate;
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_dsmc::{Parameters, Unfollowed};
-use stosszahl_ed as ed;
-use stosszahl_model::{State, kinetic, transport};
+use stosszahl_model::{Simulation, kinetic, transport};
 
 use super::cooling::{PACKING, RESTITUTION, haff_time};
-use super::gas::{amplitudes, columns, monte_carlo, start, waves};
+use super::gas::{advance, amplitudes, exact, kick, modes, monte_carlo, start, waves};
 use super::over_seeds;
 use super::schemes::{Quantity, Setting};
-use crate::gas::{Disks, disks};
 use crate::table::{Place, against, mean};
 use crate::{Done, Findings, Trouble};
 
@@ -40,65 +37,31 @@ fn axes(numbers: &[i32]) -> Vec<[i32; 2]> {
     numbers.iter().flat_map(|&n| [[n, 0], [0, n]]).collect()
 }
 
-/// Follows a gas that `advance` takes to a time.
-fn follow(
-    lengths: [f64; 2],
-    mut advance: impl FnMut(f64) -> Result<State<Disks>, Trouble>,
-) -> Result<Found, Trouble> {
-    let modes = Modes::new(lengths, axes(&KICKED))?;
-    let left = Modes::new(lengths, axes(&LEFT))?;
+/// Sets waves going in a gas and follows it.
+fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, Trouble> {
+    let start = gas.particles();
+    let (kicked, left) = (modes(&start, axes(&KICKED))?, modes(&start, axes(&LEFT))?);
+    kick(&mut *gas, &kicked, WAVE)?;
     let mut series = vec![vec![Vec::new(); 4]; KICKED.len()];
     let mut energies = Vec::new();
     for sample in 0..SAMPLES {
         let logarithm = FIRST + f64::from(sample) * SPACING;
-        let state = advance(logarithm.exp_m1() * haff_time())?;
+        advance(&mut *gas, logarithm.exp_m1() * haff_time(), &mut ())?;
+        let state = gas.particles();
         let temperature = transport::relaxing_haff_law(RESTITUTION, logarithm.exp_m1());
-        let found = waves(&state, &modes)?.0;
+        let found = waves(&state, &kicked)?.0;
         for (parts, series) in found.chunks(2).zip(&mut series) {
             for (values, value) in series.iter_mut().zip(parts.iter().flatten()) {
                 values.push(value / temperature.sqrt());
             }
         }
         let found = amplitudes(&state, &left)?;
-        let count = state.bodies.len();
-        energies = found
-            .chunks(2)
-            .map(|pair| {
-                let sum: f64 = pair.iter().map(|a| a.power(count).transverse).sum();
-                sum / 2.0 / temperature
-            })
-            .collect();
+        let transverse = |a: &Amplitude| a.power(state.all.len()).transverse;
+        let energy =
+            |pair: &[Amplitude]| pair.iter().map(transverse).sum::<f64>() / 2.0 / temperature;
+        energies = found.chunks(2).map(energy).collect();
     }
     Ok(Found { series, energies })
-}
-
-fn exact(start: &State<Disks>) -> Result<Found, Trouble> {
-    let lengths = start.domain.lengths().into();
-    let modes = Modes::new(lengths, axes(&KICKED))?;
-    let mut state = start.clone();
-    let changes = shear_waves(&modes, &columns(&state).0, WAVE)?;
-    for (body, change) in state.bodies.iter_mut().zip(changes) {
-        body.velocity += change;
-    }
-    let mut gas: ed::Checkpoint<Disks> = state.into();
-    follow(lengths, |until| {
-        let mut engine =
-            ed::Engine::<Disks>::new(disks(RESTITUTION)?, ed::Dissipation::Scene, gas.clone())?;
-        engine.advance(until, u64::MAX, &mut ())?;
-        gas = engine.checkpoint();
-        Ok(gas.state.clone())
-    })
-}
-
-fn simulated(start: &State<Disks>, parameters: Parameters, seed: u64) -> Result<Found, Trouble> {
-    let lengths = start.domain.lengths().into();
-    let modes = Modes::new(lengths, axes(&KICKED))?;
-    let mut engine = monte_carlo::<Unfollowed>(start, RESTITUTION, parameters, seed)?;
-    engine.kick(&shear_waves(&modes, &columns(&engine.state()).0, WAVE)?);
-    follow(lengths, |until| {
-        engine.advance(until, u64::MAX, &mut ());
-        Ok(engine.state())
-    })
 }
 
 /// Exponents of the kicked modes, and energies of the others.
@@ -171,33 +134,24 @@ impl Growth {
 pub(super) fn run(log: &mut Findings) -> Done {
     let replicas = if log.effort.quick { 4 } else { 32 };
     let (starts, _) = over_seeds(0..replicas, |seed| start(10_000, PACKING, seed, 20.0))?;
-    let lengths: [f64; 2] = starts[0].domain.lengths().into();
-    let first = std::f64::consts::TAU / lengths[0];
-    let reference = Growth::new(over_seeds(0..replicas, |seed| {
-        exact(&starts[seed as usize])
-    })?)?;
-    let here = Place::new(
-        "unstable",
-        "event-driven",
-        "exact",
-        PACKING,
-        reference.seconds,
-    );
-    reference.rows(log, &here.of(false), first, None, None);
+    let first = std::f64::consts::TAU / starts[0].lengths[0];
+    let of = |seeds, gas: &(dyn Fn(u64) -> Result<Box<dyn Simulation>, Trouble> + Sync)| {
+        Growth::new(over_seeds(0..seeds, |seed| follow(gas(seed)?))?)
+    };
+    let reference = of(replicas, &|seed| exact(&starts[seed as usize], RESTITUTION))?;
+    let place = |name, setting, growth: &Growth| {
+        Place::new("unstable", name, setting, PACKING, growth.seconds)
+    };
+    let here = place("event-driven", "exact", &reference).of(false);
+    reference.rows(log, &here, first, None, None);
     for method in log.effort.methods.clone() {
         for setting in [Setting::Single, Setting::Eight] {
             let fewer = if setting == Setting::Single { 1 } else { 4 };
-            let growth = Growth::new(over_seeds(0..(replicas / fewer).max(4), |seed| {
-                simulated(&starts[seed as usize], method.at(setting), seed)
-            })?)?;
-            let here = Place::new(
-                "unstable",
-                method.name,
-                setting.name(),
-                PACKING,
-                growth.seconds,
-            );
-            let here = here.of(method.default);
+            let growth = of((replicas / fewer).max(4), &|seed| {
+                let start = &starts[seed as usize];
+                monte_carlo(start, RESTITUTION, method.at(setting), seed)
+            })?;
+            let here = place(method.name, setting.name(), &growth).of(method.default);
             let claim = method.claims(setting, Quantity::Growth).then_some(0.1);
             growth.rows(log, &here, first, Some(&reference), claim);
         }

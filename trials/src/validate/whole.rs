@@ -1,20 +1,15 @@
 //! Everything that is claimed about accuracy.
 
-use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
-use stosszahl_model::snapshot::write_whole;
 use stosszahl_model::{kinetic, transport};
 
 use super::schemes::METHODS;
 use super::subject::{ContactPoint, Exact, Work, claims};
-use super::{cooling, elastic, exact, spheres, standing, unstable};
-use crate::arguments::ValidateAll;
-use crate::commands::say;
-use crate::table::{Place, Row, markdown};
+use super::{cooling, elastic, exact, spheres, unstable};
+use crate::table::Place;
 use crate::trial::ENDLESS;
-use crate::{Done, Effort, Findings, Trial, Trouble, stress};
+use crate::{Done, Effort, Findings, stress};
 
 trials! {
     "literature" => literature,
@@ -86,7 +81,7 @@ fn engines(log: &mut Findings) -> Done {
         cooling: (400, 32 * more),
     };
     claims(&Exact, exact, log)?;
-    claims(&ContactPoint { copies: None }, simulated, log)
+    claims(&ContactPoint, simulated, log)
 }
 
 fn monte_carlo(log: &mut Findings) -> Done {
@@ -114,154 +109,4 @@ fn suites(log: &mut Findings) -> Done {
         }
     }
     Ok(())
-}
-
-/// What came of the parts that were asked for.
-#[derive(Default)]
-struct Whole {
-    rows: Vec<Row>,
-    /// Parts that were not run, or not to the end, with the reason.
-    missing: Vec<String>,
-}
-
-impl Whole {
-    /// Claims that hold, that do not, and that are open: only the part of the default scheme may leave some.
-    fn standing(&self) -> [usize; 3] {
-        standing(&self.rows, |row| {
-            ["cooling", "elastic", "unstable"].contains(&row.part)
-        })
-    }
-
-    /// Whether all is well.
-    fn holds(&self) -> bool {
-        let [passed, failed, _] = self.standing();
-        failed == 0 && self.missing.is_empty() && passed > 0
-    }
-
-    /// The last line: how many claims hold, and the word.
-    fn verdict(&self) -> String {
-        let [passed, failed, open] = self.standing();
-        let word = if self.holds() {
-            "pass"
-        } else if failed == 0 && passed > 0 {
-            "incomplete"
-        } else {
-            "FAIL"
-        };
-        let (claims, missing) = (passed + failed + open, self.missing.len());
-        format!(
-            "{claims} claims: {passed} hold, {failed} do not, {open} open; {missing} parts missing: {word}"
-        )
-    }
-
-    fn write(&self, path: Option<&Path>, quick: bool) -> Done {
-        let Some(path) = path else {
-            return Ok(());
-        };
-        let option = if quick { " --quick" } else { "" };
-        let mut text = format!(
-            "# What holds\n\nWritten by `stosszahl-trials validate{option}`, version {}. A claim passes if the value is \
-             within its tolerance and the standard error at most half of that; with a wider error it is unresolved, and what \
-             is not claimed is measured. Starts and streams have fixed seeds, so only times differ between two runs.\n\n",
-            env!("CARGO_PKG_VERSION")
-        );
-        text += &markdown(&self.rows);
-        // Writing to a string cannot fail.
-        for missing in &self.missing {
-            let _ = writeln!(text, "\nMissing: {missing}.");
-        }
-        let _ = writeln!(text, "\n{}", self.verdict());
-        Ok(write_whole(path, text.as_bytes())?)
-    }
-}
-
-/// Runs the parts asked for, tells each row, writes the page, and says whether everything holds.
-///
-/// # Errors
-/// [`Trouble`] if an option has no meaning, the page cannot be written, or a claim does not hold. A part that cannot be
-/// measured is a claim that does not hold.
-pub fn command(asked: &ValidateAll) -> Done {
-    let budget = match &asked.budget {
-        None => f64::INFINITY,
-        Some(found) => humantime::parse_duration(found)
-            .map_err(|source| Trouble::Budget {
-                found: found.clone(),
-                source,
-            })?
-            .as_secs_f64(),
-    };
-    let effort = Effort {
-        quick: asked.quick,
-        say: Some(say),
-        ..Effort::default()
-    };
-    let began = Instant::now();
-    let mut whole = Whole::default();
-    // Before the work, not after it.
-    whole.write(asked.out.as_deref(), asked.quick)?;
-    for part in Trial::chosen(TRIALS, "part", &asked.part)? {
-        let passed = began.elapsed().as_secs_f64();
-        if passed > budget {
-            let reason = format!("{}: the time was up after {passed:.0} s", part.name);
-            whole.missing.push(reason);
-        } else {
-            let report = part.run(&effort);
-            whole.rows.extend(report.rows);
-            if !report.faults.is_empty() {
-                whole
-                    .missing
-                    .push(format!("{}: {}", part.name, report.faults.join("; ")));
-            }
-        }
-        whole.write(asked.out.as_deref(), asked.quick)?;
-    }
-    say(&whole.verdict());
-    if whole.holds() {
-        return Ok(());
-    }
-    let ([passed, failed, open], missing) = (whole.standing(), whole.missing.len());
-    let claims = passed + failed + open;
-    Err(Trouble::Failed(format!(
-        "{failed} of {claims} claims do not hold, {missing} parts are missing"
-    )))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::table::estimate;
-
-    fn row(part: &'static str, found: f64, error: f64) -> Row {
-        let place = Place::new(part, "a", "b", 0.25, 1.0);
-        place.row("rate", 1.0, estimate(found, error), Some(0.01))
-    }
-
-    #[test]
-    fn all_is_well_only_if_every_claim_of_every_part_holds() {
-        let word = |part, rows: &[(f64, f64)], missing: bool| {
-            let whole = Whole {
-                rows: rows
-                    .iter()
-                    .map(|&(found, error)| row(part, found, error))
-                    .collect(),
-                missing: missing
-                    .then(|| "stress: the time was up".to_owned())
-                    .into_iter()
-                    .collect(),
-            };
-            let text = whole.verdict();
-            assert_eq!(whole.holds(), text.ends_with(": pass"), "{text}");
-            text.rsplit(' ')
-                .next()
-                .map(str::to_owned)
-                .unwrap_or_default()
-        };
-        let (good, wrong, wide) = ((1.0, 0.001), (1.1, 0.001), (1.0, 0.02));
-        assert_eq!(word("engines", &[good], false), "pass");
-        assert_eq!(word("engines", &[good, wrong], false), "FAIL");
-        assert_eq!(word("engines", &[good, wide], false), "FAIL");
-        assert_eq!(word("engines", &[good], true), "incomplete");
-        assert_eq!(word("engines", &[], false), "FAIL");
-        assert_eq!(word("cooling", &[good, wide], false), "pass");
-    }
 }
