@@ -10,10 +10,11 @@ mod support;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::atomic::{AtomicI64, Ordering};
 
 use rand::{RngExt, SeedableRng};
 use stosszahl::case::CaseFile;
+use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
 use stosszahl::study::{self, Options, Progress};
@@ -22,14 +23,18 @@ use support::program::{COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, ove
 /// Asks a run to stop when some legs are done.
 struct Legs {
     left: AtomicI64,
-    stop: AtomicBool,
+    stop: Interrupt,
 }
 
 impl Legs {
     fn new(count: i64) -> Self {
+        let stop = Interrupt::default();
+        if count == 0 {
+            stop.raise();
+        }
         Self {
             left: AtomicI64::new(count),
-            stop: AtomicBool::new(count == 0),
+            stop,
         }
     }
 }
@@ -38,7 +43,7 @@ impl Progress for Legs {
     fn tell(&self, _point: usize, _part: usize, share: f64, _collisions: u64) {
         // A part that is finished tells so each time.
         if share < 1.0 && self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
-            self.stop.store(true, Ordering::Relaxed);
+            self.stop.raise();
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Instant;
 
@@ -10,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 use stosszahl_case::format::{Placement, TimeUnit};
 use stosszahl_case::{CaseError, CaseFile, Kind};
-use stosszahl_model::Particles;
+use stosszahl_model::{Interrupt, Particles};
 use stosszahl_results::{
     CHECKPOINTS, Derived, EngineWork, Existing, FORMAT, Folder, Keys, Machine, Manifest, Place,
     Program, ResultsError, RunId, SNAPSHOTS, Start, StartTest, Sweep, SweepPoint, Table, Verdict,
@@ -45,8 +44,8 @@ pub struct Options<'a> {
     pub threads: Option<usize>,
     /// Runs although the estimated memory is more than there is.
     pub force_memory: bool,
-    /// Set to stop at the next leg.
-    pub stop: &'a AtomicBool,
+    /// Raised to stop within a second.
+    pub stop: &'a Interrupt,
     /// Who is told.
     pub progress: &'a dyn Progress,
 }
@@ -485,7 +484,7 @@ impl Replicas<'_> {
         let failed = done.failed.len();
         match done.failed.first_mut() {
             // A replica that cannot go on may hide that another engine of it was asked to stop.
-            Some(RunError::Replica { source, .. }) if self.options.stop.load(Ordering::Relaxed) => {
+            Some(RunError::Replica { source, .. }) if self.options.stop.is_raised() => {
                 **source = PartError::Interrupted;
                 Err(done.failed.swap_remove(0))
             }
@@ -565,7 +564,7 @@ impl Replicas<'_> {
     ) -> Result<Finished, PartError> {
         let plan = &self.planned.plan;
         let engine = &plan.engines[index];
-        if self.options.stop.load(Ordering::Relaxed) {
+        if self.options.stop.is_raised() {
             return Err(PartError::Interrupted);
         }
         let tell = |share, collisions| {

@@ -1,12 +1,11 @@
 //! A run that is stopped after every leg goes on to the same bytes, and plans have the numbers of the literature.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Collision, Observer};
+use stosszahl_model::{Collision, Interrupt, Observer};
 use stosszahl_results::Table;
 
 use crate::control::Control;
@@ -111,15 +110,16 @@ fn seen(finished: &Finished) -> Seen {
 fn assert_resumes(text: &str) {
     let plan = plan(text);
     let streams = Streams::new(plan.case.seed, 0);
+    let never = Interrupt::default();
     let start = if is_prepared(&plan) {
-        let mut preparation = Preparation::new(&plan, streams).expect("a start");
-        while !preparation.leg(&plan, streams).expect("a leg") {
+        let mut preparation = Preparation::new(&plan, streams, &never).expect("a start");
+        while !preparation.leg(&plan, streams, &never).expect("a leg") {
             let bytes = postcard::to_stdvec(&preparation).expect("bytes");
             preparation = postcard::from_bytes(&bytes).expect("the same");
         }
         Some(preparation.particles(&plan, streams).expect("particles"))
     } else if plan.lengths[0] > 0.0 {
-        Some(placed(&plan, 0, streams).expect("a start").0)
+        Some(placed(&plan, 0, streams, &never).expect("a start").0)
     } else {
         None
     };
@@ -131,16 +131,16 @@ fn assert_resumes(text: &str) {
             replica: 0,
             start: start.as_ref(),
         };
-        let (never, at_once) = (AtomicBool::new(false), AtomicBool::new(true));
-        let tell = |_: f64, _: u64| {};
         let whole = part
-            .run(&Control::new(None, [0; 32], 1e9, &never, &tell))
+            .run(&Control::new(None, [0; 32], 1e9, &never, &|_, _| {}))
             .expect("a run");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("part.snapshot");
         let mut stops = 0;
         let stopped = loop {
-            let control = Control::new(Some(path.clone()), [1; 32], 1e9, &at_once, &tell);
+            let after_leg = Interrupt::default();
+            let tell = |_: f64, _: u64| after_leg.raise();
+            let control = Control::new(Some(path.clone()), [1; 32], 1e9, &after_leg, &tell);
             match part.run(&control) {
                 Ok(finished) => break finished,
                 Err(PartError::Interrupted) => stops += 1,

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_analysis::structure_factor::direct_shells;
 use stosszahl_model::{
-    Budget, Collision, Failure, Observer, Particle, Particles, Simulation, Work,
+    Budget, Collision, Failure, Interrupt, Observer, Particle, Particles, Simulation, Work,
 };
 use stosszahl_results::{Cell, Table};
 
@@ -52,6 +52,10 @@ impl Simulation for Toy {
         observer.collisions(&batch);
         self.time = until;
         Ok(true)
+    }
+    fn stop_on(&mut self, _interrupt: &Interrupt) {}
+    fn is_interrupted(&self) -> bool {
+        false
     }
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {
         self.particles().all.iter().for_each(look);

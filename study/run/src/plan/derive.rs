@@ -7,7 +7,6 @@ use std::sync::OnceLock;
 use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Units, Velocities};
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Arrangement, SEQUENTIAL_LIMIT, StartFile};
-use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
     Space as _, Species, Volume, kinetic,
@@ -429,8 +428,7 @@ fn check_placement(
             };
             let domain = Domain::<Plane>::periodic([lengths[0], lengths[1]].into())
                 .map_err(|error| PlanError::new("box", error.found, error.allowed))?;
-            let streams = Streams::new(case.seed, 0);
-            initial::place(arrangement, particles.count(), widest, &domain, &streams)
+            initial::fits(arrangement, particles.count(), widest, &domain)
                 .map_err(|error| PlanError::new("start.placement", error, "a lattice that fits"))?;
             Ok(())
         }
