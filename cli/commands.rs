@@ -12,7 +12,7 @@ use stosszahl::model::Interrupt;
 use stosszahl::report::{Listing, ReportError, listing, write_report};
 use stosszahl::results::{Existing, ResultsError, Verdict, write_file};
 use stosszahl::study::frontier::{self, FrontierError, frontier};
-use stosszahl::study::plan::available_threads;
+use stosszahl::study::plan::{EngineCost, available_threads};
 use stosszahl::study::{self, Options, RunError, check, run_case};
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
@@ -165,6 +165,9 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
             outline.cost.bytes / 1_073_741_824.0,
             duration(outline.cost.seconds(threads))
         ))?;
+        for one in &outline.cost.engines {
+            say(&format!("    {}", engine_cost(one)))?;
+        }
         for warning in &outline.warnings {
             say(&format!("  warning: {warning}"))?;
         }
@@ -178,6 +181,30 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
         ))?;
     }
     Ok(())
+}
+
+/// What one engine of one replica costs, in words.
+fn engine_cost(cost: &EngineCost) -> String {
+    let tried = match cost.trials_per_collision {
+        Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
+        None => String::new(),
+    };
+    format!(
+        "{}: about {} collisions{tried}, {:.3} GiB of memory and {} on one thread, in each replica",
+        cost.name,
+        scarce(cost.collisions),
+        cost.bytes / 1_073_741_824.0,
+        duration(cost.seconds)
+    )
+}
+
+/// A number of which little is known.
+fn scarce(number: f64) -> String {
+    if number < 1e4 {
+        format!("{number:.0}")
+    } else {
+        format!("{number:.1e}")
+    }
 }
 
 /// A duration in seconds, in words.

@@ -18,7 +18,9 @@ use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
 use stosszahl::study::{self, Options, Progress};
-use support::program::{COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, overridden};
+use support::program::{
+    COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, manifest, overridden,
+};
 
 /// Asks a run to stop when some legs are done.
 struct Legs {
@@ -204,6 +206,25 @@ fn a_lost_snapshot_is_not_passed_over() {
     }
     assert!(run(&file, &pieces, Existing::Resume, 1, i64::MAX).0);
     assert_same(&whole, &pieces);
+}
+
+/// Nor is one that is lost, or changed, after the end.
+#[test]
+fn a_finished_run_without_its_snapshot_is_not_finished() {
+    let desk = Desk::new(COOLING);
+    let line = "run case.toml --out out --replicas 1 --until 1 --set measure.snapshots.times=[0,1]";
+    desk.done(line);
+    desk.done(&line.replace("--out out", "--out whole"));
+    let snapshots = manifest(&desk.path("out")).snapshots;
+    assert_eq!(snapshots.len(), 6, "two of each engine");
+    assert!(desk.text("out/report.html").contains("id=\"snapshots\""));
+    let file = format!("out/{}", snapshots[1].file);
+    fs::remove_file(desk.path(&file)).expect("removed");
+    desk.done(&format!("{line} --resume"));
+    assert_same(&desk.path("whole"), &desk.path("out"));
+    desk.write(&file, "0\n\n");
+    desk.done(&format!("{line} --resume"));
+    assert_same(&desk.path("whole"), &desk.path("out"));
 }
 
 /// Checkpoints that are damaged are named, and never taken for others; nothing is lost by that.

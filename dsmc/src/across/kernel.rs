@@ -2,7 +2,7 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{
-    Collision, Encounter, Interrupt, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
+    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
 };
 
 use super::arm::{self, Arm};

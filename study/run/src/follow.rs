@@ -30,10 +30,10 @@ pub enum PartError {
     Plan(#[from] PlanError),
     /// The start cannot be made.
     #[error(transparent)]
-    Start(#[source] StartError),
+    Start(StartError),
     /// The engine cannot start.
     #[error(transparent)]
-    Begin(#[source] BeginError),
+    Begin(BeginError),
     /// The engine cannot go on, as in inelastic collapse.
     #[error("{failure}")]
     Stopped {

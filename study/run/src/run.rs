@@ -172,10 +172,7 @@ pub fn run_planned(
     let side_by_side = (threads / fewest.max(1)).max(1);
     let needed = planned.chunks(side_by_side).map(|chunk| {
         let each = threads.div_ceil(chunk.len());
-        chunk
-            .iter()
-            .map(|one| one.plan.cost(each).bytes)
-            .sum::<f64>()
+        chunk.iter().map(|one| one.cost(each).bytes).sum::<f64>()
     });
     let needed = needed.fold(0.0, f64::max);
     if let Some(available) =
@@ -329,6 +326,7 @@ fn run_point(
     let engines = work(plan, &all.finished);
     warnings.extend(limited(&engines));
     let mut tables: Vec<Table> = Vec::new();
+    let mut snapshots = Vec::new();
     let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
         .into_iter()
         .collect();
@@ -339,8 +337,9 @@ fn run_point(
         };
         let own = known.tables(plan, &runs);
         verdicts.extend(known.verdicts(plan, &runs, &own));
-        for (path, text) in known.files(plan, &runs) {
-            place.write(&path.to_string_lossy(), text.as_bytes())?;
+        for (snapshot, text) in known.snapshots(plan, &runs) {
+            place.write(&snapshot.file, text.as_bytes())?;
+            snapshots.push(snapshot);
         }
         tables.extend(own);
     }
@@ -379,6 +378,7 @@ fn run_point(
         verdicts,
         choices: plan.choices.clone(),
         warnings,
+        snapshots,
         ..Manifest::default()
     };
     let manifest = place.finish(manifest, &tables)?;
@@ -512,8 +512,8 @@ impl Replicas<'_> {
         // The longest first.
         let mut order: Vec<usize> = (0..plan.engines.len()).collect();
         order.sort_by(|&a, &b| {
-            plan.bytes(&plan.engines[b])
-                .total_cmp(&plan.bytes(&plan.engines[a]))
+            let seconds = |index: usize| plan.seconds(&plan.engines[index]);
+            seconds(b).total_cmp(&seconds(a))
         });
         let mut runs = order
             .into_par_iter()

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use stosszahl_case::Case;
-use stosszahl_model::{Budget, Interrupt};
 use stosszahl_model::random::Streams;
+use stosszahl_model::{Budget, Interrupt};
 use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 
 use super::ALL;

@@ -422,8 +422,9 @@ fn species_and_snapshots() {
         measure: 0,
         finished: &finished,
     };
-    let files = measure.files(&plan, &runs);
-    assert_eq!(files[0].0, Path::new("snapshots/ed-0.xyz"));
+    let files = measure.snapshots(&plan, &runs);
+    assert_eq!(files[0].0.file, "snapshots/ed-0.xyz");
+    assert_eq!((&*files[0].0.engine, files[0].0.time), ("ed", 4.0));
     let lines: Vec<&str> = files[0].1.lines().collect();
     assert_eq!((lines[0], lines.len()), ("40", 42));
     let fields: Vec<f64> = lines[2]

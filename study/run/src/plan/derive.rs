@@ -18,6 +18,7 @@ use super::engines;
 use super::species::{self, Particles};
 use super::start_file;
 use super::theory::rates;
+use crate::words::short;
 
 impl Plan {
     /// Derives what follows from a case; `folder` holds the case file.
@@ -196,7 +197,10 @@ impl Plan {
         {
             return Ok(());
         }
-        let found = format!("particles cover {:.4} of the box", self.packing_fraction);
+        let found = format!(
+            "particles cover {} of the box",
+            short(self.packing_fraction)
+        );
         let allowed = format!("at most {closest:.4}, close packing");
         Err(PlanError::new("box", found, allowed))
     }
