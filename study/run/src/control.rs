@@ -190,3 +190,32 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A leg that is broken off falls back to what was kept before it, which is then on disk; and nothing is kept twice.
+    #[test]
+    fn what_was_kept_before_a_leg_becomes_the_checkpoint() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
+        let control: Control<'_, u64> = Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
+        let gather = |number| move || Ok::<u64, SnapshotError>(number);
+        let long_ago = Instant::now().checked_sub(Duration::from_secs(5));
+        let mut net = Net {
+            since: long_ago.expect("a machine that is up"),
+            ..Net::default()
+        };
+        control.save(&1).expect("saved");
+        control.spread(&mut net, gather(2)).expect("kept");
+        // Too early for another one.
+        control.spread(&mut net, gather(3)).expect("kept");
+        assert_eq!(control.load().expect("read"), Some(1));
+        assert_eq!(control.fall_back(&mut net).expect("saved"), Interrupted);
+        assert_eq!(control.load().expect("read"), Some(2));
+        // With nothing kept, the checkpoint stays.
+        assert_eq!(control.fall_back(&mut net).expect("saved"), Interrupted);
+        assert_eq!(control.load().expect("read"), Some(2));
+    }
+}
