@@ -17,17 +17,17 @@ const LARGE: [(&str, &str); 3] = [
     (
         "exact dynamics",
         "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
-         [run]\nuntil = 0.001\ncheckpoint_seconds = 0\n[engine.ed]\n",
+         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.ed]\n",
     ),
     (
         "several simulators for each particle",
         "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
-         [run]\nuntil = 0.001\ncheckpoint_seconds = 0\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 4\n",
+         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 4\n",
     ),
     (
         "displacements without positions",
         "[gas]\ndimension = 3\nnumber = 250000\nvolume = 5e6\nrestitution = 0.9\n\
-         [run]\nuntil = 20\nfirst_sample = 5\ncheckpoint_seconds = 0\n[measure.displacement]\n",
+         [run]\nuntil = 20\nfirst_sample = 5\ncheckpoint_seconds = 0.001\n[measure.displacement]\n",
     ),
 ];
 

@@ -94,14 +94,16 @@ impl Plan {
             .collect();
         // The largest engines of as many replicas as there are threads for; records stay to the end of the run.
         let mut parts: Vec<(f64, f64)> = Vec::new();
+        let mut records = 0.0;
         for (engine, kept) in self.engines.iter().zip(kept) {
-            for replica in 0..replicas.min(threads + 1) {
+            records += kept[0] + (replicas - 1) as f64 * kept[1];
+            for replica in 0..replicas.min(threads) {
                 let kept = kept[replica.min(1)];
                 parts.push((self.bytes(engine, kept), kept));
             }
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let (now, later) = parts.split_at(threads.min(parts.len()));
+        parts.truncate(threads);
         let starts = if self.kind == Kind::Homogeneous {
             0.0
         } else {
@@ -114,8 +116,8 @@ impl Plan {
                 0.0
             }
             + starts
-            + now.iter().map(|part| part.0).sum::<f64>()
-            + later.iter().map(|part| part.1).sum::<f64>();
+            + parts.iter().map(|part| part.0 - part.1).sum::<f64>()
+            + records;
         let seconds: f64 = engines.iter().map(|one| one.seconds).sum();
         Cost {
             bytes,
