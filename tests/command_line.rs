@@ -316,7 +316,10 @@ fn a_start_from_a_file_runs_in_both_engines() {
         "still.toml",
         FROM_FILE.replace("[run]", "velocities = \"file\"\n[run]"),
     );
-    desk.refused("run still.toml", &["start.csv", "temperature", "rounding"]);
+    desk.refused(
+        "run still.toml --replicas 1",
+        &["start.csv", "temperature", "rounding"],
+    );
 }
 
 /// A gas in which nothing ever collides ends like any other.
