@@ -2,21 +2,26 @@
 
 use std::io::{self, IsTerminal, Write as _};
 use std::path::Path;
-use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::process::{self, ExitCode};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use stosszahl::case::format::share;
 use stosszahl::case::{CaseError, CaseFile};
+use stosszahl::model::Interrupt;
 use stosszahl::report::{Listing, ReportError, listing, write_report};
 use stosszahl::results::{Existing, ResultsError, Verdict, write_file};
 use stosszahl::study::frontier::{self, FrontierError, frontier};
-use stosszahl::study::plan::available_threads;
+use stosszahl::study::plan::{EngineCost, available_threads};
 use stosszahl::study::{self, Options, RunError, check, run_case};
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
 use crate::progress::Display;
+
+/// Exit code of a command that was asked to stop, as shells have it for an interrupt.
+const STOPPED: u8 = 130;
+/// How long a command that was asked to stop may take for that, unless it is saving.
+const GRACE: Duration = Duration::from_millis(900);
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -48,10 +53,11 @@ enum CommandError {
 }
 
 impl CommandError {
-    /// 2: the input was refused; 130: stopped; 1: the run failed.
+    /// 2: the input was refused; [`STOPPED`]; 1: the run failed.
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Run(error) if error.is_interruption() => 130,
+            Self::Run(error) if error.is_interruption() => STOPPED,
+            Self::Frontier(FrontierError::Interrupted) => STOPPED,
             Self::Run(RunError::Results(error)) if !error.is_system() => 2,
             Self::Frontier(error) if error.is_refusal() => 2,
             Self::Case(_)
@@ -159,6 +165,9 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
             outline.cost.bytes / 1_073_741_824.0,
             duration(outline.cost.seconds(threads))
         ))?;
+        for one in &outline.cost.engines {
+            say(&format!("    {}", engine_cost(one)))?;
+        }
         for warning in &outline.warnings {
             say(&format!("  warning: {warning}"))?;
         }
@@ -172,6 +181,30 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
         ))?;
     }
     Ok(())
+}
+
+/// What one engine of one replica costs, in words.
+fn engine_cost(cost: &EngineCost) -> String {
+    let tried = match cost.trials_per_collision {
+        Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
+        None => String::new(),
+    };
+    format!(
+        "{}: about {} collisions{tried}, {:.3} GiB of memory and {} on one thread, in each replica",
+        cost.name,
+        scarce(cost.collisions),
+        cost.bytes / 1_073_741_824.0,
+        duration(cost.seconds)
+    )
+}
+
+/// A number of which little is known.
+fn scarce(number: f64) -> String {
+    if number < 1e4 {
+        format!("{number:.0}")
+    } else {
+        format!("{number:.1e}")
+    }
 }
 
 /// A duration in seconds, in words.
@@ -190,12 +223,35 @@ fn figure(value: f64) -> String {
     }
 }
 
+/// What a signal raises: an interrupt from the keyboard, or the end of the session.
+///
+/// Work that looks at it ends by itself and saves where it stands. What does not within the grace is ended from outside, as
+/// by a kill, which checkpoints survive; and so it is on a second signal.
+fn listen(said: &'static str) -> Interrupt {
+    let interrupt = Interrupt::default();
+    let asked = interrupt.clone();
+    // Without a handler a signal ends the process at once.
+    let _ = ctrlc::set_handler(move || {
+        if asked.is_raised() {
+            process::exit(STOPPED.into());
+        }
+        asked.raise();
+        let (asked, began) = (asked.clone(), Instant::now());
+        thread::spawn(move || {
+            while began.elapsed() < GRACE || asked.is_held() {
+                thread::sleep(Duration::from_millis(20));
+            }
+            note(said);
+            process::exit(STOPPED.into());
+        });
+    });
+    interrupt
+}
+
 fn run(arguments: &RunArguments) -> Result<(), CommandError> {
+    const SAID: &str = "stopped; --resume goes on from the checkpoints";
     let file = read(&arguments.case)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    // Without a handler an interrupt ends the run at once, which checkpoints survive.
-    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    let stop = listen(SAID);
     let display = Display::new();
     let options = Options {
         out: arguments.out.clone(),
@@ -213,7 +269,7 @@ fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         Ok(summary) => summary,
         Err(error) => {
             if error.is_interruption() {
-                note("stopped; --resume goes on from the checkpoints");
+                note(SAID);
             }
             return Err(error.into());
         }
@@ -263,7 +319,9 @@ fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
         [] => vec![frontier::Kind::Energy],
         asked => asked.to_vec(),
     };
+    let stop = listen("stopped");
     let options = frontier::Options {
+        interrupt: &stop,
         kinds,
         target,
         budget: arguments.budget.as_secs_f64().max(f64::MIN_POSITIVE),

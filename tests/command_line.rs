@@ -104,10 +104,13 @@ fn results_are_neither_overwritten_nor_mistaken() {
         "run case.toml --resume --seed 6 --until 1",
         &["another run", "seed"],
     );
-    desk.refused(
-        "run case.toml --until 1 --resume --set title=other",
-        &["title"],
-    );
+    for (set, key) in [
+        ("title=other", "title"),
+        ("verdict.tolerance=0.2", "verdict.tolerance"),
+    ] {
+        let line = format!("run case.toml --until 1 --resume --set {set}");
+        desk.refused(&line, &["results/case", key]);
+    }
     // What is there is not overwritten, and what is not ours is not replaced.
     desk.refused("run case.toml", &["--force"]);
     fs::create_dir(desk.path("diary")).expect("a folder");
@@ -138,6 +141,22 @@ fn results_are_neither_overwritten_nor_mistaken() {
         assert_eq!(desk.text(&format!("results/case/{name}")), "dear", "{name}");
     }
     assert_eq!(manifest(&desk.path("results/case")).seed, 6);
+}
+
+/// Other windows show the same fields otherwise: no finished run passes over that.
+#[test]
+fn windows_of_a_finished_run_are_not_changed_unnoticed() {
+    let desk = Desk::new(WALLS);
+    let line = "run case.toml --replicas 1";
+    desk.done(line);
+    let before = files(&desk.path("results/case"));
+    desk.refused(
+        &format!("{line} --resume --set measure.fields.windows=[[0,2]]"),
+        &["results/case", "measure.fields.windows"],
+    );
+    assert_eq!(before, files(&desk.path("results/case")));
+    let said = desk.done(&format!("{line} --resume --set run.checkpoint_seconds=5"));
+    assert!(said.out.contains("complete"), "{}", said.out);
 }
 
 #[test]
@@ -285,14 +304,22 @@ fn a_start_from_a_file_runs_in_both_engines() {
     desk.write("again.toml", again);
     let said = desk.done("run again.toml --replicas 1");
     assert!(said.out.contains("equilibr"), "{}", said.out);
-    // A start file of equal velocities has no temperature.
-    let still = "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,1,0\n7,9,1,0\n";
+    // A start file of equal velocities has no temperature, and rounding gives it none: of ten times 0.1, the mean is another.
+    let mean: f64 = [0.1 * 0.1; 10].iter().sum();
+    assert!(mean != 0.1);
+    let mut still = "# box: 30 30\nx,y,vx,vy\n".to_owned();
+    for i in 0..10 {
+        writeln!(still, "{},5,0.1,0.3", 2 * i + 1).expect("a string");
+    }
     desk.write("start.csv", still);
     desk.write(
         "still.toml",
         FROM_FILE.replace("[run]", "velocities = \"file\"\n[run]"),
     );
-    desk.refused("run still.toml", &["start"]);
+    desk.refused(
+        "run still.toml --replicas 1",
+        &["start.csv", "temperature", "rounding"],
+    );
 }
 
 /// A gas in which nothing ever collides ends like any other.

@@ -206,6 +206,9 @@ fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
                 outline.cost.bytes >= 0.0 && !outline.engines.is_empty(),
                 "{set:?}"
             );
+            for text in outline.warnings.iter().chain(&planned.plan.choices) {
+                assert!(is_readable(text), "{set:?}: {text}");
+            }
         }
         Ok(())
     });
@@ -222,7 +225,14 @@ fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
         "{} bytes: {said}",
         said.len()
     );
+    prop_assert!(is_readable(&said), "{said}");
     Ok(())
+}
+
+/// No number has more digits than the longest whole one, and none is infinite with an error.
+fn is_readable(text: &str) -> bool {
+    let digits = text.split(|letter: char| !letter.is_ascii_digit());
+    digits.map(str::len).max().unwrap_or(0) <= 20 && !text.contains('±')
 }
 
 #[test]

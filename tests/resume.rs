@@ -10,26 +10,33 @@ mod support;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::atomic::{AtomicI64, Ordering};
 
 use rand::{RngExt, SeedableRng};
 use stosszahl::case::CaseFile;
+use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
 use stosszahl::study::{self, Options, Progress};
-use support::program::{COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, overridden};
+use support::program::{
+    COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, manifest, overridden,
+};
 
 /// Asks a run to stop when some legs are done.
 struct Legs {
     left: AtomicI64,
-    stop: AtomicBool,
+    stop: Interrupt,
 }
 
 impl Legs {
     fn new(count: i64) -> Self {
+        let stop = Interrupt::default();
+        if count == 0 {
+            stop.raise();
+        }
         Self {
             left: AtomicI64::new(count),
-            stop: AtomicBool::new(count == 0),
+            stop,
         }
     }
 }
@@ -38,7 +45,7 @@ impl Progress for Legs {
     fn tell(&self, _point: usize, _part: usize, share: f64, _collisions: u64) {
         // A part that is finished tells so each time.
         if share < 1.0 && self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
-            self.stop.store(true, Ordering::Relaxed);
+            self.stop.raise();
         }
     }
 }
@@ -199,6 +206,25 @@ fn a_lost_snapshot_is_not_passed_over() {
     }
     assert!(run(&file, &pieces, Existing::Resume, 1, i64::MAX).0);
     assert_same(&whole, &pieces);
+}
+
+/// Nor is one that is lost, or changed, after the end.
+#[test]
+fn a_finished_run_without_its_snapshot_is_not_finished() {
+    let desk = Desk::new(COOLING);
+    let line = "run case.toml --out out --replicas 1 --until 1 --set measure.snapshots.times=[0,1]";
+    desk.done(line);
+    desk.done(&line.replace("--out out", "--out whole"));
+    let snapshots = manifest(&desk.path("out")).snapshots;
+    assert_eq!(snapshots.len(), 6, "two of each engine");
+    assert!(desk.text("out/report.html").contains("id=\"snapshots\""));
+    let file = format!("out/{}", snapshots[1].file);
+    fs::remove_file(desk.path(&file)).expect("removed");
+    desk.done(&format!("{line} --resume"));
+    assert_same(&desk.path("whole"), &desk.path("out"));
+    desk.write(&file, "0\n\n");
+    desk.done(&format!("{line} --resume"));
+    assert_same(&desk.path("whole"), &desk.path("out"));
 }
 
 /// Checkpoints that are damaged are named, and never taken for others; nothing is lost by that.

@@ -197,13 +197,13 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
     use stosszahl_model::initial::{Arrangement, place};
     use stosszahl_model::random::Streams;
-    use stosszahl_model::{Domain, Plane};
+    use stosszahl_model::{Domain, Interrupt, Plane};
 
     fn placed(arrangement: Arrangement) -> (Vec<Vector2<f64>>, Vec<[i32; 2]>, [f64; 2]) {
         let side = (4096.0 * std::f64::consts::FRAC_PI_4 / 0.25_f64).sqrt();
         let domain = Domain::<Plane>::periodic([side, side].into()).expect("a box");
-        let placement =
-            place(arrangement, 4096, 1.0, &domain, &Streams::new(1, 0)).expect("placed");
+        let (streams, never) = (Streams::new(1, 0), Interrupt::default());
+        let placement = place(arrangement, 4096, 1.0, &domain, &streams, &never).expect("placed");
         (placement.positions, placement.reciprocal, [side, side])
     }
 

@@ -3,7 +3,8 @@
 use rand::{Rng, RngExt};
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
-    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide, kinetic,
+    Collision, Encounter, Interrupt, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
+    kinetic,
 };
 
 use crate::boundary::Surroundings;
@@ -11,7 +12,6 @@ use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Displacement;
 use crate::simulator::{Follow, SimulatorOf};
-use crate::stop::Stop;
 use crate::tally::{Stock, Tally, larger, smaller};
 use crate::tile::Tile;
 
@@ -44,7 +44,7 @@ pub(crate) struct Kernel<'a, P: Physics> {
     /// Whether collisions are kept for somebody to look at.
     pub(crate) looks: bool,
     /// Breaks the step off.
-    pub(crate) stop: &'a Stop,
+    pub(crate) stop: &'a Interrupt,
 }
 
 /// What the collisions of a tile leave.
@@ -99,7 +99,7 @@ where
         let mut index = 0;
         for z in 0..place.sides[2] {
             for y in 0..place.sides[1] {
-                if self.stop.is_set() {
+                if self.stop.is_raised() {
                     break;
                 }
                 let line = [place.first[0], place.first[1] + y, place.first[2] + z];
@@ -190,7 +190,7 @@ where
         let trials = draw_whole(0.5 * ordered * cell.rate * majorant, &mut stream);
         let mut collisions = 0;
         for trial in 0..trials {
-            if self.stop.is_set_at(trial) {
+            if self.stop.is_raised_at(trial) {
                 break;
             }
             let [i, j] = draw_pair(count, &mut stream);

@@ -1,10 +1,7 @@
 //! The engine: what it holds, and what can be asked of it.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Physics, Sizes, SpinOf, State, VectorOf};
+use stosszahl_model::{Body, Interrupt, Physics, Sizes, SpinOf, State, VectorOf};
 
 use crate::across::{Arm, Rates};
 use crate::boundary::{Ledgers, Surroundings};
@@ -322,13 +319,13 @@ where
         is_contact.then_some(self.constants.packing_fraction * shares)
     }
 
-    /// Breaks work off when the flag becomes true, as soon as the cells at work, or some thousand trials within one, are done:
-    /// a step of particles of very different sizes may take minutes. What is left is no state of the gas: [`Engine::is_interrupted`].
-    pub fn stop_on(&mut self, flag: Arc<AtomicBool>) {
-        self.stop.on(flag);
+    /// Breaks work off when this is raised, as soon as the cells at work, or some thousand trials within one, are done: a step
+    /// of particles of very different sizes may take minutes. What is left is no state of the gas: [`Engine::is_interrupted`].
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.stop.on(interrupt);
     }
 
-    /// Whether the flag of [`Engine::stop_on`] broke a step off. The gas is then in the middle of it, so that nothing the engine
+    /// Whether the interrupt of [`Engine::stop_on`] broke a step off. The gas is then in the middle of it, so that nothing the engine
     /// shows has a meaning, and [`Engine::advance`] does nothing: to go on, resume from the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()

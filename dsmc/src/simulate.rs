@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Invalid, Observer, Particle,
-    Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _, VectorOf,
-    Volume, Work,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _,
+    VectorOf, Volume, Work,
 };
 
 use crate::boundary::{Boundaries, Transfer};
@@ -250,10 +250,21 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
                     if self.engine.advance(until, 1, observer) {
                         return Ok(true);
                     }
+                    if self.engine.is_interrupted() {
+                        return Ok(false);
+                    }
                 }
                 until <= self.time()
             }
         })
+    }
+
+    fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.engine.stop_on(interrupt);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.engine.is_interrupted()
     }
 
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {

@@ -1,45 +1,28 @@
 //! Work that can be broken off.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use stosszahl_model::Interrupt;
 
-/// Trials between two looks at the flag, within a cell.
-const TRIALS: u64 = 1024;
-
-/// A flag that ends work early, if there is one.
+/// An interrupt, and whether work has ended because of it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stop {
-    flag: Option<Arc<AtomicBool>>,
+    pub(crate) interrupt: Interrupt,
     has_ended: bool,
 }
 
 impl Stop {
-    /// Ends work as soon as the flag is true.
-    pub(crate) fn on(&mut self, flag: Arc<AtomicBool>) {
-        self.flag = Some(flag);
+    /// Ends work as soon as this is raised.
+    pub(crate) fn on(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
     }
 
-    /// Whether to end now.
-    #[inline]
-    pub(crate) fn is_set(&self) -> bool {
-        let flag = self.flag.as_ref();
-        flag.is_some_and(|flag| flag.load(Ordering::Relaxed))
-    }
-
-    /// Whether work has ended early; if the flag is up now, it has from now on.
+    /// Whether work has ended early; if the interrupt is raised now, it has from now on.
     pub(crate) fn ends(&mut self) -> bool {
-        self.has_ended |= self.is_set();
+        self.has_ended |= self.interrupt.is_raised();
         self.has_ended
     }
 
     /// Whether work has ended early.
     pub(crate) fn has_ended(&self) -> bool {
         self.has_ended
-    }
-
-    /// Whether to end before the trial with this number.
-    #[inline]
-    pub(crate) fn is_set_at(&self, trial: u64) -> bool {
-        trial % TRIALS == TRIALS - 1 && self.is_set()
     }
 }

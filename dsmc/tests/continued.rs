@@ -3,16 +3,14 @@
 
 mod support;
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
     Boundaries, Clearance, Engine, Inflow, Neighbourhood, Parameters, Scheme, Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Constant, Domain, Face, Free, Plane, Polydisperse, Scene, Smooth, State, Wall, Walls,
+    Body, Constant, Domain, Face, Free, Interrupt, Plane, Polydisperse, Scene, Smooth, State, Wall,
+    Walls,
 };
 use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 
@@ -159,7 +157,7 @@ fn an_empty_channel_fills() {
     }
 }
 
-/// Disks of very different sizes need some 10^9 trials for a step: a flag that is up breaks it off, and nothing goes on.
+/// Disks of very different sizes need some 10^9 trials for a step: an interrupt breaks it off, and nothing goes on.
 #[test]
 fn a_long_step_can_be_broken_off() {
     let kinds = 300;
@@ -201,15 +199,16 @@ fn a_long_step_can_be_broken_off() {
         let mut engine =
             Engine::<Scene<_, _, _, _, _>>::new(&scene, parameters, &state, Streams::new(1, 0))
                 .expect("an engine");
-        let flag = Arc::new(AtomicBool::new(true));
-        engine.stop_on(Arc::clone(&flag));
+        let interrupt = Interrupt::default();
+        interrupt.raise();
+        engine.stop_on(&interrupt);
         assert!(!engine.is_interrupted());
         assert!(!engine.advance(1e6, u64::MAX, &mut ()));
         assert!(engine.is_interrupted());
         let (steps, collisions) = (engine.tally().steps, engine.tally().collisions);
         assert!(steps <= 1 && collisions < 10_000, "{steps} {collisions}");
         // Half a step is no state to go on from.
-        flag.store(false, std::sync::atomic::Ordering::Relaxed);
+        engine.stop_on(&Interrupt::default());
         assert!(!engine.advance(1e6, u64::MAX, &mut ()));
         assert_eq!(engine.tally().steps, steps);
     }

@@ -3,7 +3,8 @@
 use nalgebra::Vector2;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
-    Body, Domain, Field, Observer, Physics, Plane, Recorder, Sizes, SpinOf, State, Surface,
+    Body, Domain, Field, Interrupt, Observer, Physics, Plane, Recorder, Sizes, SpinOf, State,
+    Surface,
 };
 
 use crate::calendar::{Agenda, Buckets, Calendar};
@@ -69,6 +70,9 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) progress: Progress,
     /// Own time in which a typical disk moves by its diameter, since the last fresh start.
     pub(crate) unit: f64,
+    pub(crate) interrupt: Interrupt,
+    /// Whether an advance was broken off.
+    pub(crate) interrupted: bool,
 }
 
 impl<P, Q> Engine<P, Q>
@@ -244,6 +248,8 @@ where
             progress: Progress::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
+            interrupt: Interrupt::default(),
+            interrupted: false,
         };
         for disk in 0..count as u32 {
             engine.look_around(disk);
@@ -274,7 +280,7 @@ where
         let mut recorder = Recorder::new(observer);
         self.progress.be_patient();
         let last = self.tally.collisions.saturating_add(most_collisions);
-        while self.tally.collisions < last {
+        while self.tally.collisions < last && !self.interrupted {
             if self.tally.collisions >= self.refresh || self.now >= self.horizon {
                 self.start_afresh(until)?;
             }
@@ -283,6 +289,17 @@ where
             }
         }
         Ok(false)
+    }
+
+    /// Breaks an advance off when this is raised, after some hundred events.
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
+    }
+
+    /// Whether an advance was broken off. The state is that of a moment, and the engine advances no further; but a run that
+    /// is to have the same bytes goes on from the checkpoint before that advance, as it would have begun no leg here.
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted
     }
 
     /// Goes on as a new engine from the present checkpoint.
@@ -296,8 +313,10 @@ where
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
         let boundaries = self.surroundings.take();
         let scene = self.scene.clone();
+        let interrupt = self.interrupt.clone();
         *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries)?;
         self.progress = progress;
+        self.interrupt = interrupt;
         Ok(())
     }
 

@@ -6,6 +6,9 @@ use crate::calendar::Calendar;
 use crate::engine::Engine;
 use crate::error::EngineError;
 
+/// Events between two looks at the interrupt: among very unlike disks one event takes a millisecond.
+const BETWEEN_LOOKS: u32 = 256;
+
 impl<P, Q> Engine<P, Q>
 where
     P: Physics<Space = Plane>,
@@ -52,7 +55,13 @@ where
     ) -> Result<bool, EngineError> {
         let end = (until - self.epoch) * self.speed;
         let width = self.disks.cells.width();
+        let mut events: u32 = 0;
         while self.tally.collisions < last && self.now < self.horizon {
+            events = events.wrapping_add(1);
+            if events.is_multiple_of(BETWEEN_LOOKS) && self.interrupt.is_raised() {
+                self.interrupted = true;
+                break;
+            }
             let Some(entry) = self.calendar.pop(end, &self.disks) else {
                 // A gas without events stays where it is rather than move for an infinite time.
                 if until.is_finite() {

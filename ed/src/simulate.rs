@@ -3,8 +3,9 @@
 use nalgebra::{Vector2, Vector3, vector};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Invalid, Observer, Particle,
-    Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _, Work,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Particle, Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _,
+    Work,
 };
 
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
@@ -137,6 +138,8 @@ impl Begin<'_> {
             stage,
             origin,
             bytes: 0,
+            interrupt: Interrupt::default(),
+            interrupted: false,
         }))
     }
 }
@@ -158,6 +161,8 @@ struct Disks<P: Physics<Space = Plane>> {
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
+    interrupt: Interrupt,
+    interrupted: bool,
 }
 
 /// Where the gas is kept.
@@ -264,6 +269,9 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         budget: Budget,
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure> {
+        if self.interrupted {
+            return Ok(false);
+        }
         let most = match budget {
             Budget::Leg => {
                 self.land();
@@ -272,13 +280,25 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
             Budget::Collisions(most) => most,
             Budget::Unlimited => u64::MAX,
         };
+        let interrupt = self.interrupt.clone();
         let engine = self.take_off().map_err(Failure::new)?;
+        engine.stop_on(&interrupt);
         let reached = engine.advance(until, most, observer);
+        let interrupted = engine.is_interrupted();
         // Also where it cannot go on: that state is what one wants to see.
-        if budget == Budget::Leg || reached.is_err() {
+        if (budget == Budget::Leg && !interrupted) || reached.is_err() {
             self.land();
         }
+        self.interrupted |= interrupted;
         reached.map_err(Failure::new)
+    }
+
+    fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
     }
 
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {

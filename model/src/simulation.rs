@@ -10,6 +10,7 @@ use std::fmt;
 
 use nalgebra::Vector3;
 
+use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::space::{Space, Vector as _};
 use crate::walls::Ledger;
@@ -180,7 +181,7 @@ pub trait Simulation: Send {
     /// Number of particles that a simulator stands for, in the mean; 1 in exact dynamics.
     fn weight(&self) -> f64;
 
-    /// Advances to a time, or until the budget is spent. True if the time was reached.
+    /// Advances to a time, or until the budget is spent. True if the time was reached; never if it was interrupted.
     ///
     /// # Errors
     /// [`Failure`] if the gas cannot go on, as in inelastic collapse; it then stands at that moment.
@@ -190,6 +191,13 @@ pub trait Simulation: Send {
         budget: Budget,
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure>;
+
+    /// Lets [`Self::advance`] end early once this is raised, which it looks at several times a second.
+    fn stop_on(&mut self, interrupt: &Interrupt);
+
+    /// Whether the interrupt broke an advance off. The gas is then in the middle of it, so that nothing that it shows has a
+    /// meaning, and it advances no further: what goes on is the last checkpoint.
+    fn is_interrupted(&self) -> bool;
 
     /// Shows each particle once, in the order of the engine's own storage.
     fn visit(&self, look: &mut dyn FnMut(&Particle));

@@ -5,7 +5,9 @@ pub mod program;
 use nalgebra::vector;
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::random::{Purpose, Streams};
-use stosszahl::model::{Body, Constant, Domain, Free, Monodisperse, Plane, Scene, Smooth, State};
+use stosszahl::model::{
+    Body, Constant, Domain, Free, Interrupt, Monodisperse, Plane, Scene, Smooth, State,
+};
 
 /// Smooth equal disks of diameter and mass one.
 pub type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
@@ -35,7 +37,9 @@ pub fn gas(
     let width = area.sqrt();
     let domain = Domain::periodic(vector![width, area / width]).expect("a box");
     let streams = Streams::new(seed, 0);
-    let placement = initial::place(arrangement, count, 1.0, &domain, &streams).expect("a gas");
+    let never = Interrupt::default();
+    let placement =
+        initial::place(arrangement, count, 1.0, &domain, &streams, &never).expect("a gas");
     let bodies = placement.positions.into_iter();
     let mut state = State {
         time: 0.0,

@@ -8,8 +8,9 @@ use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Free, Kind, Monodisperse, Particle, Physics, Plane, Polydisperse,
-    Restitution, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf, Volume,
+    Body, Constant, Domain, Free, Interrupt, Kind, Monodisperse, Particle, Physics, Plane,
+    Polydisperse, Restitution, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf,
+    Volume,
 };
 
 use crate::Trouble;
@@ -192,7 +193,9 @@ pub(crate) fn fluid(
     let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
     let width = (area / aspect).sqrt();
     let domain = domain(width, area / width)?;
-    let placed = initial::place(arrangement, disks, 1.0, &domain, &Streams::new(seed, 0))?;
+    let streams = Streams::new(seed, 0);
+    let never = Interrupt::default();
+    let placed = initial::place(arrangement, disks, 1.0, &domain, &streams, &never)?;
     let scene = particles(Constant::ELASTIC, UNIT);
     Ok(warm(&scene, domain, placed.positions, seed))
 }

@@ -10,6 +10,7 @@ use super::gas::{Gas, Grains, Particle};
 use super::kernel::{Contact, Kernel};
 use super::motion::Motion;
 use super::selection::Selection;
+use crate::stop::Stop as Early;
 
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -35,6 +36,8 @@ pub enum Stop {
     Collisions,
     /// Nothing will ever collide again: one particle is left, or all are at rest. A finite time is reached.
     Still,
+    /// It was broken off: [`Engine::stop_on`].
+    Interrupted,
 }
 
 /// Everything that a run needs to continue to the same bytes, but the scene.
@@ -100,6 +103,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             streams,
             clock: checkpoint.clock,
             tally: checkpoint.tally,
+            stop: Early::default(),
         }
     }
 }

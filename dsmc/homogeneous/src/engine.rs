@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
 use stosszahl_model::random::{Purpose, Stream, Streams};
-use stosszahl_model::{Collision, Observer, Recorder, Sizes, Vector, VectorOf};
+use stosszahl_model::{Collision, Interrupt, Observer, Recorder, Sizes, Vector, VectorOf};
 
 use super::checkpoint::{Clock, Stop, Tally};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
@@ -11,6 +11,7 @@ use super::error::GasError;
 use super::gas::{GONE, Gas, Grains, Particle};
 use super::motion::Motion;
 use super::selection::{Candidate, Selection, Standing};
+use crate::stop::Stop as Early;
 
 /// Proposals that are drawn ahead.
 const BATCH: usize = 64;
@@ -27,6 +28,7 @@ pub struct Engine<P: Grains, S, M = (), C = Bounce> {
     pub(super) streams: Streams,
     pub(super) clock: Clock,
     pub(super) tally: Tally,
+    pub(super) stop: Early,
 }
 
 impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
@@ -60,6 +62,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 ..Clock::default()
             },
             tally: Tally::default(),
+            stop: Early::default(),
         })
     }
 
@@ -98,6 +101,16 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         self.gas.particles.capacity() * size_of::<Particle<P>>()
             + self.selection.bytes()
             + self.motion.bytes()
+    }
+
+    /// Breaks an advance off when this is raised, after some dozen proposals: [`Stop::Interrupted`].
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.stop.on(interrupt);
+    }
+
+    /// Whether an advance was broken off. The gas is then in the middle of it and advances no further.
+    pub fn is_interrupted(&self) -> bool {
+        self.stop.has_ended()
     }
 
     /// Adds to the velocities of particles, in their order.
@@ -154,6 +167,9 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         self.clock.advances += 1;
         let last = self.tally.collisions.saturating_add(collisions);
         while self.clock.time < until {
+            if self.stop.ends() {
+                return Ok(Stop::Interrupted);
+            }
             if self.tally.collisions >= last {
                 return Ok(Stop::Collisions);
             }
@@ -224,6 +240,9 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         let mut now = begin;
         let tracked = self.motion.is_tracked();
         while left > 0 {
+            if self.stop.ends() {
+                return Ok(());
+            }
             let batch = left.min(BATCH as u64) as usize;
             for draw in &mut draws[..batch] {
                 *draw = self.selection.draw(stream);

@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Kind, Law, Observer,
-    Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf, Volume,
-    Work,
+    Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Interrupt, Kind, Law,
+    Observer, Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf,
+    Volume, Work,
 };
 
 use super::bird::Bird;
@@ -361,7 +361,19 @@ where
         };
         let stop = self.engine.advance(until, most, observer);
         let stop = stop.map_err(Failure::new)?;
-        Ok(stop != Stop::Collisions || self.engine.time() >= until)
+        Ok(match stop {
+            Stop::Time | Stop::Still => true,
+            Stop::Collisions => self.engine.time() >= until,
+            Stop::Interrupted => false,
+        })
+    }
+
+    fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.engine.stop_on(interrupt);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.engine.is_interrupted()
     }
 
     fn visit(&self, look: &mut dyn FnMut(&stosszahl_model::Particle)) {

@@ -86,7 +86,7 @@ where
         let place = home.place;
         if !kernel.density.scheme().bounds_trials() {
             for local in 0..home.cells() {
-                if kernel.stop.is_set() {
+                if kernel.stop.is_raised() {
                     break;
                 }
                 self.collide_in(number, local, &mut search);
@@ -96,7 +96,7 @@ where
         for block in home.speeds.blocks(&place) {
             self.near = Near::new(&self.around, block);
             for [begin, end] in block.lines(&place) {
-                if kernel.stop.is_set() {
+                if kernel.stop.is_raised() {
                     return self.report;
                 }
                 for local in begin..end {
@@ -246,7 +246,7 @@ where
         let class = arm::class(cell.packing, cell.crowding == Crowding::NONE);
         let reach = self.arm.reach(class);
         for number in 0..trials {
-            if kernel.stop.is_set_at(number) {
+            if kernel.stop.is_raised_at(number) {
                 break;
             }
             let trial = self.propose(cell, fastest, stream);
@@ -300,7 +300,7 @@ where
         let trials = draw_whole(count * rate * fastest * kernel.step, stream);
         self.report.tally.trials += trials;
         for number in 0..trials {
-            if kernel.stop.is_set_at(number) {
+            if kernel.stop.is_raised_at(number) {
                 break;
             }
             let trial = self.propose(cell, fastest, stream);

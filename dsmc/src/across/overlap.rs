@@ -26,7 +26,7 @@ where
             let starts = &self.around.tile(tile).starts;
             let range = starts[local]..starts[local + 1];
             for (done, first) in cell.places().enumerate() {
-                if self.kernel.stop.is_set() {
+                if self.kernel.stop.is_raised() {
                     return;
                 }
                 // Each pair of the cell itself once.

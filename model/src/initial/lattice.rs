@@ -83,14 +83,16 @@ impl Lattice {
         }
     }
 
-    /// Puts disks on randomly chosen sites; the sites left over are vacancies.
-    pub(super) fn occupy(
+    /// Whether it holds disks that do not overlap.
+    ///
+    /// # Errors
+    /// [`PlacementError::TooDense`] if it does not.
+    pub(super) fn holds(
         self,
         count: usize,
         diameter: f64,
         domain: &Domain<Plane>,
-        stream: &mut impl Rng,
-    ) -> Result<Placement, PlacementError> {
+    ) -> Result<(), PlacementError> {
         let spacing = self.spacing();
         if spacing < diameter {
             let packing = count as f64 * std::f64::consts::FRAC_PI_4 * spacing * spacing;
@@ -103,6 +105,18 @@ impl Lattice {
                 allowed: packing / domain.volume(),
             });
         }
+        Ok(())
+    }
+
+    /// Puts disks on randomly chosen sites; the sites left over are vacancies.
+    pub(super) fn occupy(
+        self,
+        count: usize,
+        diameter: f64,
+        domain: &Domain<Plane>,
+        stream: &mut impl Rng,
+    ) -> Result<Placement, PlacementError> {
+        self.holds(count, diameter, domain)?;
         let mut sites: Vec<usize> = (0..self.counts[0] * self.counts[1]).collect();
         sites.shuffle(stream);
         sites.truncate(count);

@@ -20,6 +20,7 @@ pub use velocities::{maxwellian, rescale, thermal_spins};
 use nalgebra::Vector2;
 
 use crate::domain::Domain;
+use crate::interrupt::Interrupt;
 use crate::random::{Purpose, Streams};
 use crate::space::Plane;
 
@@ -79,23 +80,32 @@ pub enum PlacementError {
         /// Largest packing fraction that this lattice holds.
         allowed: f64,
     },
+    /// It was asked to end.
+    #[error("stopped")]
+    Interrupted,
 }
 
 /// Places disks of the given radii at random in a periodic box.
 ///
 /// # Errors
-/// [`PlacementError::Jammed`] if one finds no place.
+/// [`PlacementError::Jammed`] if one finds no place; [`PlacementError::Interrupted`].
 pub fn place_unlike(
     radii: &[f64],
     domain: &Domain<Plane>,
     streams: &Streams,
+    interrupt: &Interrupt,
 ) -> Result<Placement, PlacementError> {
     let mut stream = streams.at(Purpose::Placement, [0, 0]);
-    let positions =
-        sequential_addition_of(radii, domain, &mut stream).ok_or(PlacementError::Jammed {
+    let positions = sequential_addition_of(radii, domain, &mut stream, interrupt);
+    let positions = positions.ok_or_else(|| {
+        if interrupt.is_raised() {
+            return PlacementError::Interrupted;
+        }
+        PlacementError::Jammed {
             count: radii.len(),
             lengths: domain.lengths().into(),
-        })?;
+        }
+    })?;
     Ok(Placement {
         positions,
         reciprocal: Vec::new(),
@@ -105,29 +115,50 @@ pub fn place_unlike(
 /// Places equal disks in a periodic box.
 ///
 /// # Errors
-/// [`PlacementError::TooDense`] if a lattice of that many disks does not fit.
+/// [`PlacementError::TooDense`] if a lattice of that many disks does not fit; [`PlacementError::Interrupted`].
 pub fn place(
     arrangement: Arrangement,
     count: usize,
     diameter: f64,
     domain: &Domain<Plane>,
     streams: &Streams,
+    interrupt: &Interrupt,
 ) -> Result<Placement, PlacementError> {
     let mut stream = streams.at(Purpose::Placement, [0, 0]);
     let packing =
         count as f64 * std::f64::consts::FRAC_PI_4 * diameter * diameter / domain.volume();
-    let lattice = match arrangement {
-        Arrangement::Disordered if packing <= SEQUENTIAL_LIMIT => {
-            if let Some(positions) = sequential_addition(count, diameter, domain, &mut stream) {
-                return Ok(Placement {
-                    positions,
-                    reciprocal: Vec::new(),
-                });
-            }
-            hexagonal(count, domain)
+    if arrangement == Arrangement::Disordered && packing <= SEQUENTIAL_LIMIT {
+        let found = sequential_addition(count, diameter, domain, &mut stream, interrupt);
+        if let Some(positions) = found {
+            return Ok(Placement {
+                positions,
+                reciprocal: Vec::new(),
+            });
         }
+        if interrupt.is_raised() {
+            return Err(PlacementError::Interrupted);
+        }
+    }
+    lattice(arrangement, count, domain).occupy(count, diameter, domain, &mut stream)
+}
+
+/// Whether equal disks fit on the lattice of an arrangement, of which no order is that of the hexagonal one. Places none, so
+/// that it costs no memory.
+///
+/// # Errors
+/// [`PlacementError::TooDense`] if they do not.
+pub fn fits(
+    arrangement: Arrangement,
+    count: usize,
+    diameter: f64,
+    domain: &Domain<Plane>,
+) -> Result<(), PlacementError> {
+    lattice(arrangement, count, domain).holds(count, diameter, domain)
+}
+
+fn lattice(arrangement: Arrangement, count: usize, domain: &Domain<Plane>) -> Lattice {
+    match arrangement {
         Arrangement::Disordered | Arrangement::Hexagonal => hexagonal(count, domain),
         Arrangement::Square => square(count, domain),
-    };
-    lattice.occupy(count, diameter, domain, &mut stream)
+    }
 }

@@ -4,6 +4,7 @@ use nalgebra::{Vector2, vector};
 use rand::{Rng, RngExt};
 
 use crate::domain::Domain;
+use crate::interrupt::Interrupt;
 use crate::space::Plane;
 
 /// Packing fraction up to which random sequential addition is used. It jams at 0.547 (Feder 1980);
@@ -11,14 +12,15 @@ use crate::space::Plane;
 pub const SEQUENTIAL_LIMIT: f64 = 0.45;
 
 /// Adds disks one by one at uniformly random places where they overlap none; `None` when a disk finds
-/// no place in 10^6 trials (a small box may jam early).
+/// no place in 10^6 trials (a small box may jam early), or when it is interrupted.
 pub fn sequential_addition(
     count: usize,
     diameter: f64,
     domain: &Domain<Plane>,
     stream: &mut impl Rng,
+    interrupt: &Interrupt,
 ) -> Option<Vec<Vector2<f64>>> {
-    add(&vec![0.5 * diameter; count], domain, stream)
+    add(&vec![0.5 * diameter; count], domain, stream, interrupt)
 }
 
 /// As [`sequential_addition`], for disks of the given radii: the large ones first, which would find no place among the
@@ -27,11 +29,12 @@ pub fn sequential_addition_of(
     radii: &[f64],
     domain: &Domain<Plane>,
     stream: &mut impl Rng,
+    interrupt: &Interrupt,
 ) -> Option<Vec<Vector2<f64>>> {
     let mut order: Vec<usize> = (0..radii.len()).collect();
     order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
     let sorted: Vec<f64> = order.iter().map(|&index| radii[index]).collect();
-    let found = add(&sorted, domain, stream)?;
+    let found = add(&sorted, domain, stream, interrupt)?;
     let mut positions = vec![Vector2::zeros(); radii.len()];
     for (index, position) in order.into_iter().zip(found) {
         positions[index] = position;
@@ -40,7 +43,12 @@ pub fn sequential_addition_of(
 }
 
 /// Adds disks in their order.
-fn add(radii: &[f64], domain: &Domain<Plane>, stream: &mut impl Rng) -> Option<Vec<Vector2<f64>>> {
+fn add(
+    radii: &[f64],
+    domain: &Domain<Plane>,
+    stream: &mut impl Rng,
+    interrupt: &Interrupt,
+) -> Option<Vec<Vector2<f64>>> {
     const MOST_TRIALS: usize = 1_000_000;
     let count = radii.len();
     let diameter = 2.0
@@ -59,9 +67,14 @@ fn add(radii: &[f64], domain: &Domain<Plane>, stream: &mut impl Rng) -> Option<V
     };
     let mut grid: Vec<Vec<u32>> = vec![Vec::new(); cells[0] * cells[1]];
     let mut positions: Vec<Vector2<f64>> = Vec::with_capacity(count);
+    let mut trials = 0;
     for (index, radius) in radii.iter().enumerate() {
         let mut place = None;
         for _ in 0..MOST_TRIALS {
+            trials += 1;
+            if interrupt.is_raised_at(trials) {
+                return None;
+            }
             let trial = vector![
                 stream.random::<f64>() * lengths[0],
                 stream.random::<f64>() * lengths[1]
@@ -93,4 +106,62 @@ fn add(radii: &[f64], domain: &Domain<Plane>, stream: &mut impl Rng) -> Option<V
         positions.push(position);
     }
     Some(positions)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use rand::{SeedableRng, TryRng};
+
+    use super::*;
+    use crate::random::Stream;
+
+    /// Random numbers, of which one raises an interrupt.
+    struct Raising {
+        stream: Stream,
+        left: u64,
+        after: u64,
+        interrupt: Interrupt,
+    }
+
+    impl TryRng for Raising {
+        type Error = Infallible;
+
+        fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+            Ok(self.try_next_u64()? as u32)
+        }
+
+        fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+            if self.left == 0 {
+                self.interrupt.raise();
+                self.after += 1;
+            }
+            self.left = self.left.saturating_sub(1);
+            self.stream.try_next_u64()
+        }
+
+        fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+            self.stream.try_fill_bytes(bytes)
+        }
+    }
+
+    /// Some thousand trials after it is asked to, also while one disk finds no place.
+    #[test]
+    fn it_ends_soon_after_an_interrupt() {
+        let domain = Domain::<Plane>::periodic(vector![100.0, 100.0]).expect("a box");
+        for count in [4000, 9000] {
+            let interrupt = Interrupt::default();
+            let mut stream = Raising {
+                stream: Stream::seed_from_u64(1),
+                left: 30_000,
+                after: 0,
+                interrupt: interrupt.clone(),
+            };
+            let found = sequential_addition(count, 1.0, &domain, &mut stream, &interrupt);
+            assert!(found.is_none() && interrupt.is_raised());
+            // Two numbers for each trial.
+            assert!(stream.after <= 2 * 1024, "{}", stream.after);
+        }
+    }
 }

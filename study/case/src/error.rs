@@ -235,6 +235,15 @@ impl Problem {
     }
 }
 
+/// A number in few digits.
+pub(crate) fn brief_number(value: f64) -> String {
+    if value.abs() < 1e6 {
+        format!("{value:.4}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
 /// A value as TOML on one line, cut if it is long.
 pub(crate) fn brief(value: &toml::Value) -> String {
     const WIDTH: usize = 60;

@@ -253,7 +253,7 @@ impl Relations<'_> {
         let (run, case) = (&self.case.run, self.case);
         let until = run.until;
         if let Some(first) = run.first_sample {
-            let allowed = format!("a number above 0 and below run.until = {until}");
+            let allowed = format!("a number above 0 and below run.until = {until:?}");
             self.ensure(first < until, "run.first_sample", allowed)?;
         }
         if run.samples.is_some() {
@@ -278,7 +278,7 @@ impl Relations<'_> {
             };
             for (index, time) in list("times").enumerate() {
                 let fine = number(time).is_none_or(within);
-                let allowed = format!("times lie from 0 to run.until = {until}");
+                let allowed = format!("times lie from 0 to run.until = {until:?}");
                 self.ensure(fine, key(&format!("times.{}", index + 1)), allowed)?;
             }
             for (index, window) in list("windows").enumerate() {
@@ -287,7 +287,7 @@ impl Relations<'_> {
                     .zip(end(1))
                     .is_none_or(|(start, end)| start < end && within(start) && within(end));
                 let allowed = format!(
-                    "a window is [start, end] with 0 <= start < end <= run.until = {until}"
+                    "a window is [start, end] with 0 <= start < end <= run.until = {until:?}"
                 );
                 self.ensure(fine, key(&format!("windows.{}", index + 1)), allowed)?;
             }
@@ -296,7 +296,7 @@ impl Relations<'_> {
                     .get(from)
                     .and_then(number)
                     .is_none_or(|time| within(time) && time < until);
-                let allowed = format!("a time from 0 to below run.until = {until}");
+                let allowed = format!("a time from 0 to below run.until = {until:?}");
                 self.ensure(fine, key(from), allowed)?;
             }
         }

@@ -5,8 +5,8 @@ use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{
-    Body, Domain, Free, GrainSizes, Grains, Invalid, Kind, Law, Particle, Particles, Plane, Rough,
-    Scene, Sizes, Smooth, Space, Species, State, Volume,
+    Body, Domain, Free, GrainSizes, Grains, Interrupt, Invalid, Kind, Law, Particle, Particles,
+    Plane, Rough, Scene, Sizes, Smooth, Space, Species, State, Volume,
 };
 
 use crate::GasError;
@@ -278,10 +278,11 @@ impl GasBuilder {
                 2.0 * largest,
                 &domain,
                 &streams,
+                &Interrupt::default(),
             )?
         } else {
             let radii: Vec<f64> = (0..count).map(|i| sizes.radius(sizes.tag(i))).collect();
-            initial::place_unlike(&radii, &domain, &streams)?
+            initial::place_unlike(&radii, &domain, &streams, &Interrupt::default())?
         };
         let scene = Scene {
             space: Plane,

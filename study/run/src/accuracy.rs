@@ -8,14 +8,12 @@
 //!
 //! What is bounded is the error of the scheme against Enskog's theory, not the difference to exact disks, which break chaos.
 
-use std::sync::atomic::AtomicBool;
-
 use rayon::prelude::*;
 use stosszahl_analysis::accuracy::{Accuracy, Known};
 use stosszahl_case::format::{self, MonteCarlo, Placement, Start};
 use stosszahl_case::{Case, CaseFile};
 use stosszahl_dsmc::Parameters;
-use stosszahl_model::{Particles, transport};
+use stosszahl_model::{Interrupt, Particles, transport};
 
 use crate::check::Planned;
 use crate::follow::PartError;
@@ -96,7 +94,7 @@ pub(crate) fn settle<'a>(
 }
 
 /// The case with its resolution chosen, and the reasons in words.
-fn choose(plan: &Plan, target: f64, stop: &AtomicBool) -> Result<(Case, Vec<String>), PartError> {
+fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<String>), PartError> {
     let small = Plan::new(&pilot(plan), &plan.folder)?;
     let measures = measures(&["energy", "impact_parameters"]);
     let run = |replica| Unsaved {
@@ -225,7 +223,7 @@ impl Choice {
 struct Search<'a> {
     plan: &'a Plan,
     measures: &'a [&'static dyn Measure],
-    stop: &'a AtomicBool,
+    stop: &'a Interrupt,
     starts: Vec<Particles>,
     target: f64,
 }

@@ -5,7 +5,11 @@ use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
 use crate::accuracy;
 use crate::measure::{BadOption, Measure};
 use crate::measures;
-use crate::plan::{Cost, Plan, PlanError, Quantity};
+use crate::plan::{Cost, EnginePlan, Kept, Plan, PlanError, Quantity};
+use crate::words::short;
+
+/// Trials for each collision from which a scheme is called slow.
+const MANY_TRIALS: f64 = 50.0;
 
 /// A point of a case with all that follows from it.
 pub struct Planned<'a> {
@@ -70,6 +74,24 @@ impl<'a> Planned<'a> {
         })
     }
 
+    /// What it costs on so many threads.
+    pub fn cost(&self, threads: usize) -> Cost {
+        let kept = |engine: &EnginePlan| {
+            let count = (self.plan.count() * engine.copies()) as f64;
+            let all = |first: bool| {
+                let measures = self.measures.iter();
+                let kept = measures.filter(|one| first || !one.only_first_replica());
+                count
+                    * kept
+                        .map(|one| one.kept_per_particle(&self.plan))
+                        .sum::<f64>()
+            };
+            [all(true), all(false)]
+        };
+        let kept: Vec<Kept> = self.plan.engines.iter().map(kept).collect();
+        self.plan.cost(threads, &kept)
+    }
+
     /// What it means on so many threads.
     pub fn outline(&self, threads: usize) -> Outline {
         Outline {
@@ -79,9 +101,25 @@ impl<'a> Planned<'a> {
             engines: self.plan.engines.iter().map(|one| one.name).collect(),
             measures: self.measures.iter().map(|one| one.name()).collect(),
             replicas: self.plan.case.replicas,
-            cost: self.plan.cost(threads),
-            warnings: self.plan.warnings.clone(),
+            cost: self.cost(threads),
+            warnings: self.warnings(),
         }
+    }
+
+    /// What a reader should know, slow schemes among it.
+    fn warnings(&self) -> Vec<String> {
+        let slow = self.plan.engines.iter().filter_map(|engine| {
+            let trials = self.plan.trials_per_collision(engine)?;
+            (trials > MANY_TRIALS).then(|| {
+                format!(
+                    "{}: slow, for it tries about {} pairs for each collision: the largest particles meet far more often than \
+                     most, and the lightest are far faster, while all pairs are tried as if they were both",
+                    engine.name,
+                    short(trials.round())
+                )
+            })
+        });
+        self.plan.warnings.iter().cloned().chain(slow).collect()
     }
 }
 

@@ -4,11 +4,11 @@ use std::io;
 use std::marker::PhantomData;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
 /// What a run tells while it goes on; libraries print nothing.
@@ -36,9 +36,30 @@ pub struct Control<'a, T> {
     fingerprint: Fingerprint,
     interval: Duration,
     last: Mutex<Instant>,
-    stop: &'a AtomicBool,
+    stop: &'a Interrupt,
     tell: &'a (dyn Fn(f64, u64) + Sync),
     content: PhantomData<fn(T)>,
+}
+
+/// A net to fall back to is made at most so often \[s\], and so that making it takes at most this share of the time.
+const NET_SECONDS: f64 = 1.0;
+const NET_SHARE: f64 = 0.02;
+
+/// What a leg that is broken off falls back to: what was saved before it, in memory.
+pub struct Net<T> {
+    saved: Option<T>,
+    since: Instant,
+    cost: f64,
+}
+
+impl<T> Default for Net<T> {
+    fn default() -> Self {
+        Self {
+            saved: None,
+            since: Instant::now(),
+            cost: 0.0,
+        }
+    }
 }
 
 /// The run was asked to stop; its checkpoint is written.
@@ -51,7 +72,7 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         path: Option<PathBuf>,
         fingerprint: Fingerprint,
         seconds: f64,
-        stop: &'a AtomicBool,
+        stop: &'a Interrupt,
         tell: &'a (dyn Fn(f64, u64) + Sync),
     ) -> Self {
         Self {
@@ -98,6 +119,46 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         }
     }
 
+    /// What asks the part to stop.
+    pub fn interrupt(&self) -> &'a Interrupt {
+        self.stop
+    }
+
+    /// Before a leg, which may be broken off: keeps what is saved, unless little was done since the last time. As in
+    /// [`Self::pause`], only whether it is kept depends on the clock.
+    ///
+    /// # Errors
+    /// Those of `gather`.
+    pub fn spread<E>(
+        &self,
+        net: &mut Net<T>,
+        gather: impl FnOnce() -> Result<T, E>,
+    ) -> Result<(), E> {
+        let due = NET_SECONDS.max(net.cost / NET_SHARE);
+        if self.path.is_none() || net.since.elapsed().as_secs_f64() < due {
+            return Ok(());
+        }
+        // Never two at a time.
+        net.saved = None;
+        let began = Instant::now();
+        net.saved = Some(gather()?);
+        net.cost = began.elapsed().as_secs_f64();
+        net.since = Instant::now();
+        Ok(())
+    }
+
+    /// A leg was broken off: what was kept becomes the checkpoint. Without it the last checkpoint stays.
+    ///
+    /// # Errors
+    /// As [`Self::save`].
+    pub fn fall_back(&self, net: &mut Net<T>) -> Result<Interrupted, SnapshotError> {
+        if let Some(saved) = net.saved.take() {
+            let _hold = self.stop.hold();
+            self.save(&saved)?;
+        }
+        Ok(Interrupted)
+    }
+
     /// After a leg: saves when it is time to, and stops when asked to. Only whether a checkpoint is written depends on the
     /// clock, never what is in it.
     ///
@@ -105,9 +166,10 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     /// Those of `gather` and of [`Self::save`]; [`Interrupted`] when asked to stop.
     pub fn pause<E: From<SnapshotError> + From<Interrupted>>(
         &self,
+        net: &mut Net<T>,
         gather: impl FnOnce() -> Result<T, E>,
     ) -> Result<(), E> {
-        let stop = self.stop.load(Ordering::Relaxed);
+        let stop = self.stop.is_raised();
         let due = {
             let mut last = (self.last.lock()).unwrap_or_else(std::sync::PoisonError::into_inner);
             let due = last.elapsed() >= self.interval;
@@ -117,6 +179,8 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
             due
         };
         if self.path.is_some() && (stop || due) {
+            let _hold = self.stop.hold();
+            *net = Net::default();
             self.save(&gather()?)?;
         }
         if stop {
@@ -124,5 +188,34 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         } else {
             Ok(())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A leg that is broken off falls back to what was kept before it, which is then on disk; and nothing is kept twice.
+    #[test]
+    fn what_was_kept_before_a_leg_becomes_the_checkpoint() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
+        let control: Control<'_, u64> = Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
+        let gather = |number| move || Ok::<u64, SnapshotError>(number);
+        let long_ago = Instant::now().checked_sub(Duration::from_secs(5));
+        let mut net = Net {
+            since: long_ago.expect("a machine that is up"),
+            ..Net::default()
+        };
+        control.save(&1).expect("saved");
+        control.spread(&mut net, gather(2)).expect("kept");
+        // Too early for another one.
+        control.spread(&mut net, gather(3)).expect("kept");
+        assert_eq!(control.load().expect("read"), Some(1));
+        assert_eq!(control.fall_back(&mut net).expect("saved"), Interrupted);
+        assert_eq!(control.load().expect("read"), Some(2));
+        // With nothing kept, the checkpoint stays.
+        assert_eq!(control.fall_back(&mut net).expect("saved"), Interrupted);
+        assert_eq!(control.load().expect("read"), Some(2));
     }
 }

@@ -7,7 +7,7 @@ use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Order, Part, Pick, Rule,
 use stosszahl_dsmc::{Gas, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Particles, Simulation, Volume};
+use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 
 use crate::measure::Needs;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
@@ -46,7 +46,7 @@ pub enum From<'a> {
     Checkpoint(&'a [u8]),
 }
 
-/// Starts an engine of a replica with these streams, or goes on.
+/// Starts an engine of a replica with these streams, or goes on; it ends early when the interrupt is raised.
 ///
 /// # Errors
 /// [`BeginError`] if it cannot.
@@ -56,6 +56,20 @@ pub fn begin(
     streams: Streams,
     needs: Needs,
     from: From<'_>,
+    interrupt: &Interrupt,
+) -> Result<Box<dyn Simulation>, BeginError> {
+    let mut gas = made(plan, engine, streams, needs, from, interrupt)?;
+    gas.stop_on(interrupt);
+    Ok(gas)
+}
+
+fn made(
+    plan: &Plan,
+    engine: &EnginePlan,
+    streams: Streams,
+    needs: Needs,
+    from: From<'_>,
+    interrupt: &Interrupt,
 ) -> Result<Box<dyn Simulation>, BeginError> {
     match &engine.kind {
         EngineKind::EventDriven { contact_time, .. } => {
@@ -67,7 +81,7 @@ pub fn begin(
             let boundaries = plan.exact_boundaries(streams)?;
             Ok(match from {
                 From::Start(start) => {
-                    let own = owned(plan, start, streams)?;
+                    let own = owned(plan, start, streams, interrupt)?;
                     stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &own)?
                 }
                 From::Checkpoint(bytes) => {
@@ -87,7 +101,7 @@ pub fn begin(
             };
             Ok(match from {
                 From::Start(start) => {
-                    let mut sets = vec![owned(plan, start, streams)?];
+                    let mut sets = vec![owned(plan, start, streams, interrupt)?];
                     // In a flow, sets are starts of the same gas; a periodic gas may be moved and turned instead.
                     let more = if plan.kind == Kind::Flow {
                         engine.copies() as u64
@@ -95,7 +109,7 @@ pub fn begin(
                         1
                     };
                     for set in 1..more {
-                        sets.push(start::placed(plan, set, streams)?.0);
+                        sets.push(start::placed(plan, set, streams, interrupt)?.0);
                     }
                     stosszahl_dsmc::simulate(&gas, &sets)?
                 }
@@ -145,10 +159,11 @@ fn owned(
     plan: &Plan,
     start: Option<&Particles>,
     streams: Streams,
+    interrupt: &Interrupt,
 ) -> Result<Particles, StartError> {
     match start {
         Some(start) => Ok(start.clone()),
-        None => Ok(start::placed(plan, 0, streams)?.0),
+        None => Ok(start::placed(plan, 0, streams, interrupt)?.0),
     }
 }
 

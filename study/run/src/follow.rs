@@ -12,7 +12,7 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_model::{Budget, Failure, Observer, Particles, Simulation, Work};
 
-use crate::control::{Control, Interrupted};
+use crate::control::{Control, Interrupted, Net};
 use crate::engines::{self, BeginError, From as Source};
 use crate::kicks::Kicks;
 use crate::measure::{Finished, Measure, Moment, Needs, Probe, Stop};
@@ -30,10 +30,10 @@ pub enum PartError {
     Plan(#[from] PlanError),
     /// The start cannot be made.
     #[error(transparent)]
-    Start(#[from] StartError),
+    Start(StartError),
     /// The engine cannot start.
     #[error(transparent)]
-    Begin(#[from] BeginError),
+    Begin(BeginError),
     /// The engine cannot go on, as in inelastic collapse.
     #[error("{failure}")]
     Stopped {
@@ -69,6 +69,24 @@ impl From<Failure> for PartError {
     }
 }
 
+impl From<StartError> for PartError {
+    fn from(error: StartError) -> Self {
+        match error {
+            StartError::Interrupted => Self::Interrupted,
+            other => Self::Start(other),
+        }
+    }
+}
+
+impl From<BeginError> for PartError {
+    fn from(error: BeginError) -> Self {
+        match error {
+            BeginError::Start(StartError::Interrupted) => Self::Interrupted,
+            other => Self::Begin(other),
+        }
+    }
+}
+
 impl From<Interrupted> for PartError {
     fn from(_: Interrupted) -> Self {
         Self::Interrupted
@@ -92,13 +110,21 @@ pub fn prepare(
     control: &Control<'_, Preparation>,
 ) -> Result<(StartReport, Particles), PartError> {
     let streams = Streams::new(plan.case.seed, replica);
+    let interrupt = control.interrupt();
     let mut start = match control.load()? {
         Some(start) => start,
-        None => Preparation::new(plan, streams)?,
+        None => Preparation::new(plan, streams, interrupt)?,
     };
-    while !start.leg(plan, streams)? {
-        control.tell(start.share(plan), 0);
-        control.pause(|| Ok::<_, PartError>(start.clone()))?;
+    // A leg that is broken off leaves the preparation as it was before.
+    let mut net = Net::default();
+    loop {
+        match start.leg(plan, streams, interrupt) {
+            Ok(true) => break,
+            Ok(false) => control.tell(start.share(plan), 0),
+            Err(StartError::Interrupted) => {}
+            Err(error) => return Err(error.into()),
+        }
+        control.pause(&mut net, || Ok::<_, PartError>(start.clone()))?;
     }
     control.save(&start)?;
     control.tell(1.0, 0);
@@ -176,7 +202,10 @@ impl Part<'_> {
         let (plan, streams) = (self.plan, self.streams());
         let schedule = schedule(plan, self.measures);
         let mut probes = self.probes();
-        let begin = |source| engines::begin(plan, self.engine, streams, self.needs(), source);
+        let begin = |source| {
+            let interrupt = control.interrupt();
+            engines::begin(plan, self.engine, streams, self.needs(), source, interrupt)
+        };
         let mut course = if let Some(saved) = control.load()? {
             for (probe, record) in probes.iter_mut().zip(&saved.records) {
                 probe.load(record)?;
@@ -216,9 +245,14 @@ impl Part<'_> {
             }
         };
         let drive = Kicks::new(plan, streams)?;
+        let mut net = Net::default();
         while let Some(due) = schedule.get(course.next) {
             let before = course.gas.work().collisions;
-            course.leg(due, drive.as_ref())?;
+            control.spread(&mut net, || course.save(false))?;
+            match course.leg(due, drive.as_ref()) {
+                Err(PartError::Interrupted) => return Err(control.fall_back(&mut net)?.into()),
+                done => done?,
+            }
             let time = course.gas.time() / plan.time;
             control.tell(
                 plan.share(time),
@@ -226,7 +260,7 @@ impl Part<'_> {
             );
             if course.next < schedule.len() {
                 course.lap();
-                control.pause(|| course.save(false))?;
+                control.pause(&mut net, || course.save(false))?;
             }
         }
         course.lap();
@@ -271,6 +305,9 @@ impl Course<'_> {
                 PartError::Stopped { failure, state }
             })?
         };
+        if self.gas.is_interrupted() {
+            return Err(PartError::Interrupted);
+        }
         self.bytes = self.bytes.max(self.gas.bytes());
         if reached && until == due.time {
             self.look(due)?;

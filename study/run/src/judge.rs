@@ -14,6 +14,13 @@ use stosszahl_analysis::compare::{Quotient, Verdict as Test, quotients};
 use stosszahl_analysis::statistics::{ChiSquaredTest, holm, student_t_test};
 use stosszahl_results::{Verdict, VerdictKind};
 
+pub use crate::words::short;
+
+/// What stands for a number that is none, or infinite.
+const UNKNOWN: &str = "unknown";
+/// From here on numbers are shown with an exponent.
+const LARGE: f64 = 1e6;
+
 /// Standard errors from which a deviation is no chance.
 pub const SIGNIFICANT: f64 = 3.0;
 
@@ -54,20 +61,13 @@ fn decimals(error: f64) -> usize {
     }
 }
 
-/// A number in few digits.
-pub fn short(value: f64) -> String {
-    if (1e-3..1e6).contains(&value.abs()) || value == 0.0 {
-        let rounded = format!("{value:.4}");
-        let plain = rounded.trim_end_matches('0').trim_end_matches('.');
-        plain.to_owned()
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
 /// A number with its error, in the digits that the error leaves.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error.filter(|error| error.is_finite()) {
+        _ if !value.is_finite() => UNKNOWN.to_owned(),
+        Some(error) if value.abs().max(error) >= LARGE => {
+            format!("{} ± {}", short(value), short(error))
+        }
         Some(error) => {
             let digits = decimals(error);
             format!("{value:.digits$} ± {error:.digits$}")
@@ -80,10 +80,15 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
 pub fn percent(deviation: f64, error: Option<f64>) -> String {
     let deviation = 100.0 * deviation;
     match error.map(|error| 100.0 * error) {
+        _ if !deviation.is_finite() => UNKNOWN.to_owned(),
+        Some(error) if error.is_finite() && deviation.abs().max(error) >= LARGE => {
+            format!("{deviation:+.1e} ± {error:.1e} %")
+        }
         Some(error) if error.is_finite() => {
             let digits = decimals(error).saturating_sub(1);
             format!("{deviation:+.digits$} ± {error:.digits$} %")
         }
+        _ if deviation.abs() >= LARGE => format!("{deviation:+.1e} % (error unknown)"),
         _ => format!("{deviation:+.2} % (error unknown)"),
     }
 }

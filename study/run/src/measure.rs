@@ -5,12 +5,11 @@
 
 use std::any::Any;
 use std::cell::OnceCell;
-use std::path::PathBuf;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stosszahl_model::{Observer, Particles, Simulation};
-use stosszahl_results::{Table, Verdict};
+use stosszahl_results::{Snapshot, Table, Verdict};
 
 use crate::plan::{EnginePlan, Plan};
 
@@ -44,6 +43,12 @@ pub trait Measure: Sync {
         Needs::default()
     }
 
+    /// Memory that the record of its probe takes in the end, for each particle or simulator \[bytes\]; what does not grow
+    /// with their number does not count.
+    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+        0.0
+    }
+
     /// Whether only the first replica is looked at: [`Probe::sample`] is then not called in others.
     fn only_first_replica(&self) -> bool {
         false
@@ -55,8 +60,8 @@ pub trait Measure: Sync {
     /// Tables of all engines and replicas.
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table>;
 
-    /// Files beside the tables, by their place in the results folder.
-    fn files(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(PathBuf, String)> {
+    /// Files of all particles at some times, with what the manifest says of them.
+    fn snapshots(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
         Vec::new()
     }
 

@@ -2,7 +2,9 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::walls::Obstacle;
-use stosszahl_model::{Domain, Space, Vector, Walls};
+use stosszahl_model::{Domain, Interrupt, Space, Vector, Walls};
+
+use crate::start::StartError;
 
 /// No room.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,6 +45,7 @@ pub(crate) struct Places<'a, S: Space> {
     room: Room,
     counts: [usize; 3],
     cells: Vec<Vec<(S::Vector, f64)>>,
+    trials: u64,
 }
 
 impl<'a, S: Space> Places<'a, S> {
@@ -77,16 +80,21 @@ impl<'a, S: Space> Places<'a, S> {
             room,
             counts,
             cells: vec![Vec::new(); counts.iter().product()],
+            trials: 0,
         }
     }
 
     /// A place for each particle: the largest first, which find no place later.
-    pub(crate) fn all(mut self, stream: &mut impl Rng) -> Result<Vec<S::Vector>, Full> {
+    pub(crate) fn all(
+        mut self,
+        stream: &mut impl Rng,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<S::Vector>, StartError> {
         let mut order: Vec<usize> = (0..self.radii.len()).collect();
         order.sort_by(|&a, &b| self.radii[b].total_cmp(&self.radii[a]));
         let mut places = vec![S::Vector::default(); self.radii.len()];
         for index in order {
-            places[index] = self.find(index, stream)?;
+            places[index] = self.find(index, stream, interrupt)?;
         }
         Ok(places)
     }
@@ -106,9 +114,18 @@ impl<'a, S: Space> Places<'a, S> {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    fn find(&mut self, particle: usize, stream: &mut impl Rng) -> Result<S::Vector, Full> {
+    fn find(
+        &mut self,
+        particle: usize,
+        stream: &mut impl Rng,
+        interrupt: &Interrupt,
+    ) -> Result<S::Vector, StartError> {
         let radius = self.radii[particle];
         for _ in 0..MOST_TRIALS {
+            self.trials += 1;
+            if interrupt.is_raised_at(self.trials) {
+                return Err(StartError::Interrupted);
+            }
             let mut trial = S::Vector::default();
             for axis in 0..S::DIMENSION {
                 let edge = |side: usize| self.clearance(axis, side, radius);
@@ -123,11 +140,12 @@ impl<'a, S: Space> Places<'a, S> {
                 return Ok(trial);
             }
         }
-        Err(Full {
+        let count = self.radii.len();
+        Err(StartError::Full(Full {
             particle,
-            count: self.radii.len(),
+            count,
             trials: MOST_TRIALS,
-        })
+        }))
     }
 
     /// How far from a face the centre of a particle is at least.

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Instant;
 
@@ -10,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 use stosszahl_case::format::{Placement, TimeUnit};
 use stosszahl_case::{CaseError, CaseFile, Kind};
-use stosszahl_model::Particles;
+use stosszahl_model::{Interrupt, Particles};
 use stosszahl_results::{
     CHECKPOINTS, Derived, EngineWork, Existing, FORMAT, Folder, Keys, Machine, Manifest, Place,
     Program, ResultsError, RunId, SNAPSHOTS, Start, StartTest, Sweep, SweepPoint, Table, Verdict,
@@ -45,8 +44,8 @@ pub struct Options<'a> {
     pub threads: Option<usize>,
     /// Runs although the estimated memory is more than there is.
     pub force_memory: bool,
-    /// Set to stop at the next leg.
-    pub stop: &'a AtomicBool,
+    /// Raised to stop within a second.
+    pub stop: &'a Interrupt,
     /// Who is told.
     pub progress: &'a dyn Progress,
 }
@@ -173,10 +172,7 @@ pub fn run_planned(
     let side_by_side = (threads / fewest.max(1)).max(1);
     let needed = planned.chunks(side_by_side).map(|chunk| {
         let each = threads.div_ceil(chunk.len());
-        chunk
-            .iter()
-            .map(|one| one.plan.cost(each).bytes)
-            .sum::<f64>()
+        chunk.iter().map(|one| one.cost(each).bytes).sum::<f64>()
     });
     let needed = needed.fold(0.0, f64::max);
     if let Some(available) =
@@ -330,6 +326,7 @@ fn run_point(
     let engines = work(plan, &all.finished);
     warnings.extend(limited(&engines));
     let mut tables: Vec<Table> = Vec::new();
+    let mut snapshots = Vec::new();
     let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
         .into_iter()
         .collect();
@@ -340,8 +337,9 @@ fn run_point(
         };
         let own = known.tables(plan, &runs);
         verdicts.extend(known.verdicts(plan, &runs, &own));
-        for (path, text) in known.files(plan, &runs) {
-            place.write(&path.to_string_lossy(), text.as_bytes())?;
+        for (snapshot, text) in known.snapshots(plan, &runs) {
+            place.write(&snapshot.file, text.as_bytes())?;
+            snapshots.push(snapshot);
         }
         tables.extend(own);
     }
@@ -380,6 +378,7 @@ fn run_point(
         verdicts,
         choices: plan.choices.clone(),
         warnings,
+        snapshots,
         ..Manifest::default()
     };
     let manifest = place.finish(manifest, &tables)?;
@@ -485,7 +484,7 @@ impl Replicas<'_> {
         let failed = done.failed.len();
         match done.failed.first_mut() {
             // A replica that cannot go on may hide that another engine of it was asked to stop.
-            Some(RunError::Replica { source, .. }) if self.options.stop.load(Ordering::Relaxed) => {
+            Some(RunError::Replica { source, .. }) if self.options.stop.is_raised() => {
                 **source = PartError::Interrupted;
                 Err(done.failed.swap_remove(0))
             }
@@ -513,8 +512,8 @@ impl Replicas<'_> {
         // The longest first.
         let mut order: Vec<usize> = (0..plan.engines.len()).collect();
         order.sort_by(|&a, &b| {
-            plan.bytes(&plan.engines[b])
-                .total_cmp(&plan.bytes(&plan.engines[a]))
+            let seconds = |index: usize| plan.seconds(&plan.engines[index]);
+            seconds(b).total_cmp(&seconds(a))
         });
         let mut runs = order
             .into_par_iter()
@@ -565,7 +564,7 @@ impl Replicas<'_> {
     ) -> Result<Finished, PartError> {
         let plan = &self.planned.plan;
         let engine = &plan.engines[index];
-        if self.options.stop.load(Ordering::Relaxed) {
+        if self.options.stop.is_raised() {
             return Err(PartError::Interrupted);
         }
         let tell = |share, collisions| {

@@ -9,9 +9,9 @@ use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::{self, Arrangement, PlacementError};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Budget, Collision, Domain, Failure, Free, GrainSizes, Law, Observer, Particle, Particles,
-    Plane, Polydisperse, Rough, Scene, Simulation, Sizes as _, Smooth, Space, State, Surface,
-    Vector as _, Volume,
+    Body, Budget, Collision, Domain, Failure, Free, GrainSizes, Interrupt, Law, Observer, Particle,
+    Particles, Plane, Polydisperse, Rough, Scene, Simulation, Sizes as _, Smooth, Space, State,
+    Surface, Vector as _, Volume,
 };
 
 use crate::places::{Full, Places, Room};
@@ -48,9 +48,12 @@ pub enum StartError {
     /// Particles find no place.
     #[error(transparent)]
     Full(#[from] Full),
+    /// It was asked to end.
+    #[error("stopped")]
+    Interrupted,
     /// A lattice, or several sizes, do not fit.
     #[error("start.placement: {0}")]
-    Placement(#[from] PlacementError),
+    Placement(#[source] PlacementError),
     /// Particles overlap, which is an error of the program.
     #[error("particles {} and {} of the start overlap by {depth}", pair[0], pair[1])]
     Overlap {
@@ -71,6 +74,15 @@ pub enum StartError {
     /// The same, from within a leg.
     #[error("elastic equilibration: {0}")]
     Failure(#[from] Failure),
+}
+
+impl From<PlacementError> for StartError {
+    fn from(error: PlacementError) -> Self {
+        match error {
+            PlacementError::Interrupted => Self::Interrupted,
+            other => Self::Placement(other),
+        }
+    }
 }
 
 /// A start on its way: what a checkpoint holds.
@@ -107,16 +119,17 @@ pub fn placed(
     plan: &Plan,
     set: u64,
     streams: Streams,
+    interrupt: &Interrupt,
 ) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
     let streams = match set {
         0 => streams,
         _ => streams.branch(SETS).branch(set),
     };
     match (plan.dimension, plan.grains.rough) {
-        (2, None) => by_surface::<Plane, _>(plan, Smooth, streams),
-        (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, streams),
-        (_, None) => by_surface::<Volume, _>(plan, Smooth, streams),
-        (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, streams),
+        (2, None) => by_surface::<Plane, _>(plan, Smooth, streams, interrupt),
+        (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, streams, interrupt),
+        (_, None) => by_surface::<Volume, _>(plan, Smooth, streams, interrupt),
+        (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, streams, interrupt),
     }
 }
 
@@ -145,6 +158,7 @@ fn by_surface<S: Space, C: Surface<S>>(
     plan: &Plan,
     surface: C,
     streams: Streams,
+    interrupt: &Interrupt,
 ) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
     let scene = scene(plan, surface)?;
     let walls = plan.walls::<S>()?;
@@ -157,7 +171,7 @@ fn by_surface<S: Space, C: Surface<S>>(
     let radius = |index: usize| scene.sizes.radius(scene.sizes.tag(index));
     let (positions, reciprocal, placement) = if plan.kind == Kind::Comparison && plan.dimension == 2
     {
-        let (places, reciprocal, name) = in_plane(plan, streams, radius)?;
+        let (places, reciprocal, name) = in_plane(plan, streams, radius, interrupt)?;
         let places = places.into_iter().map(|at| S::vector(|axis| at[axis]));
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
     } else {
@@ -171,7 +185,11 @@ fn by_surface<S: Space, C: Surface<S>>(
         let obstacles = plan.obstacles()?;
         let places = Places::new(&radii, domain, &walls, &obstacles, room);
         let mut stream = streams.at(Purpose::Placement, [0, 0]);
-        (places.all(&mut stream)?, Vec::new(), "at random".to_owned())
+        (
+            places.all(&mut stream, interrupt)?,
+            Vec::new(),
+            "at random".to_owned(),
+        )
     };
     let body = |at| Body::new(at, <S::Vector as Default>::default());
     let mut state: State<Each<S, C>> = State {
@@ -221,13 +239,14 @@ fn in_plane(
     plan: &Plan,
     streams: Streams,
     radius: impl Fn(usize) -> f64,
+    interrupt: &Interrupt,
 ) -> Result<Placed, StartError> {
     let domain = Domain::<Plane>::periodic([plan.lengths[0], plan.lengths[1]].into())?;
     let (placement, name) = match (&plan.file, plan.arrangement()) {
         (Some(file), _) => return Ok((file.positions.clone(), Vec::new(), "file".to_owned())),
         (None, Some(_)) if matches!(plan.grains.sizes, GrainSizes::Each(_)) => {
             let radii: Vec<f64> = (0..plan.count()).map(&radius).collect();
-            let placement = initial::place_unlike(&radii, &domain, &streams)?;
+            let placement = initial::place_unlike(&radii, &domain, &streams, interrupt)?;
             (placement, "disordered, large particles first".to_owned())
         }
         (None, arrangement) => {
@@ -238,6 +257,7 @@ fn in_plane(
                 2.0 * radius(0),
                 &domain,
                 &streams,
+                interrupt,
             )?;
             let molten = arrangement == Arrangement::Disordered && !placement.reciprocal.is_empty();
             let name = if molten {
@@ -313,9 +333,9 @@ impl Preparation {
     /// Places the particles of a replica.
     ///
     /// # Errors
-    /// [`StartError`] if they do not fit.
-    pub fn new(plan: &Plan, streams: Streams) -> Result<Self, StartError> {
-        let (particles, reciprocal, placement) = placed(plan, 0, streams)?;
+    /// [`StartError`] if they do not fit, or if it was interrupted.
+    pub fn new(plan: &Plan, streams: Streams, interrupt: &Interrupt) -> Result<Self, StartError> {
+        let (particles, reciprocal, placement) = placed(plan, 0, streams, interrupt)?;
         let boundaries = plan.exact_boundaries(streams)?;
         let gas =
             stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &particles)?;
@@ -343,8 +363,13 @@ impl Preparation {
     /// True once finished. A leg is a function of the preparation before it.
     ///
     /// # Errors
-    /// [`StartError`] if elastic dynamics cannot go on.
-    pub fn leg(&mut self, plan: &Plan, streams: Streams) -> Result<bool, StartError> {
+    /// [`StartError`] if elastic dynamics cannot go on; [`StartError::Interrupted`] leaves it as it was before the leg.
+    pub fn leg(
+        &mut self,
+        plan: &Plan,
+        streams: Streams,
+        interrupt: &Interrupt,
+    ) -> Result<bool, StartError> {
         let asked = pairs(plan, plan.equilibration());
         let most = pairs(plan, plan.longest_equilibration()).max(asked);
         // The last half of what was asked is tested, or more where that is too little to tell.
@@ -363,6 +388,7 @@ impl Preparation {
         };
         let target = if asked == 0 { 0 } else { target.min(most) };
         let mut gas = self.gas(plan, streams)?;
+        gas.stop_on(interrupt);
         if done < target {
             let leg = (LEG * plan.count() as u64)
                 .max(LEAST_LEG)
@@ -370,15 +396,16 @@ impl Preparation {
             // As long as theory needs for a hundred collisions of each particle: a gas in which nothing collides in all that
             // time has nothing to forget.
             let horizon = gas.time() + 100.0 / plan.collision_rate();
+            let mut bins = self.bins.clone();
             if done < first {
                 gas.advance(horizon, Budget::Collisions(leg), &mut ())?;
             } else {
-                gas.advance(
-                    horizon,
-                    Budget::Collisions(leg),
-                    &mut Histogram(&mut self.bins),
-                )?;
+                gas.advance(horizon, Budget::Collisions(leg), &mut Histogram(&mut bins))?;
             }
+            if gas.is_interrupted() {
+                return Err(StartError::Interrupted);
+            }
+            self.bins = bins;
             self.gas = gas.checkpoint()?;
             self.collisions = gas.work().collisions;
             if self.collisions > done {

@@ -1,19 +1,19 @@
 //! A run that is stopped after every leg goes on to the same bytes, and plans have the numbers of the literature.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Collision, Observer};
+use stosszahl_model::{Budget, Collision, Interrupt, Observer};
 use stosszahl_results::Table;
 
 use crate::control::Control;
+use crate::engines::{self, From};
 use crate::follow::{Part, PartError};
 use crate::measure::{self, BadOption, Finished, Measure, Moment, Needs, Probe, Runs, Stop};
 use crate::plan::{EnginePlan, Plan};
-use crate::start::{Preparation, is_prepared, placed};
+use crate::start::{Preparation, StartError, is_prepared, placed};
 
 /// All that a probe can see, in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -111,15 +111,16 @@ fn seen(finished: &Finished) -> Seen {
 fn assert_resumes(text: &str) {
     let plan = plan(text);
     let streams = Streams::new(plan.case.seed, 0);
+    let never = Interrupt::default();
     let start = if is_prepared(&plan) {
-        let mut preparation = Preparation::new(&plan, streams).expect("a start");
-        while !preparation.leg(&plan, streams).expect("a leg") {
+        let mut preparation = Preparation::new(&plan, streams, &never).expect("a start");
+        while !preparation.leg(&plan, streams, &never).expect("a leg") {
             let bytes = postcard::to_stdvec(&preparation).expect("bytes");
             preparation = postcard::from_bytes(&bytes).expect("the same");
         }
         Some(preparation.particles(&plan, streams).expect("particles"))
     } else if plan.lengths[0] > 0.0 {
-        Some(placed(&plan, 0, streams).expect("a start").0)
+        Some(placed(&plan, 0, streams, &never).expect("a start").0)
     } else {
         None
     };
@@ -131,16 +132,16 @@ fn assert_resumes(text: &str) {
             replica: 0,
             start: start.as_ref(),
         };
-        let (never, at_once) = (AtomicBool::new(false), AtomicBool::new(true));
-        let tell = |_: f64, _: u64| {};
         let whole = part
-            .run(&Control::new(None, [0; 32], 1e9, &never, &tell))
+            .run(&Control::new(None, [0; 32], 1e9, &never, &|_, _| {}))
             .expect("a run");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("part.snapshot");
         let mut stops = 0;
         let stopped = loop {
-            let control = Control::new(Some(path.clone()), [1; 32], 1e9, &at_once, &tell);
+            let after_leg = Interrupt::default();
+            let tell = |_: f64, _: u64| after_leg.raise();
+            let control = Control::new(Some(path.clone()), [1; 32], 1e9, &after_leg, &tell);
             match part.run(&control) {
                 Ok(finished) => break finished,
                 Err(PartError::Interrupted) => stops += 1,
@@ -197,6 +198,197 @@ fn gases_without_positions_resume_to_the_same_bytes() {
     );
 }
 
+/// Raises an interrupt when so many collisions were seen.
+struct Raising {
+    interrupt: Interrupt,
+    left: u64,
+}
+
+impl Observer for Raising {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.left = self.left.saturating_sub(batch.len() as u64);
+        if self.left == 0 {
+            self.interrupt.raise();
+        }
+    }
+}
+
+/// Engines of each sort.
+const ALL_ENGINES: [&str; 2] = [
+    "[gas]\nnumber = 400\nrestitution = 1.0\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 0\n[run]\nuntil = 20\n\
+     [engine.ed]\n[engine.dsmc-boltzmann]\n[engine.dsmc-contact-point]\n[engine.dsmc-esmc]\n[engine.dsmc-stochastic-disks]\n",
+    "[gas]\ndimension = 3\nnumber = 400\nrestitution = 1.0\nvolume = 4000.0\n[run]\nuntil = 1e3\n[engine.dsmc-homogeneous]\n",
+];
+
+/// Whatever an advance has before it, an interrupt ends it after a few hundred events, proposals, or one step; and there is
+/// no way on from there.
+#[test]
+fn an_interrupt_breaks_any_engine_off() {
+    for text in ALL_ENGINES {
+        let plan = plan(text);
+        for engine in &plan.engines {
+            let interrupt = Interrupt::default();
+            let streams = Streams::new(1, 0);
+            let mut gas = engines::begin(
+                &plan,
+                engine,
+                streams,
+                Needs::default(),
+                From::Start(None),
+                &interrupt,
+            )
+            .expect("an engine");
+            let mut observer = Raising {
+                interrupt: interrupt.clone(),
+                left: 600,
+            };
+            let reached = gas.advance(1e5, Budget::Unlimited, &mut observer);
+            assert!(!reached.expect("a gas"), "{}", engine.name);
+            assert!(gas.is_interrupted(), "{}", engine.name);
+            // Collisions come in batches of some hundred, or by the step, in which a particle meets one other at most.
+            let collisions = gas.work().collisions;
+            assert!(
+                (600..1800).contains(&collisions),
+                "{}: {collisions}",
+                engine.name
+            );
+            assert!(!gas.advance(1e5, Budget::Leg, &mut ()).expect("a gas"));
+            assert_eq!(gas.work().collisions, collisions, "{}", engine.name);
+        }
+    }
+}
+
+/// No particle is placed, and no leg of the start is done, once it is asked to end; what was done stays as it was.
+#[test]
+fn an_interrupt_ends_a_start() {
+    let (never, now) = (Interrupt::default(), Interrupt::default());
+    now.raise();
+    let plan = plan(
+        "[gas]\nnumber = 3000\nrestitution = 0.9\n[box]\npacking_fraction = 0.4\n[run]\nuntil = 1\n[engine.ed]\n",
+    );
+    let streams = Streams::new(1, 0);
+    let placed = Preparation::new(&plan, streams, &now);
+    assert!(matches!(placed, Err(StartError::Interrupted)));
+    let mut start = Preparation::new(&plan, streams, &never).expect("a start");
+    let before = postcard::to_stdvec(&start).expect("bytes");
+    let leg = start.leg(&plan, streams, &now);
+    assert!(matches!(leg, Err(StartError::Interrupted)));
+    assert_eq!(postcard::to_stdvec(&start).expect("bytes"), before);
+    assert!(!start.leg(&plan, streams, &never).expect("a leg"));
+}
+
+/// Interrupted in the middle of a leg, again and again, each time a little later, a part ends with the same numbers: the leg
+/// leaves nothing behind.
+#[test]
+fn a_leg_that_is_broken_off_leaves_nothing_behind() {
+    let plan = plan(ALL_ENGINES[0]);
+    let never = Interrupt::default();
+    let start = placed(&plan, 0, Streams::new(plan.case.seed, 0), &never)
+        .expect("a start")
+        .0;
+    for engine in &plan.engines {
+        let run = |measures: &[&'static dyn Measure], path, stop: &Interrupt| {
+            let part = Part {
+                plan: &plan,
+                engine,
+                measures,
+                replica: 0,
+                start: Some(&start),
+            };
+            part.run(&Control::new(path, [1; 32], 1e9, stop, &|_, _| {}))
+        };
+        let whole = run(&[&Everything], None, &never).expect("a run");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("part.snapshot");
+        for left in [1, 1000, 2000] {
+            let interrupt = Interrupt::default();
+            let eager: &'static Eager = Box::leak(Box::new(Eager(interrupt.clone(), left)));
+            let ended = run(&[&Everything, eager], Some(path.clone()), &interrupt);
+            assert!(
+                matches!(ended, Err(PartError::Interrupted)),
+                "{}",
+                engine.name
+            );
+        }
+        let last = run(&[&Everything], Some(path), &never).expect("a run");
+        assert_eq!(seen(&whole), seen(&last), "{}", engine.name);
+        assert_eq!(whole.work, last.work, "{}", engine.name);
+    }
+}
+
+/// Raises an interrupt after so many collisions, as a measure.
+struct Eager(Interrupt, u64);
+
+struct EagerProbe(Raising);
+
+impl Probe for EagerProbe {
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        Some(&mut self.0)
+    }
+    fn sample(&mut self, _moment: &mut Moment<'_>) {}
+    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+        Ok(Vec::new())
+    }
+    fn load(&mut self, _bytes: &[u8]) -> Result<(), postcard::Error> {
+        Ok(())
+    }
+    fn record(&self) -> &dyn std::any::Any {
+        &()
+    }
+}
+
+impl Measure for Eager {
+    fn name(&self) -> &'static str {
+        "eager"
+    }
+    fn about(&self) -> &'static str {
+        "Ends the run early"
+    }
+    fn schema(&self) -> schemars::Schema {
+        schemars::Schema::default()
+    }
+    fn check(&self, _plan: &Plan) -> Result<(), BadOption> {
+        Ok(())
+    }
+    fn times(&self, _plan: &Plan) -> Vec<f64> {
+        Vec::new()
+    }
+    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(EagerProbe(Raising {
+            interrupt: self.0.clone(),
+            left: self.1,
+        }))
+    }
+    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
+        Vec::new()
+    }
+}
+
+/// A few large particles among many small ones make a scheme slow that tries all pairs as if they were the largest, and
+/// that is said; and exact dynamics tries none.
+#[test]
+fn slow_schemes_are_called_slow() {
+    let text = "format = 2\ntitle = \"a test\"\nreplicas = 1\n[gas]\nnumber = 1000\nrestitution = 0.9\n[[species]]\nshare = 0.99\n\
+                [[species]]\nshare = 0.01\ndiameter = DIAMETER\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n\
+                [engine.dsmc-esmc]\n";
+    for (diameter, slow) in [("1.5", false), ("100", true)] {
+        let text = text.replace("DIAMETER", diameter);
+        let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
+        let planned = crate::check(&file).expect("a plan");
+        let outline = planned[0].outline(1);
+        let said = outline
+            .warnings
+            .iter()
+            .any(|one| one.starts_with("dsmc-esmc: slow"));
+        assert_eq!(said, slow, "{:?}", outline.warnings);
+        assert!(outline.cost.engines[0].trials_per_collision.is_none());
+        let trials = outline.cost.engines[1]
+            .trials_per_collision
+            .expect("trials");
+        assert!((trials > 50.0) == slow, "{trials}");
+    }
+}
+
 /// `t_0 = sqrt(pi)/(2 (1 - r^2) phi chi) d sqrt(m/T)`, with the speed of the paper, `<v^2> = (0.2047 m/s)^2` and so
 /// `T/m = 0.2047^2/2`. Bound: a few roundings.
 #[test]
@@ -229,7 +421,8 @@ fn bundled_cases_have_plans() {
                     "{}",
                     path.display()
                 );
-                assert!(plan.cost(2).bytes > 0.0 && plan.cost(2).core_seconds > 0.0);
+                let cost = plan.cost(2, &vec![[0.0; 2]; plan.engines.len()]);
+                assert!(cost.bytes > 0.0 && cost.core_seconds > 0.0);
             }
         }
     }

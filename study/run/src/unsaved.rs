@@ -1,11 +1,9 @@
 //! Runs that leave no files: those of the pilot and of the frontier, with what they measure.
 
-use std::sync::atomic::AtomicBool;
-
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::windows::{Window, Windows};
 use stosszahl_case::Case;
-use stosszahl_model::{Particles, kinetic, snapshot::Fingerprint};
+use stosszahl_model::{Interrupt, Particles, kinetic, snapshot::Fingerprint};
 
 use crate::control::Control;
 use crate::follow::{Part, PartError, prepare};
@@ -23,7 +21,7 @@ pub(crate) struct Unsaved<'a> {
     /// The number of the replica.
     pub replica: u64,
     /// Set to stop at the next leg.
-    pub stop: &'a AtomicBool,
+    pub stop: &'a Interrupt,
 }
 
 impl Unsaved<'_> {

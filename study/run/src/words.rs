@@ -1,4 +1,15 @@
-//! Shares and durations with two digits.
+//! Numbers, shares and durations in few digits.
+
+/// A number in few digits.
+pub fn short(value: f64) -> String {
+    if (1e-3..1e6).contains(&value.abs()) || value == 0.0 {
+        let rounded = format!("{value:.4}");
+        let plain = rounded.trim_end_matches('0').trim_end_matches('.');
+        plain.to_owned()
+    } else {
+        format!("{value:.3e}")
+    }
+}
 
 /// A share in per cent.
 pub(crate) fn percent(share: f64) -> String {
@@ -29,9 +40,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_two_digits() {
+    fn numbers_have_few_digits() {
         let shares = [0.0123, 0.123, 0.00456, -0.02].map(percent);
         assert_eq!(shares, ["1.2 %", "12 %", "0.46 %", "-2.0 %"]);
+        let numbers = [0.25, 1234.5678, -3.0, 2e300, 0.0].map(short);
+        assert_eq!(numbers, ["0.25", "1234.5678", "-3", "2.000e300", "0"]);
         let times = [0.05, 3.0, 600.0, 9000.0].map(time);
         assert_eq!(times, ["50 ms", "3.0 s", "10.0 min", "2.5 h"]);
     }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Checked, Relations};
+use crate::error::brief_number;
 use crate::format::{ContactValues, FACES, Face, FaceWord, Placement, Wall};
 
 impl Relations<'_> {
@@ -18,7 +19,8 @@ impl Relations<'_> {
         let Some(domain) = &self.case.domain else {
             let share = filled / self.case.gas.volume.unwrap_or(f64::INFINITY);
             let allowed = format!(
-                "particles fill less than all of the volume where contact values are dense; here {share:.4}"
+                "particles fill less than all of the volume where contact values are dense; here {}",
+                brief_number(share)
             );
             let dense = self.case.gas.contact_values == ContactValues::Dense;
             return self.ensure(!dense || share < 1.0, "gas.volume", allowed);
@@ -48,7 +50,8 @@ impl Relations<'_> {
         {
             let share = filled / size.iter().product::<f64>();
             let allowed = format!(
-                "a box with a packing fraction of at most {closest:.4}{most}; of this one {share:.4} is filled"
+                "a box with a packing fraction of at most {closest:.4}{most}; of this one {} is filled",
+                brief_number(share)
             );
             self.ensure(share <= closest, "box.size", allowed)?;
         }

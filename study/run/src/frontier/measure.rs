@@ -5,14 +5,14 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Particle, Particles};
+use stosszahl_model::{Interrupt, Particle, Particles};
 
 use super::FrontierError;
 use super::quantity::observe;
@@ -23,8 +23,6 @@ use crate::unsaved::{Unsaved, resized};
 
 /// Most memory of the starts that are kept for other settings \[bytes\].
 const STARTS: usize = 1 << 29;
-/// No run is stopped.
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// What one run gives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,6 +67,8 @@ pub(crate) struct Workshop<'a> {
     pub spent: Mutex<f64>,
     /// Told now and then which run has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
+    /// Raised to end early.
+    pub interrupt: &'a Interrupt,
 }
 
 impl Workshop<'_> {
@@ -136,6 +136,9 @@ impl Workshop<'_> {
             jobs: &jobs,
         };
         bench.work()?;
+        if self.interrupt.is_raised() {
+            return Err(FrontierError::Interrupted);
+        }
         let done = bench.done.into_inner();
         let done = done.unwrap_or_else(PoisonError::into_inner);
         let mut outcomes: Vec<Outcome> = vec![Ok(Vec::new()); tasks.len()];
@@ -185,7 +188,7 @@ impl Bench<'_> {
     /// Takes jobs until none is left or the budget is spent.
     fn serve(&self) {
         let workshop = self.workshop;
-        while workshop.spent() < workshop.limit {
+        while workshop.spent() < workshop.limit && !workshop.interrupt.is_raised() {
             let number = self.next.fetch_add(1, Ordering::Relaxed);
             let Some(&(task, replica)) = self.jobs.get(number) else {
                 return;
@@ -220,7 +223,7 @@ impl Bench<'_> {
             plan: self.plan,
             measures: &self.workshop.measures,
             replica,
-            stop: &NEVER,
+            stop: self.workshop.interrupt,
         };
         let begin = || {
             let (state, seconds) = self.timed(|| run.start());

@@ -30,6 +30,7 @@ mod tests;
 use std::path::PathBuf;
 
 use stosszahl_case::{CaseError, CaseFile};
+use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::{ResultsError, Table, write_file};
 
@@ -57,6 +58,8 @@ pub struct Options<'a> {
     pub force: bool,
     /// Told now and then which run has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
+    /// Raised to stop within a second; the runs of the reference are kept.
+    pub interrupt: &'a Interrupt,
 }
 
 /// What was found.
@@ -133,6 +136,9 @@ pub enum FrontierError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// It was asked to stop.
+    #[error("stopped; the same command goes on with the runs of the reference that are kept")]
+    Interrupted,
     /// A file cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),

@@ -20,6 +20,8 @@ use crate::plan::Plan;
 
 /// First replica of the ensemble; settings begin at zero.
 const FIRST: u64 = 1 << 32;
+/// Runs of the ensemble between two writes of the file.
+const BATCH: usize = 64;
 
 /// A value that errors are measured against.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,10 +106,12 @@ pub(crate) fn find(
     if exact.iter().any(Option::is_none) {
         runs = cache.read()?;
         made = count.saturating_sub(runs.len());
-        if made > 0 {
+        // In batches, so that little is lost where it is stopped.
+        while runs.len() < count {
+            let end = count.min(runs.len() + BATCH);
             let task = Task {
                 setting: Setting::exact(workshop.plan.count()),
-                replicas: FIRST + runs.len() as u64..FIRST + count as u64,
+                replicas: FIRST + runs.len() as u64..FIRST + end as u64,
             };
             let more = workshop
                 .run(&[task])?

@@ -270,6 +270,7 @@ pub(crate) fn sweep(
         limit: PATIENCE * options.budget,
         spent: Mutex::new(0.0),
         tell: options.tell,
+        interrupt: options.interrupt,
     };
     let cache = Cache::of(&plan, &options.cache);
     let sweep = Sweep::new(options, &workshop, &cache)?;

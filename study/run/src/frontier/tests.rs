@@ -2,9 +2,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use stosszahl_case::CaseFile;
+use stosszahl_model::Interrupt;
 use stosszahl_results::{Existing, Manifest};
 
 use super::{Frontier, FrontierError, Kind, Options, frontier};
@@ -30,6 +30,7 @@ fn measured(folder: PathBuf, cache: PathBuf, threads: usize) -> Result<Frontier,
         tests: 1,
         force: true,
         tell: &|_| {},
+        interrupt: &Interrupt::default(),
     };
     frontier(&case(""), &options)
 }
@@ -95,7 +96,7 @@ fn accuracy_is_chosen_by_a_pilot() {
             existing: Existing::Refuse,
             threads: Some(threads),
             force_memory: true,
-            stop: &AtomicBool::new(false),
+            stop: &Interrupt::default(),
             progress: &(),
         };
         crate::run_case(&file, &options).expect("a run");

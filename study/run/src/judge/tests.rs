@@ -185,3 +185,20 @@ fn what_has_no_error_is_never_said_to_agree() {
     let found = profiles("t", ["A", "B"], &[place([Some(0.01), Some(0.01)])], 0.01);
     assert_eq!(found.expect("a verdict").kind, VerdictKind::Differ);
 }
+
+/// No infinity, no number that is none, and no number of three hundred digits.
+#[test]
+fn numbers_that_nobody_can_read_are_not_shown() {
+    let all = [f64::NAN, f64::INFINITY, 0.0, -0.25, 1e300, -1e300];
+    for value in all {
+        for error in all.map(|error| Some(error.abs())).into_iter().chain([None]) {
+            for said in [
+                super::with_error(value, error),
+                super::percent(value, error),
+            ] {
+                assert!(said.len() < 40, "{said}");
+                assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
+            }
+        }
+    }
+}

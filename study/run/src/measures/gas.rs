@@ -46,6 +46,14 @@ impl Measure for Gas {
         plan.sample_times()
     }
 
+    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+        if super::species::has_correlation(plan) {
+            size_of::<[f64; 3]>() as f64
+        } else {
+            0.0
+        }
+    }
+
     fn needs(&self, plan: &Plan) -> Needs {
         Needs {
             displacements: has_displacement(plan),

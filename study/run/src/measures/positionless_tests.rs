@@ -1,11 +1,10 @@
 //! Measures of gases without positions on the engine, against slow sums and against laws.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use stosszahl_case::Case;
-use stosszahl_model::Budget;
 use stosszahl_model::random::Streams;
+use stosszahl_model::{Budget, Interrupt};
 use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 
 use super::ALL;
@@ -43,7 +42,7 @@ fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> Finis
         replica,
         start: None,
     };
-    let stop = AtomicBool::new(false);
+    let stop = Interrupt::default();
     let control = Control::new(None, [0; 32], 1e9, &stop, &|_, _| {});
     part.run(&control).expect("a run to its end")
 }
@@ -116,7 +115,8 @@ fn moments_are_those_of_the_particles() {
         trajectories: 0,
     };
     let streams = Streams::new(1, 0);
-    let mut gas = engines::begin(&plan, &plan.engines[0], streams, needs, From::Start(None))
+    let (engine, never) = (&plan.engines[0], Interrupt::default());
+    let mut gas = engines::begin(&plan, engine, streams, needs, From::Start(None), &never)
         .expect("an engine");
     let start: Vec<[f64; 3]> = gas
         .particles()

@@ -1,16 +1,18 @@
 //! All particles of the first replica at chosen times, as extended XYZ in the units of the case: what OVITO and ASE read.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use schemars::Schema;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_model::Particles;
-use stosszahl_results::Table;
+use stosszahl_results::{SNAPSHOTS, Snapshot, Table};
 
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
 use crate::plan::{EnginePlan, Plan, Scale};
+
+/// Length of a line, about: four numbers of all their digits in the plane.
+const LINE: f64 = 100.0;
 
 /// Snapshots.
 pub struct Snapshots;
@@ -118,6 +120,10 @@ impl Measure for Snapshots {
         self.chosen(plan)
     }
 
+    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+        LINE * self.chosen(plan).len() as f64
+    }
+
     fn only_first_replica(&self) -> bool {
         true
     }
@@ -134,18 +140,20 @@ impl Measure for Snapshots {
         Vec::new()
     }
 
-    fn files(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(PathBuf, String)> {
+    fn snapshots(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
+        let times = self.chosen(plan);
         let mut files = Vec::new();
         for (engine, known) in plan.engines.iter().enumerate() {
             let records = runs.records::<Record>(engine);
-            for (index, text) in records
-                .iter()
-                .take(1)
-                .flat_map(|one| &one.texts)
-                .enumerate()
-            {
-                let name = format!("snapshots/{}-{index}.xyz", known.name);
-                files.push((name.into(), text.clone()));
+            let texts = records.iter().take(1).flat_map(|one| &one.texts);
+            for (index, (text, &time)) in texts.zip(&times).enumerate() {
+                let snapshot = Snapshot {
+                    engine: known.name.to_owned(),
+                    time,
+                    file: format!("{SNAPSHOTS}/{}-{index}.xyz", known.name),
+                    blake3: String::new(),
+                };
+                files.push((snapshot, text.clone()));
             }
         }
         files

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_analysis::structure_factor::direct_shells;
 use stosszahl_model::{
-    Budget, Collision, Failure, Observer, Particle, Particles, Simulation, Work,
+    Budget, Collision, Failure, Interrupt, Observer, Particle, Particles, Simulation, Work,
 };
 use stosszahl_results::{Cell, Table};
 
@@ -52,6 +52,10 @@ impl Simulation for Toy {
         observer.collisions(&batch);
         self.time = until;
         Ok(true)
+    }
+    fn stop_on(&mut self, _interrupt: &Interrupt) {}
+    fn is_interrupted(&self) -> bool {
+        false
     }
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {
         self.particles().all.iter().for_each(look);
@@ -418,8 +422,9 @@ fn species_and_snapshots() {
         measure: 0,
         finished: &finished,
     };
-    let files = measure.files(&plan, &runs);
-    assert_eq!(files[0].0, Path::new("snapshots/ed-0.xyz"));
+    let files = measure.snapshots(&plan, &runs);
+    assert_eq!(files[0].0.file, "snapshots/ed-0.xyz");
+    assert_eq!((&*files[0].0.engine, files[0].0.time), ("ed", 4.0));
     let lines: Vec<&str> = files[0].1.lines().collect();
     assert_eq!((lines[0], lines.len()), ("40", 42));
     let fields: Vec<f64> = lines[2]

@@ -72,6 +72,10 @@ impl Measure for VelocityAutocorrelation {
         "Velocity autocorrelation C(t) = <v(0).v(t)>/<v(0)^2> of the particles since a chosen time."
     }
 
+    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+        size_of::<[f64; 3]>() as f64
+    }
+
     fn schema(&self) -> Schema {
         schemars::schema_for!(Options)
     }

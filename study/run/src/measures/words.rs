@@ -7,21 +7,32 @@ use stosszahl_results::{Verdict, VerdictKind};
 /// Standard errors within which a number agrees.
 pub const ERRORS: f64 = 3.0;
 
+/// From here on numbers are shown with an exponent.
+const LARGE: f64 = 1e6;
+
 /// A number and its standard error.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
-    match error {
+    match error.filter(|error| error.is_finite()) {
         _ if !value.is_finite() => "unknown".to_owned(),
-        Some(error) if error.is_finite() => format!("{value:.4} ± {error:.4}"),
-        _ => format!("{value:.4} (error unknown)"),
+        Some(error) if value.abs().max(error) < LARGE => format!("{value:.4} ± {error:.4}"),
+        Some(error) => format!("{value:.4e} ± {error:.4e}"),
+        None if value.abs() < LARGE => format!("{value:.4} (error unknown)"),
+        None => format!("{value:.4e} (error unknown)"),
     }
 }
 
 /// A relative deviation and its standard error, in per cent.
 pub fn percent(off: f64, error: Option<f64>) -> String {
-    match error {
+    let percent = 100.0 * off;
+    match error
+        .filter(|error| error.is_finite())
+        .map(|error| 100.0 * error)
+    {
         _ if !off.is_finite() => "unknown".to_owned(),
-        Some(error) => format!("{:+.2} ± {:.2} %", 100.0 * off, 100.0 * error),
-        None => format!("{:+.2} % (error unknown)", 100.0 * off),
+        Some(error) if percent.abs().max(error) < LARGE => format!("{percent:+.2} ± {error:.2} %"),
+        Some(error) => format!("{percent:+.2e} ± {error:.2e} %"),
+        None if percent.abs() < LARGE => format!("{percent:+.2} % (error unknown)"),
+        None => format!("{percent:+.2e} % (error unknown)"),
     }
 }
 
@@ -83,5 +94,26 @@ pub fn no_theory(topic: String, error: &dyn Display) -> Verdict {
         topic,
         sentence: format!("Theory cannot be computed: {error}."),
         kind: VerdictKind::Warning,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No infinity, no number that is none, and no number of three hundred digits.
+    #[test]
+    fn numbers_that_nobody_can_read_are_not_shown() {
+        let all = [f64::NAN, f64::INFINITY, 0.0, -0.25, 1e300, -1e300];
+        for value in all {
+            for error in all.map(|error| Some(error.abs())).into_iter().chain([None]) {
+                for said in [with_error(value, error), percent(value, error)] {
+                    assert!(said.len() < 40, "{said}");
+                    assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
+                }
+            }
+        }
+        assert_eq!(with_error(1.5, Some(0.25)), "1.5000 ± 0.2500");
+        assert_eq!(percent(-0.5, None), "-50.00 % (error unknown)");
     }
 }

@@ -1,30 +1,45 @@
-//! What a case costs: memory of the whole process, and time. Rough guides, for the reader.
+//! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
+//! of the process is measured to be, within a factor of 1.3 (`tests/memory.rs`).
+//!
+//! The peak of an engine comes when a checkpoint is written. Then there are the gas, the records of its probes, and three
+//! times the bytes of both: as they were gathered, as the content of the file, and as the file. Where nothing is written, it
+//! comes when probes look at all particles.
 
 use std::thread;
 
 use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
+use stosszahl_model::GrainSizes;
 
 use super::data::{EngineKind, EnginePlan, Plan};
 
 /// Collisions and simulator steps a second that the estimate of the time assumes.
 const COLLISIONS_PER_SECOND: f64 = 4e5;
 const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
-/// Collisions of simulators with partners across cells, in a second.
+/// Collisions of simulators with partners across cells, in a second, and trials for them.
 const COLLISIONS_ACROSS_PER_SECOND: f64 = 1e6;
+const TRIALS_PER_SECOND: f64 = 5e6;
+/// Trials for each collision of equal particles: within cells, and with partners across cells, where the bound of speeds is
+/// that of wider blocks.
+const TRIALS: [f64; 2] = [2.0, 4.0];
 /// Memory of the program itself \[bytes\].
-const PROGRAM: f64 = 64e6;
-/// Bytes of a disk in exact dynamics: the engine, its checkpoint, a copy that is written, and what probes look at.
-const BYTES_EXACT: f64 = 220.0 + 2.0 * 48.0 + PARTICLE;
-/// Bytes of a simulator in cells, alike.
-const BYTES_IN_CELLS: f64 = 100.0 + 2.0 * 48.0 + PARTICLE;
-/// Bytes of a particle without positions, alike, and what its displacement adds.
-const BYTES_HOMOGENEOUS: f64 = 38.0 + 2.0 * 40.0 + PARTICLE;
-/// One particle as measurements see it.
+const PROGRAM: f64 = 16e6;
+/// Lattices of the structure factor, and tables of the tests of the start \[bytes\].
+const LATTICES: f64 = 6e6;
+/// One particle as measurements see it \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
+/// Copies of what is saved while a checkpoint is written.
+const COPIES: f64 = 3.0;
+/// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
+const FITTING: f64 = 91.0;
+
+/// Most kinds of particles whose pairs are summed.
+const MOST_KINDS: usize = 200;
+/// Particles of each species whose trajectories are kept where the case does not say.
+const PATHS: i64 = 1000;
 
 /// Cost of a case.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     /// Most memory of the whole process \[bytes\]: all engines and replicas that run at once.
     pub bytes: f64,
@@ -32,7 +47,27 @@ pub struct Cost {
     pub core_seconds: f64,
     /// Number of engines of all replicas, which run side by side.
     pub jobs: usize,
+    /// Each engine of one replica.
+    pub engines: Vec<EngineCost>,
 }
+
+/// Cost of one engine of one replica, about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EngineCost {
+    /// Its name.
+    pub name: &'static str,
+    /// Memory \[bytes\].
+    pub bytes: f64,
+    /// Collisions, of simulators where those collide.
+    pub collisions: f64,
+    /// Pairs that are tried for each collision; none in exact dynamics.
+    pub trials_per_collision: Option<f64>,
+    /// Computing time on one core \[s\].
+    pub seconds: f64,
+}
+
+/// Bytes that a measure keeps of one engine: of the first replica, and of each other one.
+pub type Kept = [f64; 2];
 
 impl Cost {
     /// Time on so many threads \[s\].
@@ -42,49 +77,171 @@ impl Cost {
 }
 
 impl Plan {
-    /// Cost on so many threads.
-    pub fn cost(&self, threads: usize) -> Cost {
-        let replicas = self.case.replicas as f64;
-        let start = 0.5 * self.count() as f64 * self.equilibration() / COLLISIONS_PER_SECOND;
-        let each = self.engines.iter().map(|engine| self.seconds(engine));
-        let mut sizes: Vec<f64> = self
-            .engines
-            .iter()
-            .map(|engine| self.bytes(engine))
+    /// Cost on so many threads, with what is kept of each engine, in their order.
+    pub fn cost(&self, threads: usize, kept: &[Kept]) -> Cost {
+        let replicas = self.case.replicas as usize;
+        let particles = self.count() as f64;
+        let start = 0.5 * particles * self.equilibration() / COLLISIONS_PER_SECOND;
+        let engines = self.engines.iter().zip(kept);
+        let engines: Vec<EngineCost> = engines
+            .map(|(engine, kept)| EngineCost {
+                name: engine.name,
+                bytes: self.bytes(engine, kept[0]),
+                collisions: self.collisions(engine),
+                trials_per_collision: self.trials_per_collision(engine),
+                seconds: self.seconds(engine),
+            })
             .collect();
-        sizes.sort_by(|a, b| b.total_cmp(a));
-        let jobs = self.engines.len() * self.case.replicas as usize;
-        // The largest engines of as many replicas as there are threads for.
-        let mut left = threads.clamp(1, jobs.max(1)) as f64;
-        let mut bytes = PROGRAM + 2.0 * PARTICLE * self.count() as f64;
-        for size in sizes {
-            let now = left.min(replicas);
-            bytes += now * size;
-            left -= now;
+        // The largest engines of as many replicas as there are threads for; records stay to the end of the run.
+        let mut parts: Vec<(f64, f64)> = Vec::new();
+        let mut records = 0.0;
+        for (engine, kept) in self.engines.iter().zip(kept) {
+            records += kept[0] + (replicas - 1) as f64 * kept[1];
+            for replica in 0..replicas.min(threads) {
+                let kept = kept[replica.min(1)];
+                parts.push((self.bytes(engine, kept), kept));
+            }
         }
+        parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        parts.truncate(threads);
+        let starts = if self.kind == Kind::Homogeneous {
+            0.0
+        } else {
+            PARTICLE * particles * threads.min(replicas) as f64
+        };
+        let bytes = PROGRAM
+            + if self.kind == Kind::Comparison {
+                LATTICES
+            } else {
+                0.0
+            }
+            + starts
+            + parts.iter().map(|part| part.0 - part.1).sum::<f64>()
+            + records;
+        let seconds: f64 = engines.iter().map(|one| one.seconds).sum();
         Cost {
             bytes,
-            core_seconds: replicas * (start + each.sum::<f64>()),
-            jobs,
+            core_seconds: self.case.replicas as f64 * (start + seconds),
+            jobs: self.engines.len() * replicas,
+            engines,
         }
     }
 
-    /// Bytes of one engine of one replica, with its start, its checkpoint and what probes look at.
-    pub fn bytes(&self, engine: &EnginePlan) -> f64 {
-        let particles = self.count() as f64;
-        match &engine.kind {
-            EngineKind::EventDriven { .. } => BYTES_EXACT * particles,
-            EngineKind::MonteCarlo(_) => {
-                (BYTES_IN_CELLS * engine.copies() as f64 + 2.0 * PARTICLE) * particles
+    /// Bytes of one engine of one replica of which so much is kept.
+    fn bytes(&self, engine: &EnginePlan, kept: f64) -> f64 {
+        let count = self.count() as f64 * engine.copies() as f64;
+        let vector = 8.0 * self.dimension as f64;
+        let spin = match (self.grains.rough.is_some(), self.dimension) {
+            (false, _) => 0.0,
+            (true, 2) => 8.0,
+            (true, _) => 24.0,
+        };
+        let unequal = !matches!(self.grains.sizes, GrainSizes::Equal(_));
+        let tag = if unequal { 8.0 } else { 0.0 };
+        // Position and velocity.
+        let moving = 2.0 * vector + spin;
+        let (held, saved, look) = match &engine.kind {
+            EngineKind::EventDriven { .. } => (
+                126.0 + moving + 8.0 + tag + 2.0 * spin,
+                moving + 8.0,
+                PARTICLE,
+            ),
+            EngineKind::MonteCarlo(_) => (1.4 * (moving + tag), moving + tag, PARTICLE),
+            EngineKind::Homogeneous(_) => (vector + 13.0, vector + 4.0, FITTING),
+        };
+        let paths = self.paths(engine);
+        held * count + kept + paths + (look * count).max(COPIES * (saved * count + kept + paths))
+    }
+
+    /// Bytes of whole trajectories, and of displacements, without positions.
+    fn paths(&self, engine: &EnginePlan) -> f64 {
+        let EngineKind::Homogeneous(_) = engine.kind else {
+            return 0.0;
+        };
+        let corner = 8.0 + 8.0 * self.dimension as f64;
+        let measures = &self.case.measure;
+        let follows = [
+            "displacement",
+            "velocity_correlation",
+            "time_averaged_displacement",
+        ];
+        let followed = follows.iter().any(|name| measures.contains_key(*name));
+        let places = if followed {
+            corner * self.count() as f64
+        } else {
+            0.0
+        };
+        let chosen = measures
+            .get("time_averaged_displacement")
+            .map_or(0, |options| {
+                let particles = options.get("particles").and_then(toml::Value::as_integer);
+                particles.unwrap_or(PATHS).max(0)
+            });
+        let chosen: f64 = self
+            .species
+            .iter()
+            .map(|one| (one.count as f64).min(chosen as f64))
+            .sum();
+        let corners = 1.0 + self.expected_collisions(self.case.run.until);
+        places + chosen * corners * corner
+    }
+
+    /// Collisions of one engine of one replica, about.
+    fn collisions(&self, engine: &EnginePlan) -> f64 {
+        let copies = engine.copies() as f64;
+        0.5 * copies * self.count() as f64 * self.expected_collisions(self.case.run.until)
+    }
+
+    /// Pairs that are tried for each collision, about: all are tried as if they were of the largest diameter and had the speed
+    /// of the lightest, so it is the bound over the mean of `sigma^(D-1) v`.
+    pub fn trials_per_collision(&self, engine: &EnginePlan) -> Option<f64> {
+        let trials = match &engine.kind {
+            EngineKind::EventDriven { .. } => return None,
+            EngineKind::Homogeneous(Selection::AliasTables | Selection::LowRank) => {
+                return Some(TRIALS[0]);
             }
-            EngineKind::Homogeneous(_) => BYTES_HOMOGENEOUS * particles,
+            EngineKind::Homogeneous(Selection::SingleMajorant) => TRIALS[1],
+            EngineKind::MonteCarlo(parameters) => {
+                TRIALS[usize::from(parameters.scheme.is_across())]
+            }
+        };
+        // Diameter, square of the speed, and share.
+        let kinds: Vec<[f64; 3]> = match &self.grains.sizes {
+            GrainSizes::Equal(_) => return Some(trials),
+            GrainSizes::Each(all) => {
+                let kind =
+                    |&(radius, mass): &(f64, f64)| [2.0 * radius, self.temperature / mass, 1.0];
+                sampled(all.pairs()).map(kind).collect()
+            }
+            GrainSizes::Species(_) => (self.species.iter())
+                .map(|one| {
+                    [
+                        2.0 * one.radius,
+                        one.temperature / one.mass,
+                        one.count as f64,
+                    ]
+                })
+                .collect(),
+        };
+        let power = self.dimension as i32 - 1;
+        let most = |index: usize| kinds.iter().map(|one| one[index]).fold(0.0, f64::max);
+        let bound = most(0).powi(power) * (2.0 * most(1)).sqrt();
+        let pairs = kinds.iter().flat_map(|a| kinds.iter().map(move |b| (a, b)));
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (a, b) in pairs {
+            let share = a[2] * b[2];
+            sum += share * (0.5 * (a[0] + b[0])).powi(power) * (a[1] + b[1]).sqrt();
+            weight += share;
         }
+        Some((trials * bound * weight / sum).max(trials))
     }
 
     /// Seconds of one engine of one replica on one core.
-    fn seconds(&self, engine: &EnginePlan) -> f64 {
+    pub fn seconds(&self, engine: &EnginePlan) -> f64 {
         let particles = self.count() as f64;
         let pairs = 0.5 * particles * self.expected_collisions(self.case.run.until);
+        let trials = self.trials_per_collision(engine).unwrap_or(0.0);
+        let tried = self.collisions(engine) * trials / TRIALS_PER_SECOND;
         match &engine.kind {
             EngineKind::EventDriven { .. } => pairs / COLLISIONS_PER_SECOND,
             EngineKind::MonteCarlo(parameters) => {
@@ -94,17 +251,17 @@ impl Plan {
                 } else {
                     0.0
                 };
-                across
+                across.max(tried)
                     + self.expected_steps(parameters) * particles * copies
                         / SIMULATOR_STEPS_PER_SECOND
             }
             EngineKind::Homogeneous(selection) => {
-                pairs
-                    / match selection {
-                        Selection::AliasTables => 3e6,
-                        Selection::LowRank => 1.5e6,
-                        Selection::SingleMajorant => 2e5,
-                    }
+                let rate = match selection {
+                    Selection::AliasTables => 3e6,
+                    Selection::LowRank => 1.5e6,
+                    Selection::SingleMajorant => 2e5,
+                };
+                (pairs / rate).max(tried)
             }
         }
     }
@@ -130,6 +287,11 @@ impl Plan {
         let time = self.expected_collisions(until) * self.mean_free_time;
         time * thermal * parameters.steps_per_crossing / step
     }
+}
+
+/// Some of all, evenly, as sums over all pairs are taken.
+fn sampled<T>(all: &[T]) -> impl Iterator<Item = &T> {
+    all.iter().step_by(all.len().div_ceil(MOST_KINDS).max(1))
 }
 
 /// Memory that is free for programs now \[bytes\], where the system says so.

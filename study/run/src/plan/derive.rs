@@ -7,7 +7,6 @@ use std::sync::OnceLock;
 use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Units, Velocities};
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Arrangement, SEQUENTIAL_LIMIT, StartFile};
-use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
     Space as _, Species, Volume, kinetic,
@@ -19,6 +18,7 @@ use super::engines;
 use super::species::{self, Particles};
 use super::start_file;
 use super::theory::rates;
+use crate::words::short;
 
 impl Plan {
     /// Derives what follows from a case; `folder` holds the case file.
@@ -197,7 +197,10 @@ impl Plan {
         {
             return Ok(());
         }
-        let found = format!("particles cover {:.4} of the box", self.packing_fraction);
+        let found = format!(
+            "particles cover {} of the box",
+            short(self.packing_fraction)
+        );
         let allowed = format!("at most {closest:.4}, close packing");
         Err(PlanError::new("box", found, allowed))
     }
@@ -429,8 +432,7 @@ fn check_placement(
             };
             let domain = Domain::<Plane>::periodic([lengths[0], lengths[1]].into())
                 .map_err(|error| PlanError::new("box", error.found, error.allowed))?;
-            let streams = Streams::new(case.seed, 0);
-            initial::place(arrangement, particles.count(), widest, &domain, &streams)
+            initial::fits(arrangement, particles.count(), widest, &domain)
                 .map_err(|error| PlanError::new("start.placement", error, "a lattice that fits"))?;
             Ok(())
         }

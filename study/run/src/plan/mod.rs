@@ -28,6 +28,6 @@ mod start_file;
 mod theory;
 mod times;
 
-pub use cost::{Cost, available_memory, available_threads};
+pub use cost::{Cost, EngineCost, Kept, available_memory, available_threads};
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
 pub use times::logarithmic;

@@ -6,6 +6,8 @@ use stosszahl_dsmc::{Copies, Parameters, Scheme};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
 use stosszahl_model::{Plane, Volume, kinetic};
 
+use crate::words::short;
+
 use super::data::{EngineKind, EnginePlan, Plan, Quantity};
 
 /// Below this many simulators per cell the error of a scheme within cells is larger than most of what is compared.
@@ -66,8 +68,8 @@ impl Plan {
         }
         if self.packing_fraction > 1.0 {
             list.push(format!(
-                "the packing fraction is {:.3}: no such gas exists; the Boltzmann equation is solved for it",
-                self.packing_fraction
+                "the packing fraction is {}: no such gas exists; the Boltzmann equation is solved for it",
+                short(self.packing_fraction)
             ));
         }
     }
@@ -121,16 +123,17 @@ impl Plan {
         let relaxations = self.case.run.until / relaxation;
         if relaxations < LEAST_RELAXATIONS {
             list.push(format!(
-                "drive: run.until is {relaxations:.1} relaxation times, so the steady state may not be reached; at least \
-                 {LEAST_RELAXATIONS} leave nothing of the start in the last half"
+                "drive: run.until is {} relaxation times, so the steady state may not be reached; at least {LEAST_RELAXATIONS} leave \
+                 nothing of the start in the last half",
+                short(relaxations)
             ));
         }
         let share = drive.heating * drive.interval / temperature;
         if share > LARGEST_KICK {
             list.push(format!(
-                "drive: each kick adds {share:.2} of the steady temperature, which is no white noise; an interval of at most \
-                 {:.3} is",
-                LARGEST_KICK * temperature / drive.heating
+                "drive: each kick adds {} of the steady temperature, which is no white noise; an interval of at most {} is",
+                short(share),
+                short(LARGEST_KICK * temperature / drive.heating)
             ));
         }
     }
@@ -163,9 +166,9 @@ impl Plan {
             let error: f64 = widths.map(|width| 1.75 * packing * diameter / width).sum();
             if error > NOTABLE_WALLS {
                 list.push(format!(
-                    "{name}: exact disks form layers at walls, which it does not know; its collision rate may be up to {:.0} % \
+                    "{name}: exact disks form layers at walls, which it does not know; its collision rate may be up to {} % \
                      below theirs in a box so narrow",
-                    100.0 * error
+                    short((100.0 * error).round())
                 ));
             }
             return;
@@ -176,16 +179,18 @@ impl Plan {
         let simulators = self.simulators_per_cell(parameters);
         if simulators < FEW {
             list.push(format!(
-                "{name}: {simulators:.2} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
+                "{name}: {} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
                  meet again and again; a difference to ed says nothing about chaos by itself. More simulators_per_particle or \
-                 a larger cell_size make it smaller"
+                 a larger cell_size make it smaller",
+                short(simulators)
             ));
         }
         let wide = self.cell(parameters)[0] / self.mean_free_path();
         if wide > WIDE {
             list.push(format!(
-                "{name}: cells are {wide:.1} mean free paths wide, so transport is overestimated, by an error that grows with \
-                 the square of the width"
+                "{name}: cells are {} mean free paths wide, so transport is overestimated, by an error that grows with \
+                 the square of the width",
+                short(wide)
             ));
         }
         if parameters.simulators_per_disk > 1 && self.file.is_some() {

@@ -8,6 +8,8 @@ use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Overlap, StartFile};
 use stosszahl_model::{Domain, GrainSizes, Monodisperse, Plane, Polydisperse};
 
+use crate::words::short;
+
 use super::data::{Class, PlanError, Scale, SpeciesPlan};
 use super::derive::Gas;
 
@@ -61,7 +63,10 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
         depth,
     }) = overlap
     {
-        let found = format!("{written}: disks {a} and {b} (counted from 0) overlap by {depth}");
+        let found = format!(
+            "{written}: disks {a} and {b} (counted from 0) overlap by {}",
+            short(depth)
+        );
         return Err(content(found, "touching disks"));
     }
     let mass = mean(&masses);
@@ -153,7 +158,7 @@ fn warmth(
             if found.is_normal() && found < 1e200 && found > LEAST_WARMTH * square * mean_mass {
                 return Ok(found);
             }
-            let found = format!("{written}: a granular temperature of {found}");
+            let found = format!("{written}: a granular temperature of {}", short(found));
             Err(content(found, "velocities that give one above rounding"))
         }
     }

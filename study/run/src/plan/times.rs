@@ -76,7 +76,7 @@ impl Plan {
         }
         let first = self.first_sample();
         if !(first.is_normal() && first > 0.0 && first < until) {
-            let allowed = format!("a time above 0 and below run.until = {until}");
+            let allowed = format!("a time above 0 and below run.until = {until:?}");
             return Err(PlanError::new("run.first_sample", first, allowed));
         }
         let samples = (until / first).log10() * self.samples_per_decade() as f64;

@@ -1,0 +1,94 @@
+//! Work that can be broken off.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Pieces of work between two looks, where one takes some nanoseconds.
+const BETWEEN_LOOKS: u64 = 1024;
+
+/// Asks long work to end early. Clones are the same interrupt.
+///
+/// Whoever works looks at it several times a second, and leaves nothing behind that could be taken for a result.
+///
+/// ```
+/// use stosszahl_model::Interrupt;
+///
+/// let interrupt = Interrupt::default();
+/// let other = interrupt.clone();
+/// assert!(!interrupt.is_raised());
+/// other.raise();
+/// assert!(interrupt.is_raised());
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    raised: AtomicBool,
+    holds: AtomicUsize,
+}
+
+impl Interrupt {
+    /// Asks for the end, now and forever.
+    pub fn raise(&self) {
+        self.0.raised.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the end was asked for.
+    #[inline]
+    pub fn is_raised(&self) -> bool {
+        self.0.raised.load(Ordering::Relaxed)
+    }
+
+    /// The same, for pieces of work that are counted: only one in a thousand looks.
+    #[inline]
+    pub fn is_raised_at(&self, number: u64) -> bool {
+        number % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && self.is_raised()
+    }
+
+    /// Says that something is being saved, as long as the value lives.
+    #[must_use]
+    pub fn hold(&self) -> Hold<'_> {
+        self.0.holds.fetch_add(1, Ordering::SeqCst);
+        Hold(self)
+    }
+
+    /// Whether something is being saved, so that the process should not be ended now.
+    pub fn is_held(&self) -> bool {
+        self.0.holds.load(Ordering::SeqCst) > 0
+    }
+}
+
+/// Something is being saved: [`Interrupt::hold`].
+#[derive(Debug)]
+pub struct Hold<'a>(&'a Interrupt);
+
+impl Drop for Hold<'_> {
+    fn drop(&mut self) {
+        self.0.0.holds.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_held_as_long_as_somebody_saves() {
+        let interrupt = Interrupt::default();
+        let first = interrupt.hold();
+        let second = interrupt.hold();
+        drop(first);
+        assert!(interrupt.is_held());
+        drop(second);
+        assert!(!interrupt.is_held());
+    }
+
+    #[test]
+    fn one_piece_of_work_in_a_thousand_looks() {
+        let interrupt = Interrupt::default();
+        interrupt.raise();
+        let looks = (0..10 * BETWEEN_LOOKS).filter(|&number| interrupt.is_raised_at(number));
+        assert_eq!(looks.count(), 10);
+    }
+}

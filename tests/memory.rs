@@ -1,0 +1,88 @@
+//! What `check` says of memory is what the process takes.
+
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+mod support;
+
+use std::fs;
+
+use stosszahl::study;
+use support::program::{Desk, overridden};
+
+/// By how much the estimate may differ from what is measured, either way.
+const FACTOR: f64 = 1.3;
+const MIB: f64 = 1_048_576.0;
+
+/// Peaks of 100 MiB and more, of which the program itself is little; checkpoints are written after every leg.
+const LARGE: [(&str, &str); 3] = [
+    (
+        "exact dynamics",
+        "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.ed]\n",
+    ),
+    (
+        "several simulators for each particle",
+        "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 4\n",
+    ),
+    (
+        "displacements without positions",
+        "[gas]\ndimension = 3\nnumber = 250000\nvolume = 5e6\nrestitution = 0.9\n\
+         [run]\nuntil = 20\nfirst_sample = 5\ncheckpoint_seconds = 0.001\n[measure.displacement]\n",
+    ),
+];
+
+/// The largest resident memory of the program while it runs a case \[bytes\], as the system counts it.
+fn peak(desk: &Desk, line: &str) -> f64 {
+    let mut child = desk.command(line);
+    let child = child
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null());
+    let mut child = child.spawn().expect("the program starts");
+    let status = format!("/proc/{}/status", child.id());
+    let mut most: f64 = 0.0;
+    loop {
+        // It only grows, so that the last look before the end is the one that counts.
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kibibytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok());
+        most = most.max(1024.0 * kibibytes.unwrap_or(0.0));
+        if let Some(status) = child.try_wait().expect("a state") {
+            assert!(status.success(), "{status}");
+            return most;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_estimate_is_what_the_process_takes() {
+    for (name, text) in LARGE {
+        let text = format!("format = 2\ntitle = \"{name}\"\nreplicas = 1\n{text}");
+        let desk = Desk::new(&text);
+        let file = overridden(&desk.path("case.toml"), &text, &[]);
+        let planned = study::check(&file).expect("a plan");
+        let told = planned[0].outline(1).cost.bytes;
+        let found = peak(&desk, "run case.toml --threads 1");
+        println!(
+            "{name}: {:.0} MiB told, {:.0} MiB found",
+            told / MIB,
+            found / MIB
+        );
+        let factor = told / found;
+        assert!(
+            (1.0 / FACTOR..FACTOR).contains(&factor),
+            "{name}: {told:.3e} told, {found:.3e} found"
+        );
+    }
+}
+
+/// More than the machine has is refused before anything is made of it, by run and with a word on how to run it all the same.
+#[test]
+fn what_does_not_fit_is_refused() {
+    let text = "format = 2\ntitle = \"too large\"\nreplicas = 2\n[gas]\ndimension = 3\nnumber = 2000000000\nvolume = 1e11\n\
+                restitution = 0.9\n[run]\nuntil = 1\n[measure.displacement]\n";
+    let desk = Desk::new(text);
+    desk.refused("run case.toml", &["GiB", "--force-memory"]);
+    assert!(!desk.path("results").exists());
+}
