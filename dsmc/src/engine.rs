@@ -10,10 +10,10 @@ use crate::grid::Grid;
 use crate::parameters::Parameters;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
 use crate::start::Means;
-use crate::stop::Stop;
 use crate::sweep::Pool;
 use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile, Traveller};
+use stosszahl_model::interrupt::Interruption;
 
 /// What of the gas never changes.
 pub(crate) struct Constants {
@@ -83,7 +83,7 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) surroundings: Option<Surroundings<P>>,
     pub(crate) means: Means,
     /// Breaks work off.
-    pub(crate) stop: Stop,
+    pub(crate) stop: Interruption,
 }
 
 impl<P, F> Engine<P, F>

@@ -77,7 +77,6 @@ mod simulate;
 mod simulator;
 mod start;
 mod step;
-mod stop;
 mod sweep;
 mod tally;
 #[cfg(test)]

@@ -16,10 +16,10 @@ use crate::engine::{Constants, Engine};
 use crate::grid::Grid;
 use crate::parameters::{Displacement, EngineError, Parameters};
 use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
-use crate::stop::Stop;
 use crate::sweep::Pool;
 use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile};
+use stosszahl_model::interrupt::Interruption;
 
 /// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
 /// the fewer leave it.
@@ -407,7 +407,7 @@ where
             ledgers,
             surroundings,
             means,
-            stop: Stop::default(),
+            stop: Interruption::default(),
         };
         engine.fill(&simulators);
         Ok(engine)

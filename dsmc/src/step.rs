@@ -166,7 +166,7 @@ where
             streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
             units: unit.inverse(),
             looks: recorder.looks(),
-            stop: &self.stop.interrupt,
+            stop: self.stop.interrupt(),
         };
         if let Some(rates) = &self.rates {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);

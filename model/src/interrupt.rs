@@ -8,7 +8,7 @@ const BETWEEN_LOOKS: u64 = 1024;
 
 /// Asks long work to end early. Clones are the same interrupt.
 ///
-/// Whoever works looks at it several times a second, and leaves nothing behind that could be taken for a result.
+/// Work looks at it several times a second, and leaves nothing behind that could be taken for a result.
 ///
 /// ```
 /// use stosszahl_model::Interrupt;
@@ -66,6 +66,37 @@ pub struct Hold<'a>(&'a Interrupt);
 impl Drop for Hold<'_> {
     fn drop(&mut self) {
         self.0.0.holds.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// An interrupt, and whether work has ended because of it.
+#[derive(Clone, Debug, Default)]
+pub struct Interruption {
+    interrupt: Interrupt,
+    has_ended: bool,
+}
+
+impl Interruption {
+    /// Ends work as soon as this is raised.
+    pub fn on(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
+    }
+
+    /// What work looks at.
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.interrupt
+    }
+
+    /// Whether work has ended early; if the interrupt is raised now, it has from now on.
+    #[inline]
+    pub fn ends(&mut self) -> bool {
+        self.has_ended |= self.interrupt.is_raised();
+        self.has_ended
+    }
+
+    /// Whether work has ended early.
+    pub fn has_ended(&self) -> bool {
+        self.has_ended
     }
 }
 

@@ -10,7 +10,7 @@ use super::gas::{Gas, Grains, Particle};
 use super::kernel::{Contact, Kernel};
 use super::motion::Motion;
 use super::selection::Selection;
-use crate::stop::Stop as Early;
+use stosszahl_model::interrupt::Interruption;
 
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -103,7 +103,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             streams,
             clock: checkpoint.clock,
             tally: checkpoint.tally,
-            stop: Early::default(),
+            stop: Interruption::default(),
         }
     }
 }

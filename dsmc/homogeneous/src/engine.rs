@@ -11,7 +11,7 @@ use super::error::GasError;
 use super::gas::{GONE, Gas, Grains, Particle};
 use super::motion::Motion;
 use super::selection::{Candidate, Selection, Standing};
-use crate::stop::Stop as Early;
+use stosszahl_model::interrupt::Interruption;
 
 /// Proposals that are drawn ahead.
 const BATCH: usize = 64;
@@ -28,7 +28,7 @@ pub struct Engine<P: Grains, S, M = (), C = Bounce> {
     pub(super) streams: Streams,
     pub(super) clock: Clock,
     pub(super) tally: Tally,
-    pub(super) stop: Early,
+    pub(super) stop: Interruption,
 }
 
 impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
@@ -62,7 +62,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 ..Clock::default()
             },
             tally: Tally::default(),
-            stop: Early::default(),
+            stop: Interruption::default(),
         })
     }
 
