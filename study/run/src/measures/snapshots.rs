@@ -3,13 +3,11 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use schemars::Schema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use stosszahl_case::Kind;
 use stosszahl_model::Particles;
-use stosszahl_results::Table;
 
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan, Scale};
 
 /// Snapshots.
@@ -23,27 +21,8 @@ pub struct Options {
     pub times: Option<Vec<f64>>,
 }
 
-/// Texts of the snapshots taken.
-#[derive(Default, Serialize, Deserialize)]
-struct Record {
-    texts: Vec<String>,
-}
-
-struct SnapshotProbe {
-    engine: &'static str,
-    scale: Scale,
-    record: Record,
-}
-
-impl Probe for SnapshotProbe {
-    fn sample(&mut self, moment: &mut Moment<'_>) {
-        let particles = moment.particles();
-        let text = extended_xyz(particles, self.scale, self.engine, moment.time);
-        self.record.texts.push(text);
-    }
-
-    keeps_record!();
-}
+/// The snapshots taken.
+type Texts = Vec<String>;
 
 /// The extended XYZ format in units of which one engine unit is `scale`; `time` is in the unit of time of the case.
 pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64) -> String {
@@ -80,28 +59,12 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
     text
 }
 
-impl Snapshots {
-    fn chosen(&self, plan: &Plan) -> Vec<f64> {
-        let options: Options = measure::options(plan, self.name()).unwrap_or_default();
-        let mut times = options.times.unwrap_or_else(|| vec![plan.case.run.until]);
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        times
-    }
-}
-
 impl Measure for Snapshots {
-    fn name(&self) -> &'static str {
-        "snapshots"
-    }
-
-    fn about(&self) -> &'static str {
-        "All particles of the first replica at chosen times, as extended XYZ."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "snapshots",
+        "All particles of the first replica at chosen times, as extended XYZ.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
@@ -115,7 +78,8 @@ impl Measure for Snapshots {
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
-        self.chosen(plan)
+        let times = measure::chosen::<Options>(plan, self.name()).times;
+        times.unwrap_or_else(|| vec![plan.case.run.until])
     }
 
     fn only_first_replica(&self) -> bool {
@@ -123,28 +87,17 @@ impl Measure for Snapshots {
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(SnapshotProbe {
-            engine: engine.name,
-            scale: plan.scale,
-            record: Record::default(),
-        })
-    }
-
-    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
-        Vec::new()
+        let (name, scale) = (engine.name, plan.scale);
+        Box::new(Recorder::new(Texts::new(), move |texts, moment| {
+            texts.push(extended_xyz(moment.particles(), scale, name, moment.time));
+        }))
     }
 
     fn files(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(PathBuf, String)> {
         let mut files = Vec::new();
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(engine);
-            for (index, text) in records
-                .iter()
-                .take(1)
-                .flat_map(|one| &one.texts)
-                .enumerate()
-            {
-                let name = format!("snapshots/{}-{index}.xyz", known.name);
+        for (engine, records) in runs.each::<Texts>(plan) {
+            for (index, text) in records.into_iter().take(1).flatten().enumerate() {
+                let name = format!("snapshots/{}-{index}.xyz", engine.name);
                 files.push((name.into(), text.clone()));
             }
         }
