@@ -183,11 +183,12 @@ impl Choice {
             "K at t0 over Haff's law"
         };
         let target = percent(target);
-        let reason = match self.met {
-            true => format!("sure to be within {target} and the cheapest that is"),
-            false => format!(
+        let reason = if self.met {
+            format!("sure to be within {target} and the cheapest that is")
+        } else {
+            format!(
                 "no resolution that was tried is sure to keep {target}, and this one errs least"
-            ),
+            )
         };
         format!(
             "{engine}: {} simulators per particle and {} steps, because a pilot of {} disks and {RUNS} runs found an error of \

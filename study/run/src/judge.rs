@@ -294,7 +294,7 @@ pub fn worst(points: &[Point], tolerance: f64) -> Option<&Point> {
         .filter(|point| point.theory != 0.0 && point.deviation().is_finite());
     usable.max_by(|a, b| {
         let size = |point: &Point| point.deviation().abs();
-        let ranks = [a, b].map(|point| rank(&point.outcome(tolerance)));
+        let ranks = [a, b].map(|point| rank(point.outcome(tolerance)));
         ranks[0].cmp(&ranks[1]).then(size(a).total_cmp(&size(b)))
     })
 }
@@ -310,11 +310,11 @@ pub fn within(off: f64, error: Option<f64>, margin: f64) -> VerdictKind {
 pub fn together(kinds: impl IntoIterator<Item = VerdictKind>) -> VerdictKind {
     kinds
         .into_iter()
-        .max_by_key(rank)
+        .max_by_key(|&kind| rank(kind))
         .unwrap_or(VerdictKind::Note)
 }
 
-fn rank(kind: &VerdictKind) -> u8 {
+fn rank(kind: VerdictKind) -> u8 {
     match kind {
         VerdictKind::Differ => 2,
         VerdictKind::Agree => 0,
@@ -513,19 +513,19 @@ pub fn profiles(
 ) -> Option<Verdict> {
     let differences = places.iter().filter_map(|([a, b], at)| {
         let error = a.standard_error?.hypot(b.standard_error?);
-        (error > 0.0).then_some(((a.value? - b.value?) / error, at))
+        let values = [a.value?, b.value?];
+        (error > 0.0).then_some(((values[0] - values[1]) / error, values, at))
     });
-    let all: Vec<(f64, &String)> = differences.collect();
-    let (z, at) = all
+    let all: Vec<_> = differences.collect();
+    let (z, values, at) = all
         .iter()
         .rev()
         .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let limit = (2.0 * (all.len() as f64 / false_alarm).ln()).sqrt();
     let (kind, few) = by_parts(z.abs() <= limit, parts);
+    let ([a, b], [x, y]) = (pair, values.map(short));
     let sentence = format!(
-        "{} and {} are at most {z:+.1} standard errors apart in {} places (limit {limit:.1}{few}), at {at}.",
-        pair[0],
-        pair[1],
+        "{a} and {b} are at most {z:+.1} standard errors apart in {} places (limit {limit:.1}{few}): {x} against {y} at {at}.",
         all.len(),
     );
     Some(verdict(topic, sentence, kind))

@@ -173,7 +173,7 @@ pub fn chosen<O: DeserializeOwned + Default>(plan: &Plan, name: &str) -> O {
     options(plan, name).unwrap_or_default()
 }
 
-/// The options of a measure that has none.
+/// It has no options.
 #[derive(Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Options")]

@@ -226,13 +226,13 @@ impl Budget<'_> {
         let step = self.work("collisions_per_simulator_and_step");
         // The most probable speed over the mean one.
         let speeds = 2.0 / PI.sqrt();
-        let (estimate, reason) = if parameters.displacement != Displacement::None {
-            let reason = "displaced partners that collide again in the step give momentum back: error of the collisional pressure";
-            (0.5 * step, reason)
-        } else {
+        let (estimate, reason) = if parameters.displacement == Displacement::None {
             let share = [PI / 48.0, 16.0 / (75.0 * PI)][self.plan.dimension - 2];
             let reason = "flights are cut into steps: error of the viscosity";
             (share * (speeds * step).powi(2), reason)
+        } else {
+            let reason = "displaced partners that collide again in the step give momentum back: error of the collisional pressure";
+            (0.5 * step, reason)
         };
         Source::new("step", (step, "mean free times"), estimate, reason)
     }

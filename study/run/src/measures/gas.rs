@@ -280,9 +280,9 @@ fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row 
             [energy, energy * temperature_error(plan, moments)]
         })
     };
-    let energy = |sample: &Sample| match traced {
-        true => 0.5 * plan.dimension as f64 * energies(sample)[0],
-        false => sample.energy,
+    let energy = |sample: &Sample| {
+        let all = || 0.5 * plan.dimension as f64 * energies(sample)[0];
+        if traced { all() } else { sample.energy }
     };
     let ratio = |pair: &(&Sample, &Sample)| energy(pair.0) / energy(pair.1);
     let first = pairs.first().filter(|_| plan.case.sticking.is_none());

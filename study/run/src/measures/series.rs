@@ -363,8 +363,12 @@ impl One<'_> {
         let start = self.plan.temperature;
         let found = found.against(Some(column.temperature())).times(1.0 / start);
         let point = Point::of(self.window.times[0], &found)?;
-        let subject = "The temperature over that of the start";
-        let mut verdict = against_theory(topic, subject, "theory", &[point], SETTLED)?;
+        let ratio = in_units(&found, 1.0);
+        let subject = format!(
+            "The temperature ({ratio} of the start, {:.4} by theory)",
+            point.theory
+        );
+        let mut verdict = against_theory(topic, &subject, "theory", &[point], SETTLED)?;
         if !self.window.steady {
             verdict.kind = VerdictKind::Undecided;
             verdict.sentence += " It is not steady yet.";
