@@ -41,12 +41,7 @@ fn energy(shift: f64) -> Table {
                 theory: Some(law),
                 theory_error: None,
             };
-            table
-                .row()
-                .text(*engine)
-                .number(time)
-                .estimate(estimate)
-                .count(4);
+            table.add((*engine, time, estimate, 4_u64));
         }
     }
     let axes = (
@@ -76,14 +71,14 @@ fn impact() -> Table {
                     standard_error: Some(0.05),
                     ..Estimate::default()
                 };
-                table
-                    .row()
-                    .text(*engine)
-                    .number(f64::from(window))
-                    .number(f64::from(window + 1))
-                    .number(low)
-                    .number(low + 0.1)
-                    .estimate(estimate);
+                table.add((
+                    *engine,
+                    f64::from(window),
+                    f64::from(window + 1),
+                    low,
+                    low + 0.1,
+                    estimate,
+                ));
             }
         }
     }
@@ -114,13 +109,7 @@ fn fields() -> Table {
         for place in 0..240 {
             let (x, y) = (f64::from(place % 20) + 0.5, f64::from(place / 20) + 0.5);
             let density = (place != 7).then_some(1.0 + (x / 5.0).sin() * (y / 4.0).cos());
-            table
-                .row()
-                .text(engine)
-                .number(x)
-                .number(y)
-                .number(density)
-                .number(if place == 8 { f64::NAN } else { x });
+            table.add((engine, x, y, density, if place == 8 { f64::NAN } else { x }));
         }
     }
     let figure = Figure {
@@ -149,7 +138,7 @@ fn species() -> Table {
                 theory: Some(value * 1.02),
                 ..Estimate::default()
             };
-            table.row().number(time).text(name).estimate(estimate);
+            table.add((time, name, estimate));
         }
     }
     table.figure(Figure {
@@ -167,11 +156,7 @@ fn checks() -> Table {
         .key("quantity", "", "What")
         .value("measured", "1", "Value")
         .note("verdict", "", "Word");
-    table
-        .row()
-        .text("energy")
-        .number(f64::INFINITY)
-        .text("agree");
+    table.add(("energy", f64::INFINITY, "agree"));
     let axes = (
         Axis::linear("quantity", "quantity"),
         Axis::logarithmic("measured", "measured"),

@@ -26,5 +26,5 @@ pub use manifest::{
     REPORT_FILE, SWEEP_FILE, Snapshot, Start, StartTest, Stored, Sweep, SweepPoint, TableEntry,
     TimeUnit,
 };
-pub use table::{Axis, Cell, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
+pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
 pub use verdict::{Verdict, VerdictKind};

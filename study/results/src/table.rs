@@ -79,6 +79,35 @@ pub struct Estimate {
     pub theory_error: Option<f64>,
 }
 
+impl Estimate {
+    /// A value with its standard error.
+    pub fn of(value: f64, standard_error: Option<f64>) -> Self {
+        Self {
+            value: Some(value),
+            standard_error,
+            ..Self::default()
+        }
+    }
+
+    /// The same beside a theory.
+    #[must_use]
+    pub fn against(self, theory: Option<f64>) -> Self {
+        Self { theory, ..self }
+    }
+
+    /// All of it in units of which one of its own is `unit`.
+    #[must_use]
+    pub fn times(self, unit: f64) -> Self {
+        let scaled = |value: Option<f64>| value.map(|value| value * unit);
+        Self {
+            value: scaled(self.value),
+            standard_error: scaled(self.standard_error),
+            theory: scaled(self.theory),
+            theory_error: scaled(self.theory_error),
+        }
+    }
+}
+
 /// A figure of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
@@ -222,9 +251,8 @@ impl Table {
 
     /// Adds the theory of the quantity before it, under a name of its own.
     #[must_use]
-    pub fn theory(self, name: &'static str, unit: &'static str) -> Self {
-        let about = "The same by theory; empty where there is none";
-        self.column(name.into(), unit, about, Role::Theory)
+    pub fn theory(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+        self.column(name.into(), unit, meaning, Role::Theory)
     }
 
     fn column(mut self, name: Text, unit: &'static str, meaning: &'static str, role: Role) -> Self {
@@ -244,10 +272,16 @@ impl Table {
         self
     }
 
-    /// Begins a row: its cells are pushed in the order of the columns, an estimate fills all of its columns.
-    pub fn row(&mut self) -> RowOf<'_> {
+    /// Adds a row: its cells in the order of the columns, an estimate filling all of its columns.
+    pub fn add(&mut self, cells: impl Cells) {
         self.rows.push(Vec::with_capacity(self.columns.len()));
-        RowOf { table: self }
+        cells.fill(self);
+    }
+
+    fn push(&mut self, cell: Cell) {
+        if let Some(row) = self.rows.last_mut() {
+            row.push(cell);
+        }
     }
 
     /// The number of a column.
@@ -256,53 +290,107 @@ impl Table {
     }
 }
 
-/// A row that is being filled.
-pub struct RowOf<'a> {
-    table: &'a mut Table,
+/// What fills cells of the last row of a table.
+pub trait Cells {
+    /// Fills them, in the order of the columns.
+    fn fill(self, table: &mut Table);
 }
 
-impl RowOf<'_> {
-    fn push(self, cell: Cell) -> Self {
-        if let Some(row) = self.table.rows.last_mut() {
-            row.push(cell);
-        }
-        self
+impl Cells for Cell {
+    fn fill(self, table: &mut Table) {
+        table.push(self);
     }
+}
 
-    /// Words.
-    pub fn text(self, text: impl Into<String>) -> Self {
-        self.push(Cell::Text(text.into()))
+impl Cells for &str {
+    fn fill(self, table: &mut Table) {
+        table.push(Cell::Text(self.to_owned()));
     }
+}
 
-    /// A number.
-    pub fn number(self, number: impl Into<Option<f64>>) -> Self {
-        let cell = number.into().map_or(Cell::Empty, Cell::Number);
-        self.push(cell)
+impl Cells for f64 {
+    fn fill(self, table: &mut Table) {
+        table.push(Cell::Number(self));
     }
+}
 
-    /// A count.
-    pub fn count(self, count: u64) -> Self {
-        self.push(Cell::Count(count))
+impl Cells for Option<f64> {
+    fn fill(self, table: &mut Table) {
+        table.push(self.map_or(Cell::Empty, Cell::Number));
     }
+}
 
-    /// An estimate: as many cells as the quantity has columns.
-    pub fn estimate(mut self, estimate: Estimate) -> Self {
-        self = self.number(estimate.value);
-        let next = |row: &Self| {
-            let at = row.table.rows.last().map_or(0, Vec::len);
-            row.table.columns.get(at).map(|column| column.role)
-        };
+impl Cells for u64 {
+    fn fill(self, table: &mut Table) {
+        table.push(Cell::Count(self));
+    }
+}
+
+impl Cells for usize {
+    fn fill(self, table: &mut Table) {
+        table.push(Cell::Count(self as u64));
+    }
+}
+
+/// As many cells as the quantity has columns.
+impl Cells for Estimate {
+    fn fill(self, table: &mut Table) {
+        self.value.fill(table);
         for (role, value) in [
-            (Role::StandardError, estimate.standard_error),
-            (Role::Theory, estimate.theory),
-            (Role::TheoryError, estimate.theory_error),
+            (Role::StandardError, self.standard_error),
+            (Role::Theory, self.theory),
+            (Role::TheoryError, self.theory_error),
         ] {
-            if next(&self) == Some(role) {
-                self = self.number(value);
+            let at = table.rows.last().map_or(0, Vec::len);
+            if table.columns.get(at).map(|column| column.role) == Some(role) {
+                value.fill(table);
             }
         }
-        self
     }
+}
+
+impl<T: Cells> Cells for Vec<T> {
+    fn fill(self, table: &mut Table) {
+        self.into_iter().for_each(|cells| cells.fill(table));
+    }
+}
+
+impl<T: Cells, const N: usize> Cells for [T; N] {
+    fn fill(self, table: &mut Table) {
+        self.into_iter().for_each(|cells| cells.fill(table));
+    }
+}
+
+impl Cells for () {
+    fn fill(self, _table: &mut Table) {}
+}
+
+macro_rules! cells_of_tuples {
+    ($($name:ident)*) => {
+        impl<$($name: Cells),*> Cells for ($($name,)*) {
+            #[allow(non_snake_case, reason = "one name for a type and its value")]
+            fn fill(self, table: &mut Table) {
+                let ($($name,)*) = self;
+                $($name.fill(table);)*
+            }
+        }
+    };
+}
+cells_of_tuples!(A B);
+cells_of_tuples!(A B C);
+cells_of_tuples!(A B C D);
+cells_of_tuples!(A B C D E);
+cells_of_tuples!(A B C D E F);
+cells_of_tuples!(A B C D E F G);
+cells_of_tuples!(A B C D E F G H);
+
+/// A table without rows, described line by line: what a column is, which is the method of [`Table`] that adds it, its name,
+/// its unit, and its meaning.
+#[macro_export]
+macro_rules! table {
+    ($name:expr, $about:expr; $($role:ident $column:expr, $unit:expr, $meaning:expr;)*) => {
+        $crate::Table::new($name, $about)$(.$role($column, $unit, $meaning))*
+    };
 }
 
 impl Figure {
@@ -319,6 +407,41 @@ impl Figure {
             lines: Vec::new(),
             colour: None,
         }
+    }
+
+    /// The key columns that tell curves apart.
+    #[must_use]
+    pub fn by(self, columns: &[&'static str]) -> Self {
+        let curves = columns.iter().map(|&name| name.into()).collect();
+        Self { curves, ..self }
+    }
+
+    /// The key columns of which each value has a panel.
+    #[must_use]
+    pub fn panels(self, columns: &[&'static str]) -> Self {
+        let panels = columns.iter().map(|&name| name.into()).collect();
+        Self { panels, ..self }
+    }
+
+    /// A sentence or two below it.
+    #[must_use]
+    pub fn caption(self, caption: &'static str) -> Self {
+        let caption = caption.into();
+        Self { caption, ..self }
+    }
+
+    /// How points are drawn.
+    #[must_use]
+    pub fn mark(self, mark: Mark) -> Self {
+        Self { mark, ..self }
+    }
+
+    /// Adds a line that is no data.
+    #[must_use]
+    pub fn line(mut self, label: &'static str, y: f64) -> Self {
+        let label = label.into();
+        self.lines.push(Line { label, y });
+        self
     }
 }
 

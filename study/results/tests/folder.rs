@@ -33,12 +33,7 @@ fn table(seed: u64) -> Table {
         standard_error: Some(f64::NAN),
         ..Estimate::default()
     };
-    table
-        .row()
-        .text("ed")
-        .number(1e-7)
-        .estimate(estimate)
-        .count(3);
+    table.add(("ed", 1e-7, estimate, 3_u64));
     table
 }
 
@@ -104,7 +99,7 @@ fn tables_are_written_as_before_and_read_back_the_same() {
 #[test]
 fn a_row_that_does_not_fit_is_an_error() {
     let mut table = table(1);
-    table.row().text("ed");
+    table.add("ed");
     assert!(matches!(
         table.to_csv(),
         Err(ResultsError::Length {

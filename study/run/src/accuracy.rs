@@ -10,16 +10,15 @@
 
 use rayon::prelude::*;
 use stosszahl_analysis::accuracy::{Accuracy, Known};
-use stosszahl_case::format::{self, MonteCarlo, Placement, Start};
+use stosszahl_case::format::{self, Placement, Start};
 use stosszahl_case::{Case, CaseFile};
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{Interrupt, Particles, transport};
 
 use crate::check::Planned;
 use crate::follow::PartError;
-
 use crate::measure::Measure;
-use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
+use crate::plan::{EngineKind, EnginePlan, Plan, PlanError, in_cells};
 use crate::run::{Options, RunError};
 use crate::unsaved::{Unsaved, collision_rate, energies, measures, resized};
 use crate::words::percent;
@@ -115,7 +114,7 @@ fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<Strin
     };
     let (mut case, mut words) = (plan.case.clone(), Vec::new());
     for engine in &small.engines {
-        let (Some(asked), Some(written)) = (engine.parameters(), written(&mut case, engine.name))
+        let (Some(asked), Some(written)) = (engine.parameters(), in_cells(&mut case, engine.name))
         else {
             continue;
         };
@@ -132,25 +131,10 @@ fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<Strin
     Ok((case, words))
 }
 
-/// What a case says of an engine in cells.
-fn written<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut MonteCarlo> {
-    let engines = &mut case.engine;
-    match name {
-        "dsmc-boltzmann" => engines.boltzmann.as_mut(),
-        "dsmc-free-volume" => engines.free_volume.as_mut(),
-        "dsmc-enskog" => engines.enskog.as_mut(),
-        "dsmc-esmc" => engines.esmc.as_mut(),
-        "dsmc-stochastic-disks" => engines.stochastic_disks.as_mut(),
-        "dsmc-contact-point" => engines.contact_point.as_mut(),
-        _ => None,
-    }
-}
-
 /// The small box.
 fn pilot(plan: &Plan) -> Case {
     let density = plan.packing_fraction / std::f64::consts::FRAC_PI_4;
-    let side = STABLE
-        * transport::critical_length(plan.packing_fraction, plan.contact_value, plan.restitution);
+    let side = STABLE * plan.critical_length();
     let stable = (density * side * side).min(MOST_DISKS as f64);
     let disks = (stable as usize).clamp(FEWEST_DISKS, plan.count().max(FEWEST_DISKS));
     let mut case = plan.case.clone();
@@ -196,13 +180,10 @@ impl Choice {
         } else {
             "K at t0 over Haff's law"
         };
+        let target = percent(target);
         let reason = if self.met {
-            format!(
-                "sure to be within {} and the cheapest that is",
-                percent(target)
-            )
+            format!("sure to be within {target} and the cheapest that is")
         } else {
-            let target = percent(target);
             format!(
                 "no resolution that was tried is sure to keep {target}, and this one errs least"
             )
@@ -261,13 +242,9 @@ impl Search<'_> {
             value: reference,
             standard_error: 0.0,
         };
-        let found = Accuracy::new(&values, known, reference).ok_or_else(|| {
-            PlanError::new(
-                "accuracy.target",
-                "a pilot whose values are no numbers",
-                "numbers",
-            )
-        })?;
+        let failed = "a pilot whose values are no numbers";
+        let found = Accuracy::new(&values, known, reference)
+            .ok_or_else(|| PlanError::new("accuracy.target", failed, "numbers"))?;
         Ok(Choice {
             parameters,
             found,
@@ -288,10 +265,7 @@ impl Search<'_> {
                 return self.fewer_steps(engine, choice);
             }
             let size = |choice: &Choice| choice.found.systematic.abs();
-            if best
-                .as_ref()
-                .is_none_or(|known| size(&choice) < size(known))
-            {
+            if (best.as_ref()).is_none_or(|known| size(&choice) < size(known)) {
                 best = Some(choice);
             }
         }
@@ -302,13 +276,11 @@ impl Search<'_> {
     fn fewer_steps(&self, engine: &EnginePlan, mut choice: Choice) -> Result<Choice, PartError> {
         while choice.parameters.steps_per_crossing >= 2.0 {
             let steps_per_crossing = 0.5 * choice.parameters.steps_per_crossing;
-            let coarser = self.measure(
-                engine,
-                Parameters {
-                    steps_per_crossing,
-                    ..choice.parameters
-                },
-            )?;
+            let parameters = Parameters {
+                steps_per_crossing,
+                ..choice.parameters
+            };
+            let coarser = self.measure(engine, parameters)?;
             if !coarser.met {
                 break;
             }

@@ -10,9 +10,13 @@
 //! - *histograms against a uniform density*: chi-squared, all windows together by Holm ([`ImpactTest`]);
 //! - *numbers that are kept or zero*, within rounding or within three standard errors.
 
+use std::fmt::Display;
+
 use stosszahl_analysis::compare::{Quotient, Verdict as Test, quotients};
 use stosszahl_analysis::statistics::{ChiSquaredTest, holm, student_t_test};
-use stosszahl_results::{Verdict, VerdictKind};
+use stosszahl_results::{Estimate, Verdict, VerdictKind};
+
+pub use stosszahl_results::engine_title as title;
 
 pub use crate::words::short;
 
@@ -47,9 +51,9 @@ pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> Verdict
     verdict(topic, sentence, VerdictKind::Warning)
 }
 
-/// An engine's name as a reader says it, at the beginning of a sentence.
-pub fn title(engine: &str) -> String {
-    stosszahl_results::engine_title(engine).to_owned()
+/// Theory that cannot be computed.
+pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> Verdict {
+    warning(topic, format!("Theory cannot be computed: {error}."))
 }
 
 /// Digits after the point with which an error shows two of its own.
@@ -74,6 +78,20 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
         }
         None => format!("{} (error unknown)", short(value)),
     }
+}
+
+/// The same of an estimate, over a unit.
+pub fn in_units(found: &Estimate, unit: f64) -> String {
+    let error = found.standard_error.map(|error| (error / unit).abs());
+    with_error(found.value.unwrap_or(f64::NAN) / unit, error)
+}
+
+/// A quotient with its error.
+pub fn quotient(a: &Estimate, b: &Estimate) -> String {
+    let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
+    let errors = a.standard_error.zip(b.standard_error);
+    let error = errors.map(|(a, b)| (x / y).abs() * (a / x).hypot(b / y));
+    with_error(x / y, error)
 }
 
 /// A relative deviation in per cent, with its error.
@@ -233,6 +251,17 @@ pub struct Point {
 }
 
 impl Point {
+    /// An estimate with its theory; none unless both are known.
+    pub fn of(time: f64, found: &Estimate) -> Option<Self> {
+        Some(Self {
+            time,
+            measured: found.value?,
+            error: found.standard_error,
+            theory: found.theory?,
+            theory_error: found.theory_error,
+        })
+    }
+
     /// Relative deviation from theory.
     pub fn deviation(&self) -> f64 {
         self.measured / self.theory - 1.0
@@ -264,24 +293,60 @@ impl Point {
 
 /// The point that decides what all say: differences before doubts before agreement, the largest deviation of those.
 pub fn worst(points: &[Point], tolerance: f64) -> Option<&Point> {
-    let rank = |point: &Point| match point.outcome(tolerance) {
-        VerdictKind::Differ => 2,
-        VerdictKind::Agree => 0,
-        _ => 1,
-    };
     let usable = points
         .iter()
         .filter(|point| point.theory != 0.0 && point.deviation().is_finite());
     usable.max_by(|a, b| {
         let size = |point: &Point| point.deviation().abs();
-        rank(a).cmp(&rank(b)).then(size(a).total_cmp(&size(b)))
+        let ranks = [a, b].map(|point| rank(point.outcome(tolerance)));
+        ranks[0].cmp(&ranks[1]).then(size(a).total_cmp(&size(b)))
     })
+}
+
+/// What a relative deviation says of a margin.
+pub fn within(off: f64, error: Option<f64>, margin: f64) -> VerdictKind {
+    let found = Estimate::of(1.0 + off, error).against(Some(1.0));
+    let point = Point::of(0.0, &found).filter(|_| off.is_finite());
+    point.map_or(VerdictKind::Undecided, |point| point.outcome(margin))
+}
+
+/// What several comparisons say together: differences before doubts before agreement.
+pub fn together(kinds: impl IntoIterator<Item = VerdictKind>) -> VerdictKind {
+    kinds
+        .into_iter()
+        .max_by_key(|&kind| rank(kind))
+        .unwrap_or(VerdictKind::Note)
+}
+
+fn rank(kind: VerdictKind) -> u8 {
+    match kind {
+        VerdictKind::Differ => 2,
+        VerdictKind::Agree => 0,
+        _ => 1,
+    }
+}
+
+/// Fewest blocks of all replicas from which errors are known well enough for a normal test.
+const FEWEST_PARTS: usize = 10;
+
+/// What a test says whose errors come from some blocks of time, and a remark where they are too few.
+pub fn by_parts(holds: bool, parts: usize) -> (VerdictKind, String) {
+    match holds {
+        _ if parts < FEWEST_PARTS => {
+            let few = format!(
+                "; errors come from {parts} blocks only, {FEWEST_PARTS} are needed to tell"
+            );
+            (VerdictKind::Undecided, few)
+        }
+        true => (VerdictKind::Agree, String::new()),
+        false => (VerdictKind::Differ, String::new()),
+    }
 }
 
 /// The verdict on points against a theory within a tolerance, told at the worst of them; `subject` begins the sentence:
 /// "The temperature of species 2".
 pub fn against_theory(
-    topic: &str,
+    topic: impl Into<String>,
     subject: &str,
     theory: &str,
     points: &[Point],
@@ -351,7 +416,7 @@ pub fn impact_words(tests: &[ImpactTest], false_alarm: f64) -> Vec<&'static str>
 
 /// The verdict on the impact parameters of one engine, by the words of [`impact_words`].
 pub fn impact_parameters(
-    topic: &str,
+    topic: impl Into<String>,
     engine: &str,
     tests: &[ImpactTest],
     words: &[&str],
@@ -402,7 +467,7 @@ pub fn impact_parameters(
 
 /// Whether the last of two averages of each replica, (before, last), is still moving; a warning or nothing.
 pub fn still_moving(
-    topic: &str,
+    topic: impl Into<String>,
     subject: &str,
     pairs: &[(f64, f64)],
     false_alarm: f64,
@@ -420,7 +485,7 @@ pub fn still_moving(
 }
 
 /// Whether a quantity is kept: `worst` is its largest relative change.
-pub fn kept(topic: &str, subject: &str, worst: f64, limit: f64) -> Verdict {
+pub fn kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> Verdict {
     let (said, kind) = if worst <= limit {
         ("is kept", VerdictKind::Agree)
     } else {
@@ -432,57 +497,40 @@ pub fn kept(topic: &str, subject: &str, worst: f64, limit: f64) -> Verdict {
 }
 
 /// Whether a number is zero within three standard errors.
-pub fn zero(topic: &str, subject: &str, value: f64, error: Option<f64>) -> Verdict {
-    let kind = match error {
+pub fn zero(value: f64, error: Option<f64>) -> VerdictKind {
+    match error {
         None => VerdictKind::Undecided,
         Some(error) if value.abs() <= SIGNIFICANT * error => VerdictKind::Agree,
         Some(_) => VerdictKind::Differ,
-    };
-    let said = match kind {
-        VerdictKind::Agree => "is zero within three standard errors",
-        VerdictKind::Differ => "is not zero",
-        _ => "cannot be told from zero",
-    };
-    let value = with_error(value, error);
-    verdict(topic, format!("{subject} {said}: {value}."), kind)
-}
-
-/// One place of two profiles: where, and value and standard error of each.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Where.
-    pub at: f64,
-    /// Values of both.
-    pub values: [f64; 2],
-    /// Their standard errors.
-    pub errors: [Option<f64>; 2],
+    }
 }
 
 /// Whether two profiles differ: the largest difference in standard errors against the largest of as many normal numbers, at
-/// a chance `false_alarm`. Places without errors are left out; none is told where all are.
+/// a chance `false_alarm`. `places` are both values and where they are, in words; those without errors are left out, and there
+/// is no verdict where all are. Errors come from `parts` blocks of time.
 pub fn profiles(
-    topic: &str,
+    topic: impl Into<String>,
     pair: [&str; 2],
-    places: &[Place],
+    places: &[([Estimate; 2], String)],
+    parts: usize,
     false_alarm: f64,
 ) -> Option<Verdict> {
-    let differences = places.iter().filter_map(|place| {
-        let error = place.errors[0]?.hypot(place.errors[1]?);
-        (error > 0.0).then(|| (place, (place.values[0] - place.values[1]) / error))
+    let differences = places.iter().filter_map(|([a, b], at)| {
+        let error = a.standard_error?.hypot(b.standard_error?);
+        let values = [a.value?, b.value?];
+        (error > 0.0).then_some(((values[0] - values[1]) / error, values, at))
     });
-    let all: Vec<(&Place, f64)> = differences.collect();
-    let (place, z) = all.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let all: Vec<_> = differences.collect();
+    let (z, values, at) = all
+        .iter()
+        .rev()
+        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let limit = (2.0 * (all.len() as f64 / false_alarm).ln()).sqrt();
-    let [a, b] = pair;
-    let (said, kind) = if z.abs() > limit {
-        ("differ", VerdictKind::Differ)
-    } else {
-        ("agree", VerdictKind::Agree)
-    };
+    let (kind, few) = by_parts(z.abs() <= limit, parts);
+    let ([a, b], [x, y]) = (pair, values.map(short));
     let sentence = format!(
-        "{a} and {b} {said}: at most {z:+.1} standard errors apart in {} places (limit {limit:.1}), at {}.",
+        "{a} and {b} are at most {z:+.1} standard errors apart in {} places (limit {limit:.1}{few}): {x} against {y} at {at}.",
         all.len(),
-        short(place.at)
     );
     Some(verdict(topic, sentence, kind))
 }

@@ -3,11 +3,10 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Drive, Free, GrainSizes, Invalid, Law, Monodisperse, Plane, Polydisperse, Scene, Sizes, Smooth,
-    Space, Volume,
+    Drive, Free, GrainSizes, Invalid, Law, Monodisperse, Polydisperse, Scene, Sizes, Smooth, Space,
 };
 
-use crate::plan::{Plan, PlanError};
+use crate::plan::{Plan, PlanError, in_space};
 
 /// The drive of one replica. All of its engines draw the same kicks.
 pub(crate) struct Kicks {
@@ -30,13 +29,9 @@ impl Kicks {
         };
         let sizes = match &plan.grains.sizes {
             GrainSizes::Equal(one) => Which::Equal(*one),
-            GrainSizes::Each(all) => Which::Each(all.clone()),
-            GrainSizes::Species(species) => {
-                let kinds = species.kinds().iter();
-                let list = kinds
-                    .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count));
+            _ => {
                 let failed = |error: Invalid| PlanError::new("drive", error.found, error.allowed);
-                Which::Each(Polydisperse::new(list.collect()).map_err(failed)?)
+                Which::Each(Polydisperse::new(plan.radii_and_masses()).map_err(failed)?)
             }
         };
         Ok(Some(Self {
@@ -50,16 +45,12 @@ impl Kicks {
     /// Changes of velocity in a kick, for a number of simulators that stand for `weight` particles each.
     pub(crate) fn changes(&self, number: u64, simulators: usize, weight: f64) -> Vec<Vector3<f64>> {
         let copies = (1.0 / weight).round().max(1.0) as usize;
-        match (&self.sizes, self.dimension) {
-            (Which::Equal(sizes), 2) => self.draw::<Plane, _>(*sizes, number, simulators, copies),
-            (Which::Equal(sizes), _) => self.draw::<Volume, _>(*sizes, number, simulators, copies),
-            (Which::Each(sizes), 2) => {
-                self.draw::<Plane, _>(sizes.repeated(copies), number, simulators, copies)
+        in_space!(self.dimension, S => match &self.sizes {
+            Which::Equal(sizes) => self.draw::<S, _>(*sizes, number, simulators, copies),
+            Which::Each(sizes) => {
+                self.draw::<S, _>(sizes.repeated(copies), number, simulators, copies)
             }
-            (Which::Each(sizes), _) => {
-                self.draw::<Volume, _>(sizes.repeated(copies), number, simulators, copies)
-            }
-        }
+        })
     }
 
     fn draw<S: Space, Z: Sizes>(
@@ -76,9 +67,10 @@ impl Kicks {
             sizes,
             field: Free,
         };
+        let streams = &self.streams;
         let kicks = self
             .drive
-            .kicks(&scene, simulators, copies, number, &self.streams);
+            .kicks(&scene, simulators, copies, number, streams);
         kicks.iter().map(stosszahl_model::Vector::spatial).collect()
     }
 }

@@ -6,8 +6,8 @@
 use std::any::Any;
 use std::cell::OnceCell;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use stosszahl_model::{Observer, Particles, Simulation};
 use stosszahl_results::{Snapshot, Table, Verdict};
 
@@ -24,6 +24,12 @@ pub trait Measure: Sync {
     /// JSON Schema of its options.
     fn schema(&self) -> schemars::Schema;
 
+    /// Reads its options.
+    ///
+    /// # Errors
+    /// [`BadOption`] names the first key that cannot be read.
+    fn read(&self, plan: &Plan) -> Result<(), BadOption>;
+
     /// Whether it is made in this case although the case does not name it.
     fn by_default(&self, _plan: &Plan) -> bool {
         false
@@ -33,10 +39,14 @@ pub trait Measure: Sync {
     ///
     /// # Errors
     /// [`BadOption`] names the key below `[measure.NAME]`.
-    fn check(&self, plan: &Plan) -> Result<(), BadOption>;
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        self.read(plan)
+    }
 
     /// Times at which its probe looks, in the unit of time of the case, in any order.
-    fn times(&self, plan: &Plan) -> Vec<f64>;
+    fn times(&self, _plan: &Plan) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// What it asks of the engines beyond a look at them.
     fn needs(&self, _plan: &Plan) -> Needs {
@@ -54,11 +64,15 @@ pub trait Measure: Sync {
         false
     }
 
-    /// The measurement on one engine of one replica.
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe>;
+    /// The measurement on one engine of one replica; none where tables come from the records of other measures.
+    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(Recorder::new((), |(), _| {}))
+    }
 
     /// Tables of all engines and replicas.
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table>;
+    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
+        Vec::new()
+    }
 
     /// Files of all particles at some times, with what the manifest says of them.
     fn snapshots(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
@@ -90,19 +104,6 @@ pub struct BadOption {
     pub allowed: String,
 }
 
-impl BadOption {
-    /// Refuses a key unless a condition holds.
-    ///
-    /// # Errors
-    /// [`BadOption`] if it does not.
-    pub fn unless(good: bool, key: &str, allowed: &str) -> Result<(), Self> {
-        good.then_some(()).ok_or_else(|| Self {
-            key: key.to_owned(),
-            allowed: allowed.to_owned(),
-        })
-    }
-}
-
 /// A measurement on one engine of one replica.
 pub trait Probe: Send {
     /// What observes collisions, if anything does.
@@ -117,7 +118,7 @@ pub trait Probe: Send {
     fn stop(&mut self, _stop: &Stop) {}
 
     /// Called at each of the times of the measure, and only there.
-    fn sample(&mut self, moment: &mut Moment<'_>);
+    fn sample(&mut self, _moment: &mut Moment<'_>) {}
 
     /// The record so far, for a checkpoint.
     ///
@@ -133,23 +134,6 @@ pub trait Probe: Send {
 
     /// The record, for [`Runs::find`].
     fn record(&self) -> &dyn Any;
-}
-
-/// Writes a record as probes do.
-///
-/// # Errors
-/// As [`Probe::save`].
-pub fn save<R: Serialize>(record: &R) -> Result<Vec<u8>, postcard::Error> {
-    postcard::to_stdvec(record)
-}
-
-/// Reads a record as probes do.
-///
-/// # Errors
-/// As [`Probe::load`].
-pub fn load<R: DeserializeOwned>(record: &mut R, bytes: &[u8]) -> Result<(), postcard::Error> {
-    *record = postcard::from_bytes(bytes)?;
-    Ok(())
 }
 
 /// A place where a run stops.
@@ -189,15 +173,23 @@ pub fn options<O: DeserializeOwned>(plan: &Plan, name: &str) -> Result<O, BadOpt
     })
 }
 
+/// The same of options that are checked.
+pub fn chosen<O: DeserializeOwned + Default>(plan: &Plan, name: &str) -> O {
+    options(plan, name).unwrap_or_default()
+}
+
+/// It has no options.
+#[derive(Default, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Options")]
+pub struct NoOptions {}
+
 /// Refuses a measure, or one of its options, with what is allowed.
 ///
 /// # Errors
 /// [`BadOption`] unless `good`.
 pub fn require(good: bool, key: &str, allowed: impl Into<String>) -> Result<(), BadOption> {
-    if good {
-        return Ok(());
-    }
-    Err(BadOption {
+    good.then_some(()).ok_or_else(|| BadOption {
         key: key.to_owned(),
         allowed: allowed.into(),
     })
@@ -217,15 +209,38 @@ pub fn require_times(plan: &Plan, key: &str, times: &[f64]) -> Result<(), BadOpt
     Ok(())
 }
 
+/// The name of a measure, what it measures in one sentence, and the type of its options.
+macro_rules! described {
+    ($name:expr, $about:expr, $options:ty) => {
+        fn name(&self) -> &'static str {
+            $name
+        }
+
+        fn about(&self) -> &'static str {
+            $about
+        }
+
+        fn schema(&self) -> schemars::Schema {
+            schemars::schema_for!($options)
+        }
+
+        fn read(&self, plan: &$crate::plan::Plan) -> Result<(), $crate::measure::BadOption> {
+            $crate::measure::options::<$options>(plan, $name).map(drop)
+        }
+    };
+}
+pub(crate) use described;
+
 /// The three methods of a probe that keeps all it knows in its field `record`.
 macro_rules! keeps_record {
     () => {
         fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-            $crate::measure::save(&self.record)
+            postcard::to_stdvec(&self.record)
         }
 
         fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-            $crate::measure::load(&mut self.record, bytes)
+            self.record = postcard::from_bytes(bytes)?;
+            Ok(())
         }
 
         fn record(&self) -> &dyn std::any::Any {
@@ -234,6 +249,50 @@ macro_rules! keeps_record {
     };
 }
 pub(crate) use keeps_record;
+
+/// A probe that only looks: at the times of its measure, and at the start too where that is asked for.
+pub struct Recorder<R, F> {
+    record: R,
+    look: F,
+    from_start: bool,
+}
+
+impl<R, F: FnMut(&mut R, &mut Moment<'_>) + Send> Recorder<R, F> {
+    /// From an empty record, to which each look adds.
+    pub fn new(record: R, look: F) -> Self {
+        Self {
+            record,
+            look,
+            from_start: false,
+        }
+    }
+
+    /// The same, with a look at the start.
+    pub fn from_start(record: R, look: F) -> Self {
+        Self {
+            from_start: true,
+            ..Self::new(record, look)
+        }
+    }
+}
+
+impl<R, F> Probe for Recorder<R, F>
+where
+    R: Serialize + DeserializeOwned + Send + 'static,
+    F: FnMut(&mut R, &mut Moment<'_>) + Send,
+{
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        if self.from_start {
+            self.sample(moment);
+        }
+    }
+
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        (self.look)(&mut self.record, moment);
+    }
+
+    keeps_record!();
+}
 
 /// A moment of a run.
 pub struct Moment<'a> {
@@ -296,18 +355,23 @@ impl<'a> Runs<'a> {
     ///
     /// # Panics
     /// If the probe keeps another type of record, which is an error of the program.
-    pub fn records<R: 'static>(&self, engine: usize) -> Vec<&R> {
+    pub fn records<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
         let probes = self.finished[engine]
             .iter()
             .map(|one| &one.probes[self.measure]);
+        let record = |probe: &'a Box<dyn Probe>| probe.record().downcast_ref();
         probes
-            .map(|probe| {
-                probe
-                    .record()
-                    .downcast_ref()
-                    .expect("the record of this probe")
-            })
+            .map(|probe| record(probe).expect("the record of this probe"))
             .collect()
+    }
+
+    /// Each engine with the records of its replicas.
+    pub fn each<'p, R: 'static>(
+        &self,
+        plan: &'p Plan,
+    ) -> impl Iterator<Item = (&'p EnginePlan, Vec<&'a R>)> {
+        let engines = plan.engines.iter().enumerate();
+        engines.map(|(index, engine)| (engine, self.records(index)))
     }
 
     /// The records of a type that another measure keeps, of all replicas of an engine; none if that measure is not made.

@@ -25,7 +25,6 @@ mod time_averaged_displacement;
 #[cfg(test)]
 pub(crate) mod toy;
 mod velocity_autocorrelation;
-mod words;
 
 use stosszahl_analysis::statistics::Estimate as Mean;
 use stosszahl_results::Estimate;

@@ -137,19 +137,11 @@ pub fn placed(
 type Each<S, C> = Scene<S, C, Law, Polydisperse, Free>;
 
 fn scene<S: Space, C: Surface<S>>(plan: &Plan, surface: C) -> Result<Each<S, C>, StartError> {
-    let count = plan.count();
-    let pairs: Vec<(f64, f64)> = match &plan.grains.sizes {
-        GrainSizes::Equal(one) => vec![(one.radius, one.mass); count],
-        GrainSizes::Each(all) => all.pairs().to_vec(),
-        GrainSizes::Species(species) => (species.kinds().iter())
-            .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count))
-            .collect(),
-    };
     Ok(Scene {
         space: S::default(),
         surface,
         restitution: Law::ELASTIC,
-        sizes: Polydisperse::new(pairs)?,
+        sizes: Polydisperse::new(plan.radii_and_masses())?,
         field: Free,
     })
 }
@@ -251,21 +243,19 @@ fn in_plane(
         }
         (None, arrangement) => {
             let arrangement = arrangement.unwrap_or(Arrangement::Disordered);
-            let placement = initial::place(
-                arrangement,
-                plan.count(),
-                2.0 * radius(0),
-                &domain,
-                &streams,
-                interrupt,
-            )?;
+            let (count, diameter) = (plan.count(), 2.0 * radius(0));
+            let placement =
+                initial::place(arrangement, count, diameter, &domain, &streams, interrupt)?;
             let molten = arrangement == Arrangement::Disordered && !placement.reciprocal.is_empty();
-            let name = if molten {
-                "molten hexagonal lattice".to_owned()
-            } else {
-                format!("{arrangement:?}").to_lowercase()
-            };
-            (placement, name)
+            let name = format!("{arrangement:?}").to_lowercase();
+            (
+                placement,
+                if molten {
+                    "molten hexagonal lattice".to_owned()
+                } else {
+                    name
+                },
+            )
         }
     };
     let overlap = initial::first_overlap(&placement.positions, &radius, &domain, OVERLAP_TOLERANCE);
@@ -397,11 +387,10 @@ impl Preparation {
             // time has nothing to forget.
             let horizon = gas.time() + 100.0 / plan.collision_rate();
             let mut bins = self.bins.clone();
-            if done < first {
-                gas.advance(horizon, Budget::Collisions(leg), &mut ())?;
-            } else {
-                gas.advance(horizon, Budget::Collisions(leg), &mut Histogram(&mut bins))?;
-            }
+            let (mut histogram, mut nobody) = (Histogram(&mut bins), ());
+            let counted = done >= first;
+            let observer: &mut dyn Observer = if counted { &mut histogram } else { &mut nobody };
+            gas.advance(horizon, Budget::Collisions(leg), observer)?;
             if gas.is_interrupted() {
                 return Err(StartError::Interrupted);
             }
@@ -430,12 +419,11 @@ impl Preparation {
     }
 
     fn gas(&self, plan: &Plan, streams: Streams) -> Result<Box<dyn Simulation>, StartError> {
-        let boundaries = plan.exact_boundaries(streams)?;
-        let count = plan.count();
+        let (boundaries, kind) = (plan.exact_boundaries(streams)?, Dissipation::Elastic);
         Ok(stosszahl_ed::resume(
             &plan.grains,
-            count,
-            Dissipation::Elastic,
+            plan.count(),
+            kind,
             &boundaries,
             &self.gas,
         )?)
@@ -463,20 +451,12 @@ impl Preparation {
         let places: Vec<Vector2<f64>> = particles.all.iter().map(|one| one.position.xy()).collect();
         let lengths = [plan.lengths[0], plan.lengths[1]];
         let packing = plan.packing_fraction;
-        if !self.reciprocal.is_empty() {
-            tests.push(equilibrium::lattice_forgotten(
-                &places,
-                lengths,
-                &self.reciprocal,
-                packing,
-            ));
-        }
-        if matches!(plan.grains.sizes, GrainSizes::Equal(_)) {
-            let diameter = 2.0 * plan.species[0].radius;
-            tests.push(equilibrium::long_waves_fluctuate(
-                &places, lengths, diameter, packing,
-            ));
-        }
+        let peaks = &self.reciprocal;
+        let forgotten = || equilibrium::lattice_forgotten(&places, lengths, peaks, packing);
+        tests.extend((!peaks.is_empty()).then(forgotten));
+        let diameter = 2.0 * plan.species[0].radius;
+        let waves = || equilibrium::long_waves_fluctuate(&places, lengths, diameter, packing);
+        tests.extend(matches!(plan.grains.sizes, GrainSizes::Equal(_)).then(waves));
         tests
     }
 }

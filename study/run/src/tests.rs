@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Collision, Interrupt, Observer};
-use stosszahl_results::Table;
 
 use crate::control::Control;
 use crate::engines::{self, From};
 use crate::follow::{Part, PartError};
-use crate::measure::{self, BadOption, Finished, Measure, Moment, Needs, Probe, Runs, Stop};
+use crate::measure::{
+    Finished, Measure, Moment, Needs, NoOptions, Probe, Stop, described, keeps_record,
+};
 use crate::plan::{EnginePlan, Plan};
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
@@ -23,7 +24,9 @@ struct Seen {
     samples: Vec<f64>,
 }
 
-struct All(Seen);
+struct All {
+    record: Seen,
+}
 
 impl Observer for Seen {
     fn collisions(&mut self, batch: &[Collision]) {
@@ -33,14 +36,14 @@ impl Observer for Seen {
 
 impl Probe for All {
     fn observer(&mut self) -> Option<&mut dyn Observer> {
-        Some(&mut self.0)
+        Some(&mut self.record)
     }
     fn begin(&mut self, moment: &mut Moment<'_>) {
         moment.simulation.follow_displacements();
     }
     fn stop(&mut self, stop: &Stop) {
-        self.0.stops.extend([stop.time, stop.temperature]);
-        self.0.stops.extend(stop.kicked_from);
+        self.record.stops.extend([stop.time, stop.temperature]);
+        self.record.stops.extend(stop.kicked_from);
     }
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let particles = moment.particles().all.iter();
@@ -49,36 +52,18 @@ impl Probe for All {
             .sum();
         let far = moment.simulation.displacements().unwrap_or_default();
         let far: f64 = far.iter().map(nalgebra::Vector3::norm).sum();
-        self.0
+        self.record
             .samples
             .extend([moment.time, moment.heated, sum, far]);
     }
-    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        measure::save(&self.0)
-    }
-    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        measure::load(&mut self.0, bytes)
-    }
-    fn record(&self) -> &dyn std::any::Any {
-        &self.0
-    }
+    keeps_record!();
 }
 
 struct Everything;
 
 impl Measure for Everything {
-    fn name(&self) -> &'static str {
-        "everything"
-    }
-    fn about(&self) -> &'static str {
-        "All that a probe can see"
-    }
-    fn schema(&self) -> schemars::Schema {
-        schemars::Schema::default()
-    }
-    fn check(&self, _plan: &Plan) -> Result<(), BadOption> {
-        Ok(())
-    }
+    described!("everything", "All that a probe can see", NoOptions);
+
     fn times(&self, plan: &Plan) -> Vec<f64> {
         plan.sample_times()
     }
@@ -89,10 +74,9 @@ impl Measure for Everything {
         }
     }
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(All(Seen::default()))
-    }
-    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
-        Vec::new()
+        Box::new(All {
+            record: Seen::default(),
+        })
     }
 }
 
@@ -316,7 +300,7 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
     }
 }
 
-/// Raises an interrupt after so many collisions, as a measure.
+/// Raises an interrupt after a number of collisions, as a measure.
 struct Eager(Interrupt, u64);
 
 struct EagerProbe(Raising);
@@ -338,29 +322,13 @@ impl Probe for EagerProbe {
 }
 
 impl Measure for Eager {
-    fn name(&self) -> &'static str {
-        "eager"
-    }
-    fn about(&self) -> &'static str {
-        "Ends the run early"
-    }
-    fn schema(&self) -> schemars::Schema {
-        schemars::Schema::default()
-    }
-    fn check(&self, _plan: &Plan) -> Result<(), BadOption> {
-        Ok(())
-    }
-    fn times(&self, _plan: &Plan) -> Vec<f64> {
-        Vec::new()
-    }
+    described!("eager", "Ends the run early", NoOptions);
+
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(EagerProbe(Raising {
             interrupt: self.0.clone(),
             left: self.1,
         }))
-    }
-    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
-        Vec::new()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Error against cost: every measured setting with its replicas, and the settings that no cheaper one beats.
 
 use stosszahl_analysis::accuracy::Accuracy;
-use stosszahl_results::{Estimate, Table};
+use stosszahl_results::{Estimate, Table, table};
 
 use super::measure::{Sample, median};
 use super::quantity::{Kind, Quantity};
@@ -168,89 +168,63 @@ fn rows_of<'a>(
 
 /// The table of all rows.
 pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
-    let mut table = Table::new("frontier", "Error against cost of every measured setting.")
-        .key("engine", "", "Engine")
-        .key("setting", "", "Setting in words")
-        .key("disks", "1", "Disks")
-        .key(
-            "quantity",
-            "",
-            "Quantity; largest- for that of its kind whose error is largest",
-        )
-        .key("time", "time", "When")
-        .key("replicas", "1", "Replicas that a mean is taken over")
-        .note("repetitions", "1", "Runs that the row rests on")
-        .note(
-            "reference_source",
-            "",
-            "theory, or an ensemble of exact dynamics",
-        )
-        .estimate("reference", "", "Reference")
-        .value("mean", "", "Mean of the runs")
-        .estimate(
-            "systematic_error",
-            "1",
-            "Systematic error in units of the reference, or absolute where that may vanish",
-        )
-        .value("statistical_error", "1", "Statistical error of one run")
-        .note("statistical_error_low", "1", "Its range of 95 %")
-        .note("statistical_error_high", "1", "Its range of 95 %")
-        .value("error", "1", "Total error of the mean of the replicas")
-        .note("error_low", "1", "Its range of 95 %")
-        .note("error_high", "1", "Its range of 95 %")
-        .note("collisions", "1", "Pair collisions of one run")
-        .note("steps", "1", "Time steps of one run")
-        .note("bytes", "B", "Memory of one run")
-        .value("core_seconds", "s", "CPU time of all replicas")
-        .value(
-            "wall_seconds",
-            "s",
-            "Wall time of all replicas, one after the other on one thread",
-        )
-        .note(
-            "on_front",
-            "",
-            "Whether no cheaper setting has a smaller error",
-        );
+    let mut table = table! {
+        "frontier", "Error against cost of every measured setting.";
+        key "engine", "", "Engine";
+        key "setting", "", "Setting in words";
+        key "disks", "1", "Disks";
+        key "quantity", "", "Quantity; largest- for that of its kind whose error is largest";
+        key "time", "time", "When";
+        key "replicas", "1", "Replicas that a mean is taken over";
+        note "repetitions", "1", "Runs that the row rests on";
+        note "reference_source", "", "theory, or an ensemble of exact dynamics";
+        estimate "reference", "", "Reference";
+        value "mean", "", "Mean of the runs";
+        estimate "systematic_error", "1", "Systematic error in units of the reference, or absolute where that may vanish";
+        value "statistical_error", "1", "Statistical error of one run";
+        note "statistical_error_low", "1", "Its range of 95 %";
+        note "statistical_error_high", "1", "Its range of 95 %";
+        value "error", "1", "Total error of the mean of the replicas";
+        note "error_low", "1", "Its range of 95 %";
+        note "error_high", "1", "Its range of 95 %";
+        note "collisions", "1", "Pair collisions of one run";
+        note "steps", "1", "Time steps of one run";
+        note "bytes", "B", "Memory of one run";
+        value "core_seconds", "s", "CPU time of all replicas";
+        value "wall_seconds", "s", "Wall time of all replicas, one after the other on one thread";
+        note "on_front", "", "Whether no cheaper setting has a smaller error";
+    };
     for row in rows {
-        let (one, found) = (row.one, &row.found);
-        let [low, high] = found.total_range(row.replicas);
-        let [quiet, loud] = found.statistical_range();
-        let estimate = |value, error| Estimate {
-            value: Some(value),
-            standard_error: Some(error),
-            ..Estimate::default()
+        let (one, found, known) = (row.one, &row.found, row.reference.known);
+        let source = if row.reference.is_ensemble {
+            "ensemble"
+        } else {
+            "theory"
         };
-        let known = row.reference.known;
-        table
-            .row()
-            .text(one.setting.engine.name)
-            .text(&*one.label)
-            .count(one.setting.disks as u64)
-            .text(&*row.name)
-            .number(row.quantity.time)
-            .count(row.replicas)
-            .count(found.repetitions as u64)
-            .text(if row.reference.is_ensemble {
-                "ensemble"
-            } else {
-                "theory"
-            })
-            .estimate(estimate(known.value, known.standard_error))
-            .number(found.mean)
-            .estimate(estimate(found.systematic, found.systematic_error))
-            .number(found.statistical)
-            .number(quiet)
-            .number(loud)
-            .number(row.error())
-            .number(low)
-            .number(high)
-            .number(one.collisions)
-            .number(one.steps)
-            .count(one.bytes as u64)
-            .number(row.core_seconds())
-            .number(row.replicas as f64 * one.wall_seconds)
-            .text(if row.on_front { "true" } else { "false" });
+        let on_front = if row.on_front { "true" } else { "false" };
+        table.add((
+            (one.setting.engine.name, &*one.label, one.setting.disks),
+            (
+                &*row.name,
+                row.quantity.time,
+                row.replicas,
+                found.repetitions,
+                source,
+            ),
+            Estimate::of(known.value, Some(known.standard_error)),
+            (
+                found.mean,
+                Estimate::of(found.systematic, Some(found.systematic_error)),
+            ),
+            (found.statistical, found.statistical_range()),
+            (row.error(), found.total_range(row.replicas)),
+            (one.collisions, one.steps, one.bytes),
+            (
+                row.core_seconds(),
+                row.replicas as f64 * one.wall_seconds,
+                on_front,
+            ),
+        ));
     }
     table
 }

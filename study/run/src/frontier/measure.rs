@@ -104,6 +104,15 @@ impl Workshop<'_> {
         Ok(outcomes)
     }
 
+    /// Does one task.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub(crate) fn one(&self, task: Task) -> Result<Outcome, FrontierError> {
+        let outcome = self.run(&[task])?.pop();
+        Ok(outcome.unwrap_or_else(|| Ok(Vec::new())))
+    }
+
     /// Tasks of one system size.
     fn group(&self, plan: &Plan, tasks: &[&Task]) -> Result<Vec<Outcome>, FrontierError> {
         let first = tasks.iter().map(|task| task.replicas.start).min();
@@ -197,11 +206,8 @@ impl Bench<'_> {
             let found = self.sample(setting, replica);
             if number.is_multiple_of(16) {
                 let label = setting.label(workshop.plan);
-                (workshop.tell)(&format!(
-                    "run {} of {}: {label}",
-                    number + 1,
-                    self.jobs.len()
-                ));
+                let (run, all) = (number + 1, self.jobs.len());
+                (workshop.tell)(&format!("run {run} of {all}: {label}"));
             }
             let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
             done[number] = Some(found);

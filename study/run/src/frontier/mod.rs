@@ -110,15 +110,11 @@ pub enum FrontierError {
     /// The kept ensemble is not usable.
     #[error("{0}; remove the file, or name another folder with --cache")]
     Kept(#[source] SnapshotError),
-    /// There is no reference.
-    #[error("no reference: {reason}")]
-    NoReference {
-        /// Why.
-        reason: String,
-    },
-    /// A recommendation could not be tested.
-    #[error("the recommended setting failed: {reason}")]
-    NoTest {
+    /// Runs of the reference, or of a recommendation, failed.
+    #[error("{what}: {reason}")]
+    Runs {
+        /// What cannot be had.
+        what: &'static str,
         /// Why.
         reason: String,
     },

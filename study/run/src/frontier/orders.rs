@@ -5,7 +5,7 @@
 //! worst too careful. Where the order of theory describes only the finer settings, the fit is told of those.
 
 use stosszahl_analysis::fit::{self, Line, Point};
-use stosszahl_results::{Estimate, Table};
+use stosszahl_results::{Estimate, Table, table};
 
 use super::front::Measured;
 use super::quantity::Quantity;
@@ -43,92 +43,56 @@ impl Verdict {
 pub(crate) struct OrderRow {
     /// What is refined.
     pub sequence: &'static str,
-    /// Quantity.
-    pub quantity: &'static str,
-    /// When, in the unit of time of the case.
-    pub time: f64,
+    /// The quantity.
+    pub quantity: Quantity,
     /// Settings of the fit, the finest ones.
     pub settings: usize,
     /// Largest h among them.
     pub coarsest: f64,
     /// Order by theory.
     pub order: f64,
-    /// Order that fits best; empty where no error is seen or three settings are lacking.
-    pub found_order: Option<f64>,
-    /// Range of one standard error of it.
-    pub found_order_low: Option<f64>,
-    /// Range of one standard error of it.
-    pub found_order_high: Option<f64>,
-    /// Limit at h = 0 less the reference, over the unit of the error.
-    pub limit_error: f64,
-    /// Its standard error.
-    pub limit_error_se: f64,
-    /// Slope over the unit of the error.
-    pub slope: f64,
-    /// Its standard error.
-    pub slope_se: f64,
-    /// Sum of the squared deviations over the squared errors.
-    pub chi_squared: f64,
-    /// Degrees of freedom.
-    pub degrees_of_freedom: usize,
+    /// Order that fits best, and its range of one standard error; none where no error is seen or three settings are lacking.
+    pub found: Option<(f64, [f64; 2])>,
+    /// The fit, over the unit of the error: its limit is that at h = 0 less the reference.
+    pub line: Line,
     /// Whether the order holds.
     pub verdict: Verdict,
 }
 
 /// The table of all sequences.
 pub(crate) fn table(rows: &[OrderRow]) -> Table {
-    let mut table = Table::new(
-        "orders",
-        "Whether errors fall at the orders that theory predicts.",
-    )
-    .key("sequence", "", "What is refined")
-    .key("quantity", "", "Quantity")
-    .key("time", "time", "When")
-    .note("settings", "1", "Settings of the fit, the finest ones")
-    .note("coarsest", "", "Largest h among them")
-    .value("order", "1", "Order by theory")
-    .value(
-        "found_order",
-        "1",
-        "Order that fits best; empty where no error is seen or three settings are lacking",
-    )
-    .note("found_order_low", "1", "Range of one standard error of it")
-    .note("found_order_high", "1", "Range of one standard error of it")
-    .estimate(
-        "limit_error",
-        "1",
-        "Limit at h = 0 less the reference, over the unit of the error",
-    )
-    .estimate("slope", "", "Slope over the unit of the error")
-    .note(
-        "chi_squared",
-        "1",
-        "Sum of the squared deviations over the squared errors",
-    )
-    .note("degrees_of_freedom", "1", "Degrees of freedom")
-    .note("verdict", "", "Whether the order of theory holds");
+    let mut table = table! {
+        "orders", "Whether errors fall at the orders that theory predicts.";
+        key "sequence", "", "What is refined";
+        key "quantity", "", "Quantity";
+        key "time", "time", "When";
+        note "settings", "1", "Settings of the fit, the finest ones";
+        note "coarsest", "", "Largest h among them";
+        value "order", "1", "Order by theory";
+        value "found_order", "1", "Order that fits best; empty where no error is seen or three settings are lacking";
+        note "found_order_low", "1", "Range of one standard error of it";
+        note "found_order_high", "1", "Range of one standard error of it";
+        estimate "limit_error", "1", "Limit at h = 0 less the reference, over the unit of the error";
+        estimate "slope", "", "Slope over the unit of the error";
+        note "chi_squared", "1", "Sum of the squared deviations over the squared errors";
+        note "degrees_of_freedom", "1", "Degrees of freedom";
+        note "verdict", "", "Whether the order of theory holds";
+    };
     for row in rows {
-        let estimate = |value, error| Estimate {
-            value: Some(value),
-            standard_error: Some(error),
-            ..Estimate::default()
-        };
-        table
-            .row()
-            .text(row.sequence)
-            .text(row.quantity)
-            .number(row.time)
-            .count(row.settings as u64)
-            .number(row.coarsest)
-            .number(row.order)
-            .number(row.found_order)
-            .number(row.found_order_low)
-            .number(row.found_order_high)
-            .estimate(estimate(row.limit_error, row.limit_error_se))
-            .estimate(estimate(row.slope, row.slope_se))
-            .number(row.chi_squared)
-            .count(row.degrees_of_freedom as u64)
-            .text(row.verdict.name());
+        let line = &row.line;
+        table.add((
+            (row.sequence, row.quantity.kind.name(), row.quantity.time),
+            (row.settings, row.coarsest, row.order),
+            row.found.map(|found| found.0),
+            [0, 1].map(|side| row.found.map(|found| found.1[side])),
+            Estimate::of(line.intercept, Some(line.intercept_error)),
+            Estimate::of(line.slope, Some(line.slope_error)),
+            (
+                line.chi_squared,
+                line.degrees_of_freedom,
+                row.verdict.name(),
+            ),
+        ));
     }
     table
 }
@@ -140,39 +104,29 @@ pub(crate) fn orders(
     references: &[Reference],
 ) -> Vec<OrderRow> {
     let mut sequences: Vec<(&'static str, f64)> = Vec::new();
-    for refinement in measured.iter().flat_map(|one| &one.setting.refinements) {
-        let known = sequences
-            .iter()
-            .any(|(name, _)| *name == refinement.sequence);
-        if !known {
-            sequences.push((refinement.sequence, refinement.order));
+    for one in measured.iter().flat_map(|one| &one.setting.refinements) {
+        if !sequences.iter().any(|(name, _)| *name == one.sequence) {
+            sequences.push((one.sequence, one.order));
         }
     }
     let mut rows = Vec::new();
     for (sequence, order) in sequences {
         for (index, quantity) in quantities.iter().enumerate() {
-            let unit = quantity.kind.unit(references[index].known.value).abs();
-            let points: Vec<Point> = measured
-                .iter()
-                .filter_map(|one| {
-                    let mut members = one.setting.refinements.iter();
-                    let here = members.find(|member| member.sequence == sequence)?;
-                    let found = one.accuracies[index]?;
-                    let count = found.repetitions as f64;
-                    Some(Point {
-                        x: here.h,
-                        y: (found.mean - references[index].known.value) / unit,
-                        error: found.statistical / count.sqrt(),
-                    })
+            let known = references[index].known;
+            let unit = quantity.kind.unit(known.value).abs();
+            let point = |one: &Measured| {
+                let mut members = one.setting.refinements.iter();
+                let here = members.find(|member| member.sequence == sequence)?;
+                let found = one.accuracies[index]?;
+                Some(Point {
+                    x: here.h,
+                    y: (found.mean - known.value) / unit,
+                    error: found.statistical / (found.repetitions as f64).sqrt(),
                 })
-                .collect();
-            rows.extend(row(
-                sequence,
-                *quantity,
-                order,
-                &points,
-                references[index].known.standard_error / unit,
-            ));
+            };
+            let points = measured.iter().filter_map(point).collect();
+            let error = known.standard_error / unit;
+            rows.extend(row(sequence, *quantity, order, points, error));
         }
     }
     rows
@@ -184,12 +138,11 @@ fn row(
     sequence: &'static str,
     quantity: Quantity,
     order: f64,
-    points: &[Point],
+    mut points: Vec<Point>,
     reference_error: f64,
 ) -> Option<OrderRow> {
     /// Fewest settings of a fit.
     const FEWEST: usize = 3;
-    let mut points = points.to_vec();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     let all = points.clone();
     while points.len() > FEWEST && fit::richardson(&points, order).is_ok_and(|line| is_bad(&line)) {
@@ -199,7 +152,7 @@ fn row(
         // Not even then: all of them are told.
         points = all;
     }
-    let line = fit::richardson(&points, order).ok()?;
+    let mut line = fit::richardson(&points, order).ok()?;
     if line.degrees_of_freedom == 0 {
         return None;
     }
@@ -211,22 +164,15 @@ fn row(
         (false, false) => Verdict::NotSeen,
     };
     let free = (seen || bad).then(|| fit::order(&points).ok()).flatten();
+    line.intercept_error = line.intercept_error.hypot(reference_error);
     Some(OrderRow {
         sequence,
-        quantity: quantity.kind.name(),
-        time: quantity.time,
+        quantity,
         settings: points.len(),
         coarsest: points.last()?.x,
         order,
-        found_order: free.map(|free| free.value),
-        found_order_low: free.map(|free| free.range[0]),
-        found_order_high: free.map(|free| free.range[1]),
-        limit_error: line.intercept,
-        limit_error_se: line.intercept_error.hypot(reference_error),
-        slope: line.slope,
-        slope_se: line.slope_error,
-        chi_squared: line.chi_squared,
-        degrees_of_freedom: line.degrees_of_freedom,
+        found: free.map(|free| (free.value, free.range)),
+        line,
         verdict,
     })
 }
@@ -252,7 +198,7 @@ mod tests {
             kind: Kind::Energy,
             time: 1.0,
         };
-        row("cells", quantity, order, &points, 0.0)
+        row("cells", quantity, order, points.to_vec(), 0.0)
             .expect("a fit")
             .verdict
     }

@@ -95,23 +95,21 @@ pub(crate) fn measured(case: &Case) -> Case {
     case.run.first_sample = Some(until / 10_f64.powi(DECADES));
     case.run.samples_per_decade = Some(TIMES_PER_DECADE);
     case.run.samples = None;
-    let list = |values: Vec<Value>| Value::Array(values);
-    let window = list(vec![Value::Float(0.0), Value::Float(until)]);
-    let windows = [("windows".to_owned(), list(vec![window]))];
-    let structure = [
-        ("times".to_owned(), list(vec![Value::Float(until)])),
+    let table = |options: Vec<(&str, Value)>| -> Table {
+        let named = options.into_iter();
+        named.map(|(key, value)| (key.to_owned(), value)).collect()
+    };
+    let window = Value::from(vec![0.0, until]);
+    let times = ("times", Value::from(vec![until]));
+    let waves = ("largest_wave_number", Value::from(LOW_WAVE_NUMBERS));
+    let tables = [
         (
-            "largest_wave_number".to_owned(),
-            Value::Integer(LOW_WAVE_NUMBERS),
+            "impact_parameters",
+            table(vec![("windows", Value::from(vec![window]))]),
         ),
+        ("structure_factor", table(vec![times, waves])),
     ];
-    case.measure.clear();
-    let tables: [(&str, Table); 2] = [
-        ("impact_parameters", windows.into_iter().collect()),
-        ("structure_factor", structure.into_iter().collect()),
-    ];
-    case.measure
-        .extend(tables.map(|(name, table)| (name.to_owned(), table)));
+    case.measure = tables.map(|(name, table)| (name.to_owned(), table)).into();
     case
 }
 

@@ -98,10 +98,10 @@ pub(crate) fn find(
     count: usize,
     cache: &Cache,
 ) -> Result<References, FrontierError> {
-    let exact: Vec<Option<Known>> = quantities
-        .iter()
-        .map(|&one| theory(workshop.plan, one))
-        .collect();
+    let exact = quantities.iter().map(|&one| theory(workshop.plan, one));
+    let exact: Vec<Option<Known>> = exact.collect();
+    let what = "no reference";
+    let failed = |reason| FrontierError::Runs { what, reason };
     let (mut runs, mut made) = (Vec::new(), 0);
     if exact.iter().any(Option::is_none) {
         runs = cache.read()?;
@@ -113,11 +113,8 @@ pub(crate) fn find(
                 setting: Setting::exact(workshop.plan.count()),
                 replicas: FIRST + runs.len() as u64..FIRST + end as u64,
             };
-            let more = workshop
-                .run(&[task])?
-                .pop()
-                .unwrap_or_else(|| Ok(Vec::new()));
-            runs.extend(more.map_err(|reason| FrontierError::NoReference { reason })?);
+            let more = workshop.one(task)?;
+            runs.extend(more.map_err(failed)?);
             snapshot::write(&cache.path, &cache.fingerprint, &runs)?;
         }
         // As many as asked for, whatever is kept: the same sweep gives the same table.
@@ -135,11 +132,8 @@ pub(crate) fn find(
         };
         let is_ensemble = exact.is_none();
         let known = exact.or_else(of_runs);
-        known
-            .map(|known| Reference { known, is_ensemble })
-            .ok_or_else(|| FrontierError::NoReference {
-                reason: format!("{} is no number in some run", quantity.kind.name()),
-            })
+        let known = known.map(|known| Reference { known, is_ensemble });
+        known.ok_or_else(|| failed(format!("{} is no number in some run", quantity.kind.name())))
     };
     let values = quantities.iter().zip(exact).enumerate().map(one);
     Ok(References {

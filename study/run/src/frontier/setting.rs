@@ -4,7 +4,7 @@
 //! (see [`stosszahl_analysis::accuracy`]).
 
 use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
-use stosszahl_model::{kinetic, transport};
+use stosszahl_model::kinetic;
 
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -153,18 +153,15 @@ fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<Str
         Displacement::Diameter => "displaced",
         Displacement::Inelastic => "displaced inelastically",
     };
-    let mean = |neighbourhood| (neighbourhood == Neighbourhood::Mean).then_some("mean density");
-    let words: Vec<String> = match parameters.scheme {
-        Scheme::Collisionless => vec!["no collisions".to_owned()],
-        Scheme::Boltzmann | Scheme::FreeVolume => vec![displaced.to_owned()],
-        Scheme::Enskog(around) => {
-            let words = mean(around).into_iter().chain([displaced]);
-            words.map(str::to_owned).collect()
-        }
-        Scheme::Esmc(around) => mean(around).map(str::to_owned).into_iter().collect(),
-        Scheme::StochasticDisks { stiffness } => vec![format!("stiffness {stiffness}")],
+    let mean = |around| (around == Neighbourhood::Mean).then_some("mean density".to_owned());
+    let displaced = Some(displaced.to_owned());
+    let words = match parameters.scheme {
+        Scheme::Collisionless => [Some("no collisions".to_owned()), None],
+        Scheme::Boltzmann | Scheme::FreeVolume => [displaced, None],
+        Scheme::Enskog(around) => [mean(around), displaced],
+        Scheme::Esmc(around) => [mean(around), None],
+        Scheme::StochasticDisks { stiffness } => [Some(format!("stiffness {stiffness}")), None],
         Scheme::ContactPoint { radius } => {
-            let radius = radius.map(|radius| format!("radius {radius} d"));
             let copies = (parameters.copies != copies(plan, disks)).then(|| {
                 let word = match parameters.copies {
                     Copies::Independent => "independent copies",
@@ -172,19 +169,18 @@ fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<Str
                 };
                 word.to_owned()
             });
-            radius.into_iter().chain(copies).collect()
+            [radius.map(|radius| format!("radius {radius} d")), copies]
         }
     };
-    words
+    words.into_iter().flatten().collect()
 }
 
 /// How copies start by default: with the long waves of the start where those grow.
 fn copies(plan: &Plan, disks: usize) -> Copies {
-    let (packing, chi) = (plan.packing_fraction, plan.contact_value);
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
     let cools = plan.restitution < 1.0 && plan.case.drive.is_none();
-    if cools && width > transport::critical_length(packing, chi, plan.restitution) {
+    if cools && width > plan.critical_length() {
         Copies::Coherent
     } else {
         Copies::Independent

@@ -1,6 +1,5 @@
 //! A whole frontier: reference, settings, front, orders, recommendations, and the words for them.
 
-use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
@@ -8,14 +7,14 @@ use std::sync::Mutex;
 use stosszahl_case::CaseFile;
 use stosszahl_case::Kind as CaseKind;
 use stosszahl_case::format::Velocities;
-use stosszahl_results::{Axis, Cell, Figure, Line, Mark, Table};
+use stosszahl_results::{Axis, Cell, Figure, Mark, Table};
 
 use super::budget::{PATIENCE, TESTS, shared};
 use super::front::{self, Measured, Row, largest, rows};
 use super::measure::{Task, Workshop};
 use super::orders::{self, OrderRow, Verdict, orders};
 use super::quantity::{Kind, MEASURES, Quantity, measured as measured_case, quantities};
-use super::recommend::{Choice, Engines, Target, choose, finer_that_fails, nearest, test};
+use super::recommend::{Choice, Engines, Search};
 use super::reference::{self, Cache, References};
 use super::setting::{Setting, around};
 use super::{Frontier, FrontierError, List, Options};
@@ -119,12 +118,14 @@ impl<'a> Sweep<'a> {
         })
     }
 
-    fn target(&self) -> Target<'_> {
-        Target {
+    fn search(&self) -> Search<'_> {
+        Search {
+            measured: &self.measured,
+            quantities: &self.quantities,
+            references: &self.references.values,
             error: self.options.target,
             kinds: &self.options.kinds,
             disks: self.workshop.plan.count(),
-            tests: self.options.tests,
         }
     }
 
@@ -160,16 +161,8 @@ impl<'a> Sweep<'a> {
 
     /// Chooses a setting for each engine, tests it, and says what came of it.
     fn recommendations(&self) -> Result<Vec<String>, FrontierError> {
-        let (target, references) = (self.target(), &self.references.values);
-        let choices = Engines::ALL.map(|engines| {
-            choose(
-                engines,
-                &self.measured,
-                &self.quantities,
-                references,
-                &target,
-            )
-        });
+        let search = self.search();
+        let choices = Engines::ALL.map(|engines| search.choose(engines));
         // Time is kept for tests of what there is to test.
         let count = choices.iter().flatten().count().max(1);
         let share = TESTS * self.options.budget / count as f64;
@@ -188,23 +181,15 @@ impl<'a> Sweep<'a> {
         choice: &Choice,
         share: f64,
     ) -> Result<String, FrontierError> {
-        let target = self.target();
-        let tested = test(
-            self.workshop,
-            choice,
-            &self.measured,
-            &self.quantities,
-            &self.references.values,
-            &target,
-            share,
-        )?;
+        let (search, tests) = (self.search(), self.options.tests);
+        let tested = search.test(self.workshop, choice, tests, share)?;
         let one = &self.measured[choice.index];
-        let wanted = percent(target.error);
+        let wanted = percent(search.error);
         let predicted = format!(
             "{}: for {wanted} in {}, the cheapest setting is **{}** with {} replicas: predicted {} of core time, {:.1} MiB and \
              an error of {}.",
             engines.name(),
-            names(target.kinds),
+            names(search.kinds),
             one.label,
             choice.replicas,
             time(choice.core_seconds),
@@ -218,8 +203,7 @@ impl<'a> Sweep<'a> {
             time(tested.core_seconds),
             percent(tested.error),
         );
-        let finer = finer_that_fails(choice, &self.measured, &self.quantities, &target);
-        let finer = finer.map(|(finer, error)| {
+        let finer = search.finer_that_fails(choice).map(|(finer, error)| {
             format!(
                 " Its errors cancel: the finer {} is off by {}, so this holds for this case alone.",
                 finer.label,
@@ -231,21 +215,19 @@ impl<'a> Sweep<'a> {
 
     /// The sentence on an engine that cannot meet the target.
     fn unmet(&self, engines: Engines) -> String {
-        let target = self.target();
-        let least = nearest(engines, &self.measured, &self.quantities, &target);
-        let least = least.map(|(index, [error, uncertainty])| {
+        let search = self.search();
+        let least = search.nearest(engines).map(|(one, errors)| {
+            let error = errors.map(percent).join(" ± ");
             format!(
-                "; the least biased is {}, whose systematic error is {} ± {}",
-                self.measured[index].label,
-                percent(error),
-                percent(uncertainty)
+                "; the least biased is {}, whose systematic error is {error}",
+                one.label
             )
         });
         format!(
             "{}: no setting is sure to keep {} in {}{}.",
             engines.name(),
-            percent(target.error),
-            names(target.kinds),
+            percent(search.error),
+            names(search.kinds),
             least.unwrap_or_default()
         )
     }
@@ -309,20 +291,15 @@ fn figure(rows: &[Row<'_>], target: f64) -> Table {
     for row in &mut table.rows[first..] {
         row[0] = Cell::Text(FRONT.to_owned());
     }
-    let mut figure = Figure::curves(
+    let figure = Figure::curves(
         "Error against core time",
         Axis::logarithmic("core_seconds", "core time [s]"),
         Axis::logarithmic("error", "error"),
     );
-    figure.caption = "Marks are single runs of each setting, and the front of all settings with 1, 4, 16 and 64 replicas. \
-                      Dashed: the target. Of several times, the one with the largest error counts."
-        .into();
-    figure.mark = Mark::Points;
-    figure.panels = vec!["quantity".into()];
-    figure.lines = vec![Line {
-        label: Cow::Borrowed("target"),
-        y: target,
-    }];
+    let figure = figure.mark(Mark::Points).panels(&["quantity"]).line("target", target).caption(
+        "Marks are single runs of each setting, and the front of all settings with 1, 4, 16 and 64 replicas. Dashed: the \
+         target. Of several times, the one with the largest error counts.",
+    );
     table.figure(figure)
 }
 
@@ -353,7 +330,7 @@ fn front_list(rows: &[Row<'_>], kind: Kind) -> List {
             row.replicas.to_string(),
             time(row.core_seconds()),
             format!("{} ({low} to {high})", percent(row.error())),
-            format!("{} ± {}", bias[0], bias[1]),
+            bias.join(" ± "),
             percent(row.found.statistical),
         ]
     };
@@ -378,22 +355,18 @@ const ORDERS: &[(&str, bool)] = &[
 fn order_list(orders: &[OrderRow]) -> List {
     let count = |verdict| orders.iter().filter(|row| row.verdict == verdict).count();
     let cells = |row: &OrderRow| {
-        let found = match (row.found_order, row.found_order_low, row.found_order_high) {
-            (Some(order), Some(low), Some(high)) => format!("{order:.1} ({low:.1} to {high:.1})"),
-            _ => "-".to_owned(),
-        };
+        let found = row.found.map_or("-".to_owned(), |(order, [low, high])| {
+            format!("{order:.1} ({low:.1} to {high:.1})")
+        });
+        let limit = [row.line.intercept, row.line.intercept_error].map(percent);
         vec![
             row.sequence.to_owned(),
             format!("{}, h ≤ {}", row.settings, row.coarsest),
-            row.quantity.to_owned(),
-            format!("{:.3}", row.time),
+            row.quantity.kind.name().to_owned(),
+            format!("{:.3}", row.quantity.time),
             row.order.to_string(),
             found,
-            format!(
-                "{} ± {}",
-                percent(row.limit_error),
-                percent(row.limit_error_se)
-            ),
+            limit.join(" ± "),
             row.verdict.name().to_owned(),
         ]
     };

@@ -171,19 +171,20 @@ fn numbers_are_written_in_the_digits_of_their_error() {
 
 #[test]
 fn what_has_no_error_is_never_said_to_agree() {
-    assert_eq!(zero("t", "x", 0.0, None).kind, VerdictKind::Undecided);
-    assert_eq!(zero("t", "x", 0.1, Some(0.05)).kind, VerdictKind::Agree);
-    assert_eq!(zero("t", "x", 0.3, Some(0.05)).kind, VerdictKind::Differ);
+    assert_eq!(zero(0.0, None), VerdictKind::Undecided);
+    assert_eq!(zero(0.1, Some(0.05)), VerdictKind::Agree);
+    assert_eq!(zero(0.3, Some(0.05)), VerdictKind::Differ);
+    assert_eq!(within(0.0, None, 0.01), VerdictKind::Undecided);
+    assert_eq!(within(f64::NAN, Some(0.1), 0.01), VerdictKind::Undecided);
     assert_eq!(kept("t", "x", 1e-12, 1e-10).kind, VerdictKind::Agree);
     assert_eq!(kept("t", "x", f64::NAN, 1e-10).kind, VerdictKind::Differ);
-    let place = |errors| Place {
-        at: 0.5,
-        values: [1.0, 1.2],
-        errors,
+    let differ = |errors: [Option<f64>; 2], parts| {
+        let values = [Estimate::of(1.0, errors[0]), Estimate::of(1.2, errors[1])];
+        profiles("t", ["A", "B"], &[(values, "x = 0.5".into())], parts, 0.01)
     };
-    assert!(profiles("t", ["A", "B"], &[place([None, Some(0.1)])], 0.01).is_none());
-    let found = profiles("t", ["A", "B"], &[place([Some(0.01), Some(0.01)])], 0.01);
-    assert_eq!(found.expect("a verdict").kind, VerdictKind::Differ);
+    assert!(differ([None, Some(0.1)], 40).is_none());
+    let found = [40, 4].map(|parts| differ([Some(0.01); 2], parts).expect("a verdict").kind);
+    assert_eq!(found, [VerdictKind::Differ, VerdictKind::Undecided]);
 }
 
 /// No infinity, no number that is none, and no number of three hundred digits.
@@ -201,4 +202,20 @@ fn numbers_that_nobody_can_read_are_not_shown() {
             }
         }
     }
+}
+
+/// No infinity, no number that is none, and no number of three hundred digits.
+#[test]
+fn numbers_that_nobody_can_read_are_not_shown() {
+    let all = [f64::NAN, f64::INFINITY, 0.0, -0.25, 1e300, -1e300];
+    for value in all {
+        for error in all.map(|error| Some(error.abs())).into_iter().chain([None]) {
+            for said in [with_error(value, error), percent(value, error)] {
+                assert!(said.len() < 40, "{said}");
+                assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
+            }
+        }
+    }
+    assert_eq!(with_error(1.5, Some(0.25)), "1.50 ± 0.25");
+    assert_eq!(percent(-0.5, None), "-50.00 % (error unknown)");
 }

@@ -1,18 +1,17 @@
 //! `boundaries`: particles, force and power that each wall, opening, inflow and obstacle gives to the gas.
 
-use std::any::Any;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::format::{Inflow, Obstacle};
 use stosszahl_dsmc::BALANCE;
 use stosszahl_model::simulation::BoundaryFlux;
-use stosszahl_results::{Table, Verdict, VerdictKind, engine_title as title};
+use stosszahl_results::{Estimate, Table, Verdict, table};
 
-use super::course::{self, Course, Looking, Sample, Window, in_units, over};
-use super::words::{self, with_error};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs};
-use crate::plan::{EnginePlan, Plan};
+use super::course::{self, Course, Looking, Sample, Window};
+use super::over;
+use crate::judge::{self, in_units, title};
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Recorder, Runs, described};
+use crate::plan::{EnginePlan, Plan, SpeciesPlan};
 
 /// What comes from outside.
 pub struct Boundaries;
@@ -43,22 +42,16 @@ impl Record {
 }
 
 fn blocks(plan: &Plan) -> usize {
-    let options = measure::options::<Options>(plan, Boundaries.name());
-    course::blocks(plan, options.unwrap_or_default().blocks)
+    let options: Options = measure::chosen(plan, Boundaries.name());
+    course::blocks(plan, options.blocks)
 }
 
 impl Measure for Boundaries {
-    fn name(&self) -> &'static str {
-        "boundaries"
-    }
-
-    fn about(&self) -> &'static str {
-        "Particles, force and power that walls, openings, inflows and obstacles give to the gas."
-    }
-
-    fn schema(&self) -> schemars::Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "boundaries",
+        "Particles, force and power that walls, openings, inflows and obstacles give to the gas.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         let case = &plan.case;
@@ -67,7 +60,7 @@ impl Measure for Boundaries {
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        measure::options::<Options>(plan, self.name())?;
+        self.read(plan)?;
         course::check(plan, blocks(plan))
     }
 
@@ -76,165 +69,151 @@ impl Measure for Boundaries {
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(Watch {
-            looking: Looking::of(plan),
-            per_block: course::per_block(plan, blocks(plan)),
-            record: Record::default(),
-        })
+        let (looking, per_block) = (Looking::of(plan), course::per_block(plan, blocks(plan)));
+        let look = move |record: &mut Record, moment: &mut Moment<'_>| {
+            let number = record.course.len();
+            record
+                .course
+                .push(Sample::take(&looking, moment, |_, _| {}));
+            if number > 0 && number.is_multiple_of(per_block) {
+                record.given.push(moment.simulation.boundaries());
+            }
+        };
+        Box::new(Recorder::from_start(Record::default(), look))
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let mut table = empty();
-        let window = window(plan, runs);
-        for (index, engine) in plan.engines.iter().enumerate() {
-            fill(&mut table, plan, engine, &runs.records(index), &window);
+        let mut table = table! {
+            "boundaries", "What a boundary gives to the gas, per time, in the last window";
+            key "engine", "", "Engine";
+            key "boundary", "", "Name of the face, obstacle or inflow";
+            key "window_start", "time", "Start of the window";
+            key "window_end", "time", "End of the window";
+            estimate "grains_per_time", "1/time", "Contacts per time, or particles per time that came in (out: below zero)";
+            estimate "force_x", "energy/length", "Force on the gas along the first axis";
+            estimate "force_y", "energy/length", "Force on the gas along the second axis";
+            estimate "power", "energy/time", "Power given to the gas";
+        };
+        for one in One::all(plan, runs) {
+            for name in one.names() {
+                table.add((
+                    (one.engine.name, name, one.window.times),
+                    one.rate(name, |given| given.particles),
+                    [0, 1].map(|axis| one.force(name, axis)),
+                    one.rate(name, |given| given.energy)
+                        .times(plan.scale.energy),
+                ));
+            }
         }
         vec![table]
     }
 
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let window = window(plan, runs);
-        let mut list = Vec::new();
-        for (index, engine) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(index);
-            list.extend(drag(plan, engine, &records, &window));
-            list.extend(balance(plan, engine, &records));
-        }
-        list
+        let all = One::all(plan, runs).into_iter();
+        all.flat_map(|one| one.drag().into_iter().chain(one.balance()))
+            .collect()
     }
 }
 
-struct Watch {
-    looking: Looking,
-    per_block: usize,
-    record: Record,
-}
-
-impl Probe for Watch {
-    fn begin(&mut self, moment: &mut Moment<'_>) {
-        let sample = Sample::take(&self.looking, moment, |_, _| {});
-        self.record.course.push(sample);
-    }
-
-    fn sample(&mut self, moment: &mut Moment<'_>) {
-        let number = self.record.course.len();
-        self.begin(moment);
-        if number.is_multiple_of(self.per_block) {
-            self.record.given.push(moment.simulation.boundaries());
-        }
-    }
-
-    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        measure::save(&self.record)
-    }
-
-    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        measure::load(&mut self.record, bytes)
-    }
-
-    fn record(&self) -> &dyn Any {
-        &self.record
-    }
-}
-
-/// The window of all engines.
-fn window(plan: &Plan, runs: &Runs<'_>) -> Window {
-    let steady: Vec<_> = (0..plan.engines.len())
-        .map(|engine| {
-            let records = runs.records::<Record>(engine);
-            let courses: Vec<&Course> = records.iter().map(|record| &record.course).collect();
-            course::steady_from(plan, &courses)
-        })
-        .collect();
-    Window::last(plan, blocks(plan), &steady)
-}
-
-fn empty() -> Table {
-    Table::new(
-        "boundaries",
-        "What a boundary gives to the gas, per time, in the last window",
-    )
-    .key("engine", "", "Engine")
-    .key("boundary", "", "Name of the face, obstacle or inflow")
-    .key("window_start", "time", "Start of the window")
-    .key("window_end", "time", "End of the window")
-    .estimate(
-        "grains_per_time",
-        "1/time",
-        "Contacts per time, or particles per time that came in (out: below zero)",
-    )
-    .estimate(
-        "force_x",
-        "energy/length",
-        "Force on the gas along the first axis",
-    )
-    .estimate(
-        "force_y",
-        "energy/length",
-        "Force on the gas along the second axis",
-    )
-    .estimate("power", "energy/time", "Power given to the gas")
-}
-
-/// What a boundary gives per time, in the units of the case.
-struct Rates<'a> {
+/// One engine, and what its boundaries give per time, in the units of the case.
+struct One<'a> {
     plan: &'a Plan,
-    records: &'a [&'a Record],
-    window: &'a Window,
+    engine: &'a EnginePlan,
+    records: Vec<&'a Record>,
+    window: Window,
 }
 
-impl Rates<'_> {
-    /// Mean and error of a quantity per time of the case.
-    fn of(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> (f64, Option<f64>) {
+impl<'a> One<'a> {
+    /// All engines, in one window.
+    fn all(plan: &'a Plan, runs: &Runs<'a>) -> Vec<Self> {
+        let steady = course::steady::<Record>(plan, runs, |record| &record.course);
+        let window = Window::last(plan, blocks(plan), &steady);
+        let one = |(engine, records)| Self {
+            plan,
+            engine,
+            records,
+            window: window.clone(),
+        };
+        runs.each(plan).map(one).collect()
+    }
+
+    /// A quantity per time of the case.
+    fn rate(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> Estimate {
         let [start, end] = self.window.times;
         over(self.records.iter().map(|record| {
             let before = record.until(self.window.blocks.start.checked_sub(1), name);
             let after = record.until(Some(self.window.blocks.end - 1), name);
-            (quantity(&after) - quantity(&before)) / (end - start)
+            Some((quantity(&after) - quantity(&before)) / (end - start))
         }))
     }
 
     /// A component of the force.
-    fn force(&self, name: &str, axis: usize) -> (f64, Option<f64>) {
+    fn force(&self, name: &str, axis: usize) -> Estimate {
         let scale = self.plan.scale;
         let unit = scale.energy / scale.length / self.plan.time;
-        let (value, error) = self.of(name, |given| given.momentum[axis]);
-        (value * unit, error.map(|error| error * unit))
+        self.rate(name, |given| given.momentum[axis]).times(unit)
     }
-}
 
-/// Names of all boundaries, in the order in which they first gave something.
-fn names(records: &[&Record]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for given in records
-        .iter()
-        .filter_map(|record| record.given.last())
-        .flatten()
-    {
-        if !names.contains(&given.name) {
-            names.push(given.name.clone());
+    /// Names of all boundaries, in the order in which they first gave something.
+    fn names(&self) -> Vec<&'a str> {
+        let mut names = Vec::new();
+        for given in self
+            .records
+            .iter()
+            .filter_map(|record| record.given.last())
+            .flatten()
+        {
+            if !names.contains(&&*given.name) {
+                names.push(&*given.name);
+            }
         }
+        names
     }
-    names
-}
 
-fn fill(table: &mut Table, plan: &Plan, engine: &EnginePlan, records: &[&Record], window: &Window) {
-    let rates = Rates {
-        plan,
-        records,
-        window,
-    };
-    for name in names(records) {
-        let row = table.row().text(engine.name).text(name.as_str());
-        row.number(window.times[0])
-            .number(window.times[1])
-            .estimate(in_units(rates.of(&name, |given| given.particles), 1.0))
-            .estimate(in_units(rates.force(&name, 0), 1.0))
-            .estimate(in_units(rates.force(&name, 1), 1.0))
-            .estimate(in_units(
-                rates.of(&name, |given| given.energy),
-                plan.scale.energy,
-            ));
+    /// The drag of each obstacle in a stream from the left, and its coefficient F/(rho u^2 h/2) with the height h that it has
+    /// across the stream.
+    fn drag(&self) -> Vec<Verdict> {
+        let (case, known) = (&self.plan.case, self.names());
+        let inflow = case.inflow.iter().find(|one| one.face == "left");
+        let one = |(index, obstacle): (usize, &Obstacle)| {
+            let (inflow, name) = (inflow?, format!("obstacle {}", index + 1));
+            let speed = inflow.velocity.first().copied().unwrap_or(0.0);
+            let density = mass_density(self.plan, inflow);
+            let scale = 0.5 * density * speed * speed * height(obstacle);
+            let [drag, lift] = [0, 1].map(|axis| self.force(&name, axis).times(-1.0));
+            let sentence = format!(
+                "The stream drags it with the force {}; the coefficient of drag is {}, that of lift {}.",
+                in_units(&drag, 1.0),
+                in_units(&drag, scale),
+                in_units(&lift, scale)
+            );
+            let topic = format!("drag of {name}, {}", title(self.engine.name));
+            known
+                .contains(&&*name)
+                .then(|| judge::note(topic, sentence))
+        };
+        case.obstacle.iter().enumerate().filter_map(one).collect()
+    }
+
+    /// What splitting and merging of simulators added over the whole run.
+    fn balance(&self) -> Option<Verdict> {
+        let last = self.records.iter().filter_map(|record| record.given.last());
+        let given: Vec<_> = last
+            .filter_map(|all| all.iter().find(|one| one.name == BALANCE))
+            .collect();
+        let sum = |of: fn(&BoundaryFlux) -> f64| over(given.iter().map(|one| Some(of(one))));
+        let particles = sum(|one| one.particles);
+        let energy = sum(|one| one.energy).times(self.plan.scale.energy);
+        let fair = |found: Estimate| Some(judge::zero(found.value?, found.standard_error));
+        let kind = judge::together([fair(particles)?, fair(energy)?]);
+        let sentence = format!(
+            "Over the whole run it added {} particles and the energy {}; on average it adds nothing (margin {} standard errors).",
+            in_units(&particles, 1.0),
+            in_units(&energy, 1.0),
+            judge::SIGNIFICANT
+        );
+        let topic = format!("splitting and merging, {}", title(self.engine.name));
+        Some(judge::verdict(topic, sentence, kind))
     }
 }
 
@@ -253,79 +232,9 @@ fn height(obstacle: &Obstacle) -> f64 {
 fn mass_density(plan: &Plan, inflow: &Inflow) -> f64 {
     let (scale, given) = (plan.scale, inflow.number_density.as_ref());
     let volume = plan.volume * scale.length.powi(plan.dimension as i32);
-    let kinds = plan.species.iter().enumerate();
-    kinds
-        .map(|(species, kind)| {
-            let uniform = kind.count as f64 / volume;
-            let density = given.and_then(|densities| densities.get(species).copied());
-            kind.mass * scale.mass * density.unwrap_or(uniform)
-        })
-        .sum()
-}
-
-/// The drag of each obstacle in a stream from the left, and its coefficient F/(rho u^2 h/2) with the height h that it has
-/// across the stream.
-fn drag(plan: &Plan, engine: &EnginePlan, records: &[&Record], window: &Window) -> Vec<Verdict> {
-    let Some(inflow) = plan.case.inflow.iter().find(|one| one.face == "left") else {
-        return Vec::new();
+    let one = |(species, kind): (usize, &SpeciesPlan)| {
+        let given = given.and_then(|densities| densities.get(species).copied());
+        kind.mass * scale.mass * given.unwrap_or(kind.count as f64 / volume)
     };
-    let speed = inflow.velocity.first().copied().unwrap_or(0.0);
-    let rates = Rates {
-        plan,
-        records,
-        window,
-    };
-    let known = names(records);
-    let one = |(index, obstacle): (usize, &Obstacle)| {
-        let name = format!("obstacle {}", index + 1);
-        let [(x, x_error), (y, y_error)] = [0, 1].map(|axis| rates.force(&name, axis));
-        if !known.contains(&name) {
-            return None;
-        }
-        let scale = 0.5 * mass_density(plan, inflow) * speed * speed * height(obstacle);
-        let share = |force: f64, error: Option<f64>| {
-            with_error(-force / scale, error.map(|error| error / scale))
-        };
-        Some(Verdict {
-            topic: format!("drag of {name}, {}", title(engine.name)),
-            sentence: format!(
-                "The stream drags it with the force {}; the coefficient of drag is {}, that of lift {}.",
-                with_error(-x, x_error),
-                share(x, x_error),
-                share(y, y_error)
-            ),
-            kind: VerdictKind::Note,
-        })
-    };
-    let obstacles = plan.case.obstacle.iter().enumerate();
-    obstacles.filter_map(one).collect()
-}
-
-/// What splitting and merging of simulators added over the whole run.
-fn balance(plan: &Plan, engine: &EnginePlan, records: &[&Record]) -> Option<Verdict> {
-    let given: Vec<BoundaryFlux> = (records.iter())
-        .filter_map(|record| record.given.last()?.iter().find(|one| one.name == BALANCE))
-        .cloned()
-        .collect();
-    if given.is_empty() {
-        return None;
-    }
-    let particles = over(given.iter().map(|one| one.particles));
-    let unit = plan.scale.energy;
-    let energy = over(given.iter().map(|one| one.energy * unit));
-    let fair = |(value, error): (f64, Option<f64>)| match error {
-        None => VerdictKind::Note,
-        Some(error) if value.abs() <= words::ERRORS * error => VerdictKind::Agree,
-        Some(_) => VerdictKind::Differ,
-    };
-    Some(Verdict {
-        topic: format!("splitting and merging, {}", title(engine.name)),
-        sentence: format!(
-            "Over the whole run it added {} particles and the energy {}; on average it adds nothing (margin {} standard errors).",
-            with_error(particles.0, particles.1),
-            with_error(energy.0, energy.1),
-            words::ERRORS
-        ),
-        kind: words::worst([fair(particles), fair(energy)]),
-    })
+    plan.species.iter().enumerate().map(one).sum()
 }

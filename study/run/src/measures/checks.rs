@@ -4,18 +4,15 @@
 //! counts as agreement if it is within the tolerance and its standard error is too. All else is undecided: the error is
 //! unknown, or too wide to tell.
 
-use schemars::{JsonSchema, Schema, schema_for};
-use serde::Deserialize;
-use stosszahl_analysis::statistics;
 use stosszahl_case::Kind;
-use stosszahl_results::{Estimate, Table, Verdict, VerdictKind};
+use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind, table};
 
 use super::gas::{self, Record};
-use super::species::{self, NoProbe};
 use super::time_averaged_displacement as averaged;
+use super::{over, species};
 use crate::judge::{Point, SIGNIFICANT, short, verdict, warning, with_error, worst};
-use crate::measure::{self, BadOption, Measure, Probe, Runs};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{BadOption, Measure, NoOptions, Runs, described};
+use crate::plan::Plan;
 use crate::theory::homogeneous;
 
 /// Comparisons of a gas without positions with theory.
@@ -23,22 +20,12 @@ pub struct Checks;
 
 const NAME: &str = "checks";
 
-#[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Options {}
-
 impl Measure for Checks {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn about(&self) -> &'static str {
-        "Comparisons of a gas without positions with theory, each at the time of its worst deviation."
-    }
-
-    fn schema(&self) -> Schema {
-        schema_for!(Options)
-    }
+    described!(
+        NAME,
+        "Comparisons of a gas without positions with theory, each at the time of its worst deviation.",
+        NoOptions
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Homogeneous
@@ -46,15 +33,7 @@ impl Measure for Checks {
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         gas::homogeneous_only(plan)?;
-        measure::options::<Options>(plan, NAME).map(drop)
-    }
-
-    fn times(&self, _plan: &Plan) -> Vec<f64> {
-        Vec::new()
-    }
-
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(NoProbe)
+        self.read(plan)
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
@@ -96,29 +75,21 @@ enum Quantity {
     Decay,
 }
 
-impl Quantity {
-    const ALL: [Self; 8] = [
-        Self::Energy,
-        Self::Temperature,
-        Self::Collisions,
-        Self::Cumulant,
-        Self::Displacement,
-        Self::Correlation,
-        Self::TimeAveraged,
-        Self::Decay,
-    ];
+/// All quantities with their names.
+const QUANTITIES: [(Quantity, &str); 8] = [
+    (Quantity::Energy, "energy"),
+    (Quantity::Temperature, "temperature"),
+    (Quantity::Collisions, "collisions per particle"),
+    (Quantity::Cumulant, "fourth cumulant"),
+    (Quantity::Displacement, "mean squared displacement"),
+    (Quantity::Correlation, "velocity correlation"),
+    (Quantity::TimeAveraged, "time-averaged displacement"),
+    (Quantity::Decay, "exponents of the decay"),
+];
 
+impl Quantity {
     fn name(self) -> &'static str {
-        match self {
-            Self::Energy => "energy",
-            Self::Temperature => "temperature",
-            Self::Collisions => "collisions per particle",
-            Self::Cumulant => "fourth cumulant",
-            Self::Displacement => "mean squared displacement",
-            Self::Correlation => "velocity correlation",
-            Self::TimeAveraged => "time-averaged displacement",
-            Self::Decay => "exponents of the decay",
-        }
+        QUANTITIES[self as usize].1
     }
 
     /// Whether theory of it needs more than the temperatures.
@@ -131,16 +102,15 @@ impl Quantity {
 
     /// What theory it is compared with.
     fn theory(self, orders: usize) -> String {
-        match self {
-            Self::TimeAveraged if orders == 1 => {
-                "the cooling state in first Sonine order".to_owned()
+        let words = match self {
+            _ if orders > 1 => return format!("the kinetic equations in {orders} Sonine orders"),
+            Self::TimeAveraged => "the cooling state in first Sonine order",
+            Self::Energy | Self::Temperature | Self::Collisions => {
+                "the kinetic equations of Maxwellian species"
             }
-            Self::Energy | Self::Temperature | Self::Collisions if orders == 1 => {
-                "the kinetic equations of Maxwellian species".to_owned()
-            }
-            _ if orders == 1 => "theory in first Sonine order".to_owned(),
-            _ => format!("the kinetic equations in {orders} Sonine orders"),
-        }
+            _ => "theory in first Sonine order",
+        };
+        words.to_owned()
     }
 }
 
@@ -160,17 +130,6 @@ impl Row {
     }
 }
 
-/// A measured value with its theory at one time.
-fn point(time: f64, found: &Estimate) -> Option<Point> {
-    Some(Point {
-        time,
-        measured: found.value?,
-        error: found.standard_error,
-        theory: found.theory?,
-        theory_error: found.theory_error,
-    })
-}
-
 /// Everything that is compared.
 struct Found<'a> {
     plan: &'a Plan,
@@ -183,15 +142,12 @@ struct Found<'a> {
 impl<'a> Found<'a> {
     fn of(plan: &'a Plan, runs: &Runs<'a>) -> Self {
         let records: Vec<&Record> = runs.find(0);
-        let sticks = plan.case.sticking.is_some();
+        let lasts = plan.case.sticking.is_none();
+        let species = lasts.then(|| species::rows(plan, &records));
         Self {
             plan,
             gas: gas::rows(plan, &records),
-            species: if sticks {
-                Vec::new()
-            } else {
-                species::rows(plan, &records)
-            },
+            species: species.unwrap_or_default(),
             averaged: averaged::rows(plan, &runs.find(0)),
             records,
         }
@@ -202,16 +158,18 @@ impl<'a> Found<'a> {
         let tolerance = self.plan.case.verdict.tolerance;
         let mut rows: Vec<Row> = Vec::new();
         let mut add = |quantity, species, points: Vec<Point>| {
-            rows.extend(worst(&points, tolerance).map(|point| Row {
+            rows.extend(worst(&points, tolerance).map(|&point| Row {
                 quantity,
                 species,
-                point: *point,
+                point,
                 kind: point.outcome(tolerance),
             }));
         };
-        let later = || self.gas.iter().filter(|row| row.time > 0.0);
         let whole = |of: fn(&gas::Row) -> &Estimate| {
-            later().filter_map(|row| point(row.time, of(row))).collect()
+            let later = self.gas.iter().filter(|row| row.time > 0.0);
+            later
+                .filter_map(|row| Point::of(row.time, of(row)))
+                .collect()
         };
         add(Quantity::Energy, None, whole(|row| &row.energy));
         add(Quantity::Collisions, None, whole(|row| &row.collisions));
@@ -221,44 +179,44 @@ impl<'a> Found<'a> {
                 continue;
             }
             let own = |of: fn(&species::Row) -> &Estimate| -> Vec<Point> {
-                let rows = self.species.iter();
-                rows.filter(|row| row.species == number && row.time > 0.0)
-                    .filter_map(|row| point(row.time, of(row)))
+                let rows = self
+                    .species
+                    .iter()
+                    .filter(|row| row.species == number && row.time > 0.0);
+                rows.filter_map(|row| Point::of(row.time, of(row)))
                     .collect()
             };
             let mut correlation = own(|row| &row.correlation);
             correlation.retain(|point| point.theory > LEAST_CORRELATION);
-            let averaged = self.averaged.iter();
-            let averaged = averaged
-                .filter(|row| row.species == number)
-                .filter_map(|row| point(row.lag, &row.displacement));
-            let species = Some(number);
+            let averaged = self.averaged.iter().filter(|row| row.species == number);
+            let averaged = averaged.filter_map(|row| Point::of(row.lag, &row.displacement));
+            let (species, displacement) = (Some(number), own(|row| &row.displacement));
             add(Quantity::Temperature, species, own(|row| &row.temperature));
-            add(
-                Quantity::Displacement,
-                species,
-                own(|row| &row.displacement),
-            );
+            add(Quantity::Displacement, species, displacement);
             add(Quantity::Correlation, species, correlation);
             add(Quantity::TimeAveraged, species, averaged.collect());
         }
-        rows.extend(self.cumulant().map(|point| Row {
-            quantity: Quantity::Cumulant,
-            species: None,
-            point,
-            // An absolute quantity near zero: only its standard error counts.
-            kind: match point.z() {
-                None => VerdictKind::Undecided,
-                Some(z) if z.abs() > SIGNIFICANT => VerdictKind::Differ,
-                Some(_) => VerdictKind::Agree,
-            },
-        }));
-        rows.extend(self.decay().map(|point| Row {
-            quantity: Quantity::Decay,
-            species: None,
-            point,
-            kind: point.outcome(tolerance),
-        }));
+        // The cumulant is an absolute quantity near zero: only its standard error counts.
+        let cumulant = self.cumulant().map(|point| {
+            let far = point.z().map(|z| z.abs() > SIGNIFICANT);
+            let kinds = [VerdictKind::Agree, VerdictKind::Differ];
+            let kind = far.map_or(VerdictKind::Undecided, |far| kinds[usize::from(far)]);
+            (Quantity::Cumulant, point, kind)
+        });
+        let decay = self
+            .decay()
+            .map(|point| (Quantity::Decay, point, point.outcome(tolerance)));
+        rows.extend(
+            [cumulant, decay]
+                .into_iter()
+                .flatten()
+                .map(|(quantity, point, kind)| Row {
+                    quantity,
+                    species: None,
+                    point,
+                    kind,
+                }),
+        );
         rows
     }
 
@@ -269,28 +227,23 @@ impl<'a> Found<'a> {
         let last = self.species.last()?.fourth_cumulant;
         let particles = self.plan.count() as f64;
         let mut begin = f64::INFINITY;
-        let mean = |record: &&Record| {
-            let late = record
-                .samples
-                .iter()
-                .filter(|sample| 2.0 * sample.collisions as f64 / particles > FORGOTTEN);
+        let means = self.records.iter().map(|record| {
+            let late = record.samples.iter();
+            let late = late.filter(|one| 2.0 * one.collisions as f64 / particles > FORGOTTEN);
             let values: Vec<f64> = late
                 .inspect(|sample| begin = begin.min(sample.time))
                 .filter_map(|sample| Some(sample.groups.first()?.fourth_cumulant))
                 .collect();
             let count = values.len() as f64;
             (count > 0.0).then(|| values.iter().sum::<f64>() / count)
-        };
-        let means: Vec<f64> = self.records.iter().filter_map(mean).collect();
-        let estimate = statistics::Estimate::over_replicas(&means)?;
-        let found = Point {
-            time: begin,
-            measured: estimate.value,
-            error: estimate.standard_error,
-            theory: last.theory?,
+        });
+        let found = Estimate {
+            theory: last.theory,
             theory_error: last.theory_error,
+            ..over(means)
         };
-        (found.theory != 0.0 && found.deviation().is_finite()).then_some(found)
+        let point = Point::of(begin, &found)?;
+        (point.theory != 0.0 && point.deviation().is_finite()).then_some(point)
     }
 
     /// `2 xi/D + theta` of a gas in which all pairs stick, whose number decays as `t^-xi` and whose energy as `t^-theta`, over
@@ -312,30 +265,24 @@ impl<'a> Found<'a> {
             let exponent = |a: f64, b: f64| (a / b).ln() / decades;
             let number = exponent(first.particles as f64, last.particles as f64);
             let energy = exponent(first.energy, last.energy);
-            let sum = 2.0 * number / self.plan.dimension as f64 + energy;
-            (first.time > 0.0 && sum.is_finite()).then_some(sum)
+            (first.time > 0.0).then_some(2.0 * number / self.plan.dimension as f64 + energy)
         };
-        let sums: Vec<f64> = self.records.iter().filter_map(sum).collect();
-        let estimate = statistics::Estimate::over_replicas(&sums)?;
-        Some(Point {
-            time: until,
-            measured: estimate.value,
-            error: estimate.standard_error,
-            theory: 2.0,
-            theory_error: None,
-        })
+        Point::of(
+            until,
+            &over(self.records.iter().map(sum)).against(Some(2.0)),
+        )
     }
 
     /// What the comparisons say, in words.
     fn verdicts(&self) -> Vec<Verdict> {
         let rows = self.rows();
         let orders = homogeneous::curves(self.plan).map_or(1, |curves| curves.orders);
-        let of = |quantity: Quantity| {
+        let of = |(quantity, name)| {
             let own: Vec<&Row> = rows.iter().filter(|row| row.quantity == quantity).collect();
             let (sentence, kind) = self.sentence(quantity, &own, orders)?;
-            Some(verdict(quantity.name(), sentence, kind))
+            Some(verdict(name, sentence, kind))
         };
-        Quantity::ALL.into_iter().filter_map(of).collect()
+        QUANTITIES.into_iter().filter_map(of).collect()
     }
 
     fn sentence(
@@ -356,14 +303,17 @@ impl<'a> Found<'a> {
         let theory = quantity.theory(orders);
         let tolerance = 100.0 * self.plan.case.verdict.tolerance;
         let measured = with_error(all.point.measured, all.point.error);
+        let place = |kind| Some(self.place(largest(kind)?));
         Some(match quantity {
             Quantity::Cumulant => {
                 let [simplest, _] = homogeneous::fourth_cumulants(self.plan)?;
-                let sentence = format!(
-                    "From t = {} on the fourth cumulant is {measured}; {theory} have {}, the simplest formula (van Noije & Ernst) \
-                     {simplest:.4}.",
+                let (time, theirs) = (
                     short(all.point.time),
                     with_error(all.point.theory, all.point.theory_error),
+                );
+                let sentence = format!(
+                    "From t = {time} on the fourth cumulant is {measured}; {theory} have {theirs}, the simplest formula (van Noije & \
+                     Ernst) {simplest:.4}."
                 );
                 (sentence, all.kind)
             }
@@ -375,15 +325,16 @@ impl<'a> Found<'a> {
                 (sentence, all.kind)
             }
             _ if differ > 0 => {
-                let row = largest(Some(VerdictKind::Differ))?;
                 let more = match differ - 1 {
                     0 => String::new(),
                     more => format!(", and {more} more differ"),
                 };
-                let caveat = self.caveat(quantity, rows, orders);
+                let (place, caveat) = (
+                    place(Some(VerdictKind::Differ))?,
+                    self.caveat(quantity, rows, orders),
+                );
                 let sentence = format!(
-                    "Against {theory}, the largest deviation beyond {tolerance} % is {}{more}.{caveat}",
-                    self.place(row)
+                    "Against {theory}, the largest deviation beyond {tolerance} % is {place}{more}.{caveat}"
                 );
                 (sentence, VerdictKind::Differ)
             }
@@ -394,17 +345,17 @@ impl<'a> Found<'a> {
                         " Of {wide} species the errors, or what one order more changes, are too wide to tell."
                     ),
                 };
+                let place = place(Some(VerdictKind::Agree))?;
                 let sentence = format!(
-                    "Against {theory}, deviations are within {tolerance} %; the largest is {}.{wide}",
-                    self.place(largest(Some(VerdictKind::Agree))?)
+                    "Against {theory}, deviations are within {tolerance} %; the largest is {place}.{wide}"
                 );
                 (sentence, VerdictKind::Agree)
             }
             _ => {
+                let place = self.place(all);
                 let sentence = format!(
                     "Against {theory}, errors, or what one order more changes, are unknown or wider than {tolerance} %; the \
-                     largest deviation is {}.",
-                    self.place(all)
+                     largest deviation is {place}."
                 );
                 (sentence, VerdictKind::Undecided)
             }
@@ -479,36 +430,35 @@ impl<'a> Found<'a> {
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(NAME, "Each comparison with theory at its worst time")
-        .key("quantity", "", "What is compared")
-        .key("species", "1", "Number of the species, from 1; empty for the gas as a whole")
-        .note(
-            "time",
-            "unit of time",
-            "Time of the largest deviation that can be told from chance, or else of the largest one",
-        )
-        .value("measured", "", "Measured")
-        .note("measured_se", "", "Its standard error")
-        .note("theory", "", "By theory")
-        .note("theory_error", "", "Its error: the change from one Sonine order less")
-        .note("deviation_percent", "percent", "Measured over theory, less one")
-        .note("z", "1", "Deviation in standard errors, that of theory included")
-        .note("verdict", "", "agree, differ or undecided");
+    let mut table = table! {
+        NAME, "Each comparison with theory at its worst time";
+        key "quantity", "", "What is compared";
+        key "species", "1", "Number of the species, from 1; empty for the gas as a whole";
+        note "time", "unit of time", "Time of the largest deviation that can be told from chance, or else of the largest one";
+        value "measured", "", "Measured";
+        note "measured_se", "", "Its standard error";
+        note "theory", "", "By theory";
+        note "theory_error", "", "Its error: the change from one Sonine order less";
+        note "deviation_percent", "percent", "Measured over theory, less one";
+        note "z", "1", "Deviation in standard errors, that of theory included";
+        note "verdict", "", "agree, differ or undecided";
+    };
     for row in rows {
-        let filled = table.row().text(row.quantity.name());
-        let filled = match row.species {
-            Some(number) => filled.count(number as u64 + 1),
-            None => filled.number(None),
-        };
-        filled
-            .number(row.point.time)
-            .number(row.point.measured)
-            .number(row.point.error)
-            .number(row.point.theory)
-            .number(row.point.theory_error)
-            .number(100.0 * row.point.deviation())
-            .number(row.point.z())
-            .text(row.kind.name());
+        let point = &row.point;
+        let species = row
+            .species
+            .map_or(Cell::Empty, |number| Cell::Count(number as u64 + 1));
+        let measured = (point.time, point.measured, point.error);
+        let theory = (point.theory, point.theory_error);
+        let off = (100.0 * point.deviation(), point.z());
+        table.add((
+            row.quantity.name(),
+            species,
+            measured,
+            theory,
+            off,
+            row.kind.name(),
+        ));
     }
     table
 }

@@ -4,16 +4,15 @@ mod steady;
 
 use std::collections::BTreeMap;
 
-use schemars::{JsonSchema, Schema, schema_for};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Census;
-use stosszahl_results::{Axis, Figure, Table, Verdict};
+use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
-use super::gas::{self, Measured, measured};
+use super::gas::{self, measured};
 use crate::judge::warning;
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
-use crate::plan::{EnginePlan, Plan};
-use crate::theory::homogeneous::Grouping;
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::plan::{EnginePlan, Grouping, Plan};
 
 /// Clusters: number, sizes, energy, and where that energy went.
 pub struct Clusters;
@@ -52,15 +51,17 @@ struct Steady {
 
 impl Schedule {
     fn of(plan: &Plan) -> Self {
-        let options: Options = measure::options(plan, NAME).unwrap_or_default();
+        let options: Options = measure::chosen(plan, NAME);
         let until = plan.case.run.until;
-        let sticking = plan.case.sticking.as_ref();
-        let steady = sticking
-            .and_then(|sticking| sticking.break_above)
-            .map(|_| Steady {
-                from: options.steady_from.unwrap_or(0.5 * until),
-                fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
-            });
+        let breaks = plan
+            .case
+            .sticking
+            .as_ref()
+            .and_then(|sticking| sticking.break_above);
+        let steady = breaks.map(|_| Steady {
+            from: options.steady_from.unwrap_or(0.5 * until),
+            fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
+        });
         Self {
             samples: plan.sample_times(),
             sizes: options.times.unwrap_or_else(|| vec![until]),
@@ -82,17 +83,11 @@ impl Schedule {
 }
 
 impl Measure for Clusters {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn about(&self) -> &'static str {
-        "Number, energy and sizes of clusters, where particles stick and break."
-    }
-
-    fn schema(&self) -> Schema {
-        schema_for!(Options)
-    }
+    described!(
+        NAME,
+        "Number, energy and sizes of clusters, where particles stick and break.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.case.sticking.is_some()
@@ -135,6 +130,7 @@ impl Measure for Clusters {
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let schedule = Schedule::of(plan);
         Box::new(ClusterProbe {
+            grouping: plan.grouping(),
             steady_times: schedule.steady_times(),
             schedule,
             record: Record::default(),
@@ -204,6 +200,7 @@ pub struct Record {
 }
 
 struct ClusterProbe {
+    grouping: Grouping,
     schedule: Schedule,
     steady_times: Vec<f64>,
     record: Record,
@@ -221,7 +218,7 @@ impl Probe for ClusterProbe {
         };
         let time = moment.time;
         if is_due(&self.schedule.samples, time) {
-            let (energy, _) = gas::moments(&*moment.simulation, Grouping::One, &[], &[]);
+            let (energy, _) = gas::moments(&*moment.simulation, self.grouping, &[], &[]);
             let particles = moment.simulation.count();
             let sample = sample(&census, particles, energy, moment.heated);
             self.record.samples.push(sample);
@@ -265,27 +262,21 @@ fn sample(census: &Census, particles: usize, energy: f64, heated: f64) -> Sample
 
 fn table(plan: &Plan, records: &[&Record]) -> Table {
     let about = "Clusters at the sample times; energies are over that of the start";
-    let mut table = Table::new(NAME, about)
-        .key("time", "unit of time", "Time")
-        .estimate("clusters_ratio", "1", "Clusters over those of the start")
-        .value("single_ratio", "1", "Clusters of one monomer over those of the start")
-        .estimate(
-            "mean_monomers",
-            "1",
-            "Monomers of the cluster that a monomer is in, on average over monomers",
-        )
-        .value("largest_monomers", "1", "Monomers of the largest cluster, on average over replicas")
-        .estimate("energy_ratio", "1", "Kinetic energy")
-        .value("stuck_energy", "1", "Energy lost in sticking since the start")
-        .value("shattered_energy", "1", "Energy lost in breaking since the start")
-        .value("heating_energy", "1", "Energy put in by a thermostat since the start")
-        .value("mergers_per_monomer", "1", "Pairs that stuck since the start, for each monomer")
-        .value("shatterings_per_monomer", "1", "Pairs that broke since the start, for each monomer")
-        .note(
-            "refused",
-            "1",
-            "Pairs that should have stuck or broken, but bounced because of limits on numbers, in all replicas",
-        );
+    let mut table = table! {
+        NAME, about;
+        key "time", "unit of time", "Time";
+        estimate "clusters_ratio", "1", "Clusters over those of the start";
+        value "single_ratio", "1", "Clusters of one monomer over those of the start";
+        estimate "mean_monomers", "1", "Monomers of the cluster that a monomer is in, on average over monomers";
+        value "largest_monomers", "1", "Monomers of the largest cluster, on average over replicas";
+        estimate "energy_ratio", "1", "Kinetic energy";
+        value "stuck_energy", "1", "Energy lost in sticking since the start";
+        value "shattered_energy", "1", "Energy lost in breaking since the start";
+        value "heating_energy", "1", "Energy put in by a thermostat since the start";
+        value "mergers_per_monomer", "1", "Pairs that stuck since the start, for each monomer";
+        value "shatterings_per_monomer", "1", "Pairs that broke since the start, for each monomer";
+        note "refused", "1", "Pairs that should have stuck or broken, but bounced because of limits on numbers, in all replicas";
+    };
     for (index, time) in plan.sample_times().into_iter().enumerate() {
         let of = |record: &&'_ Record| {
             Some((
@@ -302,33 +293,29 @@ fn table(plan: &Plan, records: &[&Record]) -> Table {
             mean(&|now, start| value(now) / start.particles as f64)
         };
         let refused: f64 = pairs.iter().map(|(now, _)| now.of("refused")).sum();
-        table
-            .row()
-            .number(time)
-            .estimate(plain(each(&|now| now.particles as f64)))
-            .number(each(&|now| now.single as f64).0)
-            .estimate(plain(mean(&|now, _| now.mean_by_mass)))
-            .number(mean(&|now, _| f64::from(now.largest)).0)
-            .estimate(plain(energy(&|now| now.energy)))
-            .number(energy(&|now| now.of("stuck_energy")).0)
-            .number(energy(&|now| now.of("shattered_energy")).0)
-            .number(energy(&|now| now.heated).0)
-            .number(each(&|now| now.of("mergers")).0)
-            .number(each(&|now| now.of("shatterings")).0)
-            .count(refused as u64);
+        table.add((
+            (
+                time,
+                each(&|now| now.particles as f64),
+                each(&|now| now.single as f64).value,
+            ),
+            (
+                mean(&|now, _| now.mean_by_mass),
+                mean(&|now, _| f64::from(now.largest)).value,
+            ),
+            energy(&|now| now.energy),
+            ["stuck_energy", "shattered_energy"].map(|name| energy(&|now| now.of(name)).value),
+            energy(&|now| now.heated).value,
+            ["mergers", "shatterings"].map(|name| each(&|now| now.of(name)).value),
+            refused as u64,
+        ));
     }
-    for (title, column, label) in [
-        ("Number of clusters", "clusters_ratio", "N/N(0)"),
-        ("Energy of the clusters", "energy_ratio", "E/E(0)"),
-        ("Size of the clusters", "mean_monomers", "monomers"),
+    let size = "The size is the mean over monomers of the number of monomers in their cluster.";
+    for (title, column, label, caption) in [
+        ("Number of clusters", "clusters_ratio", "N/N(0)", ""),
+        ("Energy of the clusters", "energy_ratio", "E/E(0)", ""),
+        ("Size of the clusters", "mean_monomers", "monomers", size),
     ] {
-        let caption =
-            "The size is the mean over monomers of the number of monomers in their cluster.";
-        let caption = if column == "mean_monomers" {
-            caption
-        } else {
-            ""
-        };
         table = table.figure(gas::against_time(
             title,
             Axis::logarithmic(column, label),
@@ -336,11 +323,6 @@ fn table(plan: &Plan, records: &[&Record]) -> Table {
         ));
     }
     table
-}
-
-/// A measured value without theory.
-fn plain(found: Measured) -> stosszahl_results::Estimate {
-    gas::against(found, None)
 }
 
 /// Every size by itself up to here, then bins of ten to a decade.
@@ -365,17 +347,15 @@ fn bin(monomers: u64) -> (u64, u64) {
 
 fn size_table(plan: &Plan, records: &[&Record]) -> Table {
     let about = "Numbers of clusters by their monomers, for each monomer of the gas";
-    let mut table = Table::new("size_distribution", about)
-        .key("average", "", "instant: at the time; steady: averaged from it to the end of the run")
-        .key("time", "unit of time", "Time")
-        .key("monomers_low", "1", "Smallest number of monomers of the bin")
-        .key("monomers_high", "1", "Largest number of monomers of the bin")
-        .estimate(
-            "clusters_per_monomer",
-            "1",
-            "Clusters of one size in the bin, on average over its sizes, for each monomer of the gas",
-        )
-        .note("counted", "1", "Clusters counted, in all replicas and times");
+    let mut table = table! {
+        "size_distribution", about;
+        key "average", "", "instant: at the time; steady: averaged from it to the end of the run";
+        key "time", "unit of time", "Time";
+        key "monomers_low", "1", "Smallest number of monomers of the bin";
+        key "monomers_high", "1", "Largest number of monomers of the bin";
+        estimate "clusters_per_monomer", "1", "Clusters of one size in the bin, on average over its sizes, for each monomer of the gas";
+        note "counted", "1", "Clusters counted, in all replicas and times";
+    };
     let schedule = Schedule::of(plan);
     let monomers = plan.count() as f64;
     for (index, &time) in schedule.sizes.iter().enumerate() {
@@ -384,33 +364,28 @@ fn size_table(plan: &Plan, records: &[&Record]) -> Table {
         size_rows(&mut table, "instant", time, &replicas);
     }
     if let Some(steady) = schedule.steady {
-        let sums: Vec<(Sizes, u64)> = records
+        let sums: Vec<(Sizes, u64)> = records.iter().map(|one| steady::all_steady(one)).collect();
+        let norm = |times: u64| monomers * times.max(1) as f64;
+        let replicas: Vec<_> = sums
             .iter()
-            .map(|record| steady::all_steady(record))
-            .collect();
-        let replicas: Vec<(&Sizes, f64)> = sums
-            .iter()
-            .map(|(sizes, times)| (sizes, monomers * (*times).max(1) as f64))
+            .map(|(sizes, times)| (sizes, norm(*times)))
             .collect();
         size_rows(&mut table, "steady", steady.from, &replicas);
     }
-    table.figure(Figure {
-        x: Axis::logarithmic("monomers_low", "monomers k"),
-        curves: vec!["average".into(), "time".into()],
-        ..gas::against_time(
-            "Sizes of the clusters",
-            Axis::logarithmic("clusters_per_monomer", "clusters of k monomers per monomer"),
-            "Numbers of clusters by their monomers, for each monomer of the gas; beyond 16 monomers in bins of ten to a decade.",
-        )
-    })
+    let figure = gas::against_time(
+        "Sizes of the clusters",
+        Axis::logarithmic("clusters_per_monomer", "clusters of k monomers per monomer"),
+        "Numbers of clusters by their monomers, for each monomer of the gas; beyond 16 monomers in bins of ten to a decade.",
+    );
+    let x = Axis::logarithmic("monomers_low", "monomers k");
+    let curves = figure.by(&["average", "time"]);
+    table.figure(Figure { x, ..curves })
 }
 
 /// Rows of one distribution, from the numbers of each replica and what they are to be divided by.
 fn size_rows(table: &mut Table, average: &str, time: f64, replicas: &[(&Sizes, f64)]) {
-    let mut bins: Vec<(u64, u64)> = replicas
-        .iter()
-        .flat_map(|(sizes, _)| sizes.keys().map(|&size| bin(u64::from(size))))
-        .collect();
+    let sizes = replicas.iter().flat_map(|(sizes, _)| sizes.keys());
+    let mut bins: Vec<(u64, u64)> = sizes.map(|&size| bin(u64::from(size))).collect();
     bins.sort_unstable();
     bins.dedup();
     for (low, high) in bins {
@@ -420,14 +395,14 @@ fn size_rows(table: &mut Table, average: &str, time: f64, replicas: &[(&Sizes, f
         };
         let width = (high - low + 1) as f64;
         let density = |(sizes, norm): &(&Sizes, f64)| count(sizes) as f64 / width / norm;
-        table
-            .row()
-            .text(average)
-            .number(time)
-            .count(low)
-            .count(high)
-            .estimate(plain(measured(replicas, density, None)))
-            .count(replicas.iter().map(|(sizes, _)| count(sizes)).sum());
+        table.add((
+            average,
+            time,
+            low,
+            high,
+            measured(replicas, density, None),
+            replicas.iter().map(|(sizes, _)| count(sizes)).sum::<u64>(),
+        ));
     }
 }
 

@@ -4,12 +4,10 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::Freedom;
-use stosszahl_analysis::statistics;
 use stosszahl_analysis::steady;
 use stosszahl_model::Particle;
-use stosszahl_results::Estimate;
 
-use crate::measure::{BadOption, Moment};
+use crate::measure::{self, BadOption, Moment, Runs};
 use crate::plan::Plan;
 
 /// Blocks of time, where the case says nothing.
@@ -166,21 +164,13 @@ pub fn samples(plan: &Plan) -> u64 {
 /// # Errors
 /// [`BadOption`] without a box, or if samples do not fall into equal blocks.
 pub fn check(plan: &Plan, blocks: usize) -> Result<(), BadOption> {
-    let refuse = |key: &str, allowed: String| {
-        let key = key.to_owned();
-        Err(BadOption { key, allowed })
-    };
-    if plan.case.domain.is_none() {
-        return refuse("", "a case with a box".to_owned());
-    }
+    measure::require(plan.case.domain.is_some(), "", "a case with a box")?;
     let samples = samples(plan);
-    if blocks == 0 || blocks > 10_000 || !samples.is_multiple_of(blocks as u64) {
-        let allowed = format!(
-            "a whole number from 1 to 10000 that divides the number of samples, {samples} (run.samples)"
-        );
-        return refuse("blocks", allowed);
-    }
-    Ok(())
+    let good = (1..=10_000).contains(&blocks) && samples.is_multiple_of(blocks as u64);
+    let allowed = format!(
+        "a whole number from 1 to 10000 that divides the number of samples, {samples} (run.samples)"
+    );
+    measure::require(good, "blocks", allowed)
 }
 
 /// Time of a sample; the last is the end exactly.
@@ -200,32 +190,11 @@ pub fn per_block(plan: &Plan, blocks: usize) -> usize {
     (samples(plan) as usize / blocks.max(1)).max(1)
 }
 
-/// Mean and standard error over replicas.
-pub fn over(values: impl Iterator<Item = f64>) -> (f64, Option<f64>) {
-    let values: Vec<f64> = values.collect();
-    match statistics::Estimate::over_replicas(&values) {
-        Some(estimate) => (
-            estimate.value,
-            estimate.standard_error.filter(|error| error.is_finite()),
-        ),
-        None => (0.0, None),
-    }
-}
-
-/// An estimate in other units.
-pub fn in_units((value, error): (f64, Option<f64>), unit: f64) -> Estimate {
-    Estimate {
-        value: Some(value * unit),
-        standard_error: error.map(|error| error * unit),
-        ..Estimate::default()
-    }
-}
-
 /// The course of one replica.
 pub type Course = Vec<Sample>;
 
 /// From when on all that the gas of one engine has is steady, in the unit of time of the case; `None` if it never is.
-pub fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
+fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
     let samples = runs.iter().map(|run| run.len()).min()?;
     // The start itself is no average over an interval.
     let series = |of: &dyn Fn(&Sample) -> f64| -> Vec<f64> {
@@ -254,6 +223,19 @@ pub fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
         }
     }
     Some(sample_time(plan, begin as u64))
+}
+
+/// The same of all engines, where `course` is what records have of it.
+pub fn steady<R: 'static>(
+    plan: &Plan,
+    runs: &Runs<'_>,
+    course: fn(&R) -> &Course,
+) -> Vec<Option<f64>> {
+    let one = |records: Vec<&R>| {
+        let courses: Vec<&Course> = records.into_iter().map(course).collect();
+        steady_from(plan, &courses)
+    };
+    runs.each(plan).map(|(_, records)| one(records)).collect()
 }
 
 /// Blocks of time that are averaged over.

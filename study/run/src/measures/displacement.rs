@@ -1,13 +1,13 @@
 //! Mean squared displacement of the particles, against Enskog's theory where it applies.
 
-use schemars::Schema;
 use serde::Deserialize;
+use stosszahl_analysis::theory::Moment;
 use stosszahl_case::Kind;
 use stosszahl_model::kinetic;
-use stosszahl_results::{Axis, Figure, Table};
+use stosszahl_results::{Axis, Figure, Table, table};
 
 use super::{grid, over};
-use crate::measure::{self, BadOption, Measure, Moment, Needs, Probe, Runs, keeps_record};
+use crate::measure::{self, BadOption, Measure, Needs, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The mean squared displacement.
@@ -24,28 +24,6 @@ pub struct Options {
 /// Mean squared displacement \[length^2 of the engine\] by time since the start of its measurement; none from an engine that
 /// cannot measure it.
 type Record = Vec<(f64, Option<f64>)>;
-
-struct DisplacementProbe {
-    from: f64,
-    record: Record,
-}
-
-impl Probe for DisplacementProbe {
-    fn sample(&mut self, moment: &mut Moment<'_>) {
-        if moment.time == self.from {
-            moment.simulation.follow_displacements();
-            return;
-        }
-        let all = moment.simulation.displacements();
-        let mean = all.filter(|all| !all.is_empty()).map(|all| {
-            let squares = all.iter().map(nalgebra::Vector3::norm_squared);
-            squares.sum::<f64>() / all.len() as f64
-        });
-        self.record.push((moment.time - self.from, mean));
-    }
-
-    keeps_record!();
-}
 
 /// Times of measurement, with the time since its start: a logarithmic grid as that of the samples, and last the end of the
 /// run exactly.
@@ -88,17 +66,12 @@ fn by_mixture(plan: &Plan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
         .map(|orders| orders as usize);
     let mut orders = (1..=asked.unwrap_or_else(|| mixture.affordable_orders())).rev();
     let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
-    let mean = |squares: &[f64]| {
-        let classes = plan.classes.iter().zip(squares);
+    let mean = |found: &Moment| {
+        let classes = plan.classes.iter().zip(&found.displacements);
         let sum: f64 = classes.map(|(one, square)| one.count as f64 * square).sum();
         Some(sum / plan.count() as f64)
     };
-    Some(
-        found
-            .iter()
-            .map(|found| mean(&found.displacements))
-            .collect(),
-    )
+    Some(found.iter().map(mean).collect())
 }
 
 /// Enskog's theory of equal disks in first Sonine order, a time `elapsed` after the start of the measurement. A driven gas is
@@ -127,22 +100,16 @@ fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
 
 impl Displacement {
     fn from(&self, plan: &Plan) -> f64 {
-        measure::options(plan, self.name()).map_or(0.0, |options: Options| options.from)
+        measure::chosen::<Options>(plan, self.name()).from
     }
 }
 
 impl Measure for Displacement {
-    fn name(&self) -> &'static str {
-        "displacement"
-    }
-
-    fn about(&self) -> &'static str {
-        "Mean squared displacement of the particles since a chosen time."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "displacement",
+        "Mean squared displacement of the particles since a chosen time.",
+        Options
+    );
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let Options { from } = measure::options(plan, self.name())?;
@@ -152,11 +119,8 @@ impl Measure for Displacement {
             format!("a time from 0 to below {last}, so that one sample follows; found {from}");
         measure::require((0.0..last).contains(&from), "from", allowed)?;
         let closed = plan.case.inflow.is_empty() && plan.case.sticking.is_none();
-        measure::require(
-            closed,
-            "",
-            "a gas whose particles neither come nor go nor stick",
-        )
+        let allowed = "a gas whose particles neither come nor go nor stick";
+        measure::require(closed, "", allowed)
     }
 
     fn needs(&self, _plan: &Plan) -> Needs {
@@ -173,26 +137,30 @@ impl Measure for Displacement {
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(DisplacementProbe {
-            from: self.from(plan),
-            record: Vec::new(),
-        })
+        let from = self.from(plan);
+        Box::new(Recorder::new(Record::new(), move |record, moment| {
+            if moment.time == from {
+                moment.simulation.follow_displacements();
+                return;
+            }
+            let all = moment.simulation.displacements();
+            let mean = all.filter(|all| !all.is_empty()).map(|all| {
+                let squares = all.iter().map(nalgebra::Vector3::norm_squared);
+                squares.sum::<f64>() / all.len() as f64
+            });
+            record.push((moment.time - from, mean));
+        }))
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let mut table = Table::new(
-            "mean_squared_displacement",
-            "Mean squared displacement in time.",
-        )
-        .key("engine", "", "Engine")
-        .key("time", "time", "Time since the start of the run")
-        .key("elapsed", "time", "Time since the start of the measurement")
-        .with_theory(
-            "displacement_square",
-            "length^2",
-            "Mean squared displacement; theory is Enskog's in first Sonine order",
-        )
-        .note("replicas", "1", "Replicas")
+        let mut table = table! {
+            "mean_squared_displacement", "Mean squared displacement in time.";
+            key "engine", "", "Engine";
+            key "time", "time", "Time since the start of the run";
+            key "elapsed", "time", "Time since the start of the measurement";
+            with_theory "displacement_square", "length^2", "Mean squared displacement; theory is Enskog's in first Sonine order";
+            note "replicas", "1", "Replicas";
+        }
         .figure(Figure::curves(
             "Mean squared displacement",
             Axis::logarithmic("elapsed", "time"),
@@ -202,19 +170,11 @@ impl Measure for Displacement {
         let moments = moments(plan, from);
         let theory = theory(plan, from, &moments);
         let unit = plan.scale.length * plan.scale.length;
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(engine);
+        for (engine, records) in runs.each::<Record>(plan) {
             for (index, &(time, elapsed)) in moments.iter().enumerate() {
                 let squares = records.iter().map(|record| Some(record[index].1? * unit));
-                let mut square = over(squares);
-                square.theory = theory[index].map(|square| square * unit);
-                table
-                    .row()
-                    .text(known.name)
-                    .number(time)
-                    .number(elapsed)
-                    .estimate(square)
-                    .count(records.len() as u64);
+                let square = over(squares).against(theory[index].map(|square| square * unit));
+                table.add((engine.name, time, elapsed, square, records.len()));
             }
         }
         vec![table]

@@ -19,24 +19,17 @@
 
 use std::f64::consts::PI;
 
-use schemars::Schema;
-use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_dsmc::{Displacement, Parameters, Scheme};
-use stosszahl_model::{Domain, Plane, Space, Volume};
-use stosszahl_results::Table;
+use stosszahl_model::Space as _;
+use stosszahl_results::{Table, table};
 
 use super::over;
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::measure::{Finished, Measure, NoOptions, Probe, Recorder, Runs, described};
+use crate::plan::{EngineKind, EnginePlan, Plan, in_space};
 
 /// The error budget.
 pub struct ErrorBudget;
-
-/// It has no options.
-#[derive(Default, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Options {}
 
 /// Estimates up to these are green and amber.
 const GREEN: f64 = 0.01;
@@ -58,12 +51,14 @@ pub enum Level {
 impl Level {
     /// Of an estimated relative error; what is no number is red.
     pub fn of(estimate: f64) -> Self {
-        if estimate <= GREEN {
-            Self::Green
-        } else if estimate <= AMBER {
-            Self::Amber
-        } else {
-            Self::Red
+        Self::by(estimate, GREEN, AMBER)
+    }
+
+    fn by(value: f64, green: f64, amber: f64) -> Self {
+        match value {
+            _ if value <= green => Self::Green,
+            _ if value <= amber => Self::Amber,
+            _ => Self::Red,
         }
     }
 
@@ -77,48 +72,17 @@ impl Level {
 }
 
 /// Temperatures of the start and of the end.
-#[derive(Default, Serialize, Deserialize)]
-struct Record {
-    start: f64,
-    end: f64,
-}
-
-#[derive(Default)]
-struct BudgetProbe {
-    record: Record,
-}
-
-impl Probe for BudgetProbe {
-    fn begin(&mut self, moment: &mut Moment<'_>) {
-        self.record.start = moment.simulation.temperature();
-    }
-
-    fn sample(&mut self, moment: &mut Moment<'_>) {
-        self.record.end = moment.simulation.temperature();
-    }
-
-    keeps_record!();
-}
+type Record = Vec<f64>;
 
 impl Measure for ErrorBudget {
-    fn name(&self) -> &'static str {
-        "error_budget"
-    }
-
-    fn about(&self) -> &'static str {
-        "Sources of error of each engine, with rough estimates."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "error_budget",
+        "Sources of error of each engine, with rough estimates.",
+        NoOptions
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
-    }
-
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        measure::options::<Options>(plan, self.name()).map(|_| ())
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -126,39 +90,34 @@ impl Measure for ErrorBudget {
     }
 
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(BudgetProbe::default())
+        Box::new(Recorder::from_start(Record::new(), |record, moment| {
+            record.push(moment.simulation.temperature());
+        }))
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let mut table = Table::new("error_budget", "Sources of error of each engine.")
-            .key("engine", "", "Engine")
-            .key("source", "", "Source of error")
-            .note("value", "", "What was measured of it")
-            .note("unit", "", "Unit of the value")
-            .value(
-                "estimate",
-                "1",
-                "Rough estimate of the relative error; empty where there is none",
-            )
-            .note(
-                "mark",
-                "",
-                "green up to 1 %, amber up to 5 %, red beyond or unknown",
-            )
-            .note("reason", "", "What goes wrong, and in what");
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let budget = Budget { plan, runs, engine };
-            for source in budget.sources(known) {
+        let mut table = table! {
+            "error_budget", "Sources of error of each engine.";
+            key "engine", "", "Engine";
+            key "source", "", "Source of error";
+            note "value", "", "What was measured of it";
+            note "unit", "", "Unit of the value";
+            value "estimate", "1", "Rough estimate of the relative error; empty where there is none";
+            note "mark", "", "green up to 1 %, amber up to 5 %, red beyond or unknown";
+            note "reason", "", "What goes wrong, and in what";
+        };
+        for (index, engine) in plan.engines.iter().enumerate() {
+            let budget = Budget {
+                plan,
+                runs: &runs.finished[index],
+                records: runs.records(index),
+            };
+            for source in budget.sources(engine) {
                 let finite = |value: f64| value.is_finite().then_some(value);
-                table
-                    .row()
-                    .text(known.name)
-                    .text(source.name)
-                    .number(finite(source.value))
-                    .text(source.unit)
-                    .number(finite(source.estimate))
-                    .text(source.level.name())
-                    .text(source.reason);
+                let (value, unit) = source.value;
+                let mark = source.level.name();
+                let about = (finite(source.estimate), mark, source.reason);
+                table.add((engine.name, source.name, finite(value), unit, about));
             }
         }
         vec![table]
@@ -169,8 +128,8 @@ impl Measure for ErrorBudget {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
     name: &'static str,
-    value: f64,
-    unit: &'static str,
+    /// What was measured, and its unit.
+    value: (f64, &'static str),
     /// Relative error; not a number where there is no estimate.
     estimate: f64,
     level: Level,
@@ -180,42 +139,30 @@ struct Source {
 impl Source {
     fn new(
         name: &'static str,
-        value: f64,
-        unit: &'static str,
+        value: (f64, &'static str),
         estimate: f64,
         reason: &'static str,
     ) -> Self {
-        let level = Level::of(estimate);
         Self {
             name,
             value,
-            unit,
             estimate,
-            level,
+            level: Level::of(estimate),
             reason,
         }
     }
 
     /// A source without an estimate, by a mark of its value.
-    fn marked(
-        level: Level,
-        name: &'static str,
-        value: f64,
-        unit: &'static str,
-        reason: &'static str,
-    ) -> Self {
-        Self {
-            level,
-            ..Self::new(name, value, unit, f64::NAN, reason)
-        }
+    fn marked(self, level: Level) -> Self {
+        Self { level, ..self }
     }
 }
 
 /// One engine of a run.
 struct Budget<'a> {
     plan: &'a Plan,
-    runs: &'a Runs<'a>,
-    engine: usize,
+    runs: &'a [Finished],
+    records: Vec<&'a Record>,
 }
 
 impl Budget<'_> {
@@ -226,16 +173,12 @@ impl Budget<'_> {
                 let reason = "contacts within the contact time lose no energy: error of K";
                 vec![Source::new(
                     "contact time",
-                    share,
-                    "of the collisions",
+                    (share, "of the collisions"),
                     2.0 * share,
                     reason,
                 )]
             }
-            EngineKind::MonteCarlo(parameters) if self.plan.dimension == 2 => {
-                self.monte_carlo::<Plane>(parameters)
-            }
-            EngineKind::MonteCarlo(parameters) => self.monte_carlo::<Volume>(parameters),
+            EngineKind::MonteCarlo(parameters) => self.monte_carlo(parameters),
             _ => Vec::new(),
         };
         list.push(self.replicas());
@@ -244,113 +187,80 @@ impl Budget<'_> {
 
     /// Mean of a number of work over the replicas.
     fn work(&self, name: &str) -> f64 {
-        let runs = &self.runs.finished[self.engine];
-        let numbers = runs.iter().map(|run| run.work.numbers.get(name).copied());
-        let sum: f64 = numbers.map(|number| number.unwrap_or(f64::NAN)).sum();
-        sum / runs.len() as f64
+        let numbers = self.runs.iter().map(|run| run.work.numbers.get(name));
+        let sum: f64 = numbers
+            .map(|number| number.copied().unwrap_or(f64::NAN))
+            .sum();
+        sum / self.runs.len() as f64
     }
 
-    fn monte_carlo<S: Space>(&self, parameters: &Parameters) -> Vec<Source> {
+    fn monte_carlo(&self, parameters: &Parameters) -> Vec<Source> {
         let path = self.plan.mean_free_path();
-        let mut list = Vec::new();
         let within = !parameters.scheme.is_across();
-        let sides = self.cell::<S>(parameters);
-        if let (true, Some(sides)) = (within, &sides) {
-            let width = sides[0] / path;
+        let cell = within.then(|| {
+            let width = self.plan.cell(parameters)[0] / path;
             let reason = "cells carry momentum across their width: error of the viscosity";
-            list.push(Source::new(
+            Source::new(
                 "cell",
-                width,
-                "mean free paths",
+                (width, "mean free paths"),
                 CELL * width * width,
                 reason,
-            ));
-        }
-        list.push(self.step(parameters));
-        list.extend(self.simulators::<S>(parameters, sides));
-        list.push(self.separation(within, path));
-        list.push(self.majorant());
+            )
+        });
         let share = self.work("share_of_collisions_in_limited_cells");
         let reason = "collisions in cells whose contact value was cut at largest_contact_value: error of the rate, about";
-        list.push(Source::new(
-            "limited cells",
-            share,
-            "of the collisions",
-            share,
-            reason,
-        ));
-        list
-    }
-
-    /// Sides of a cell.
-    fn cell<S: Space>(&self, parameters: &Parameters) -> Option<Vec<f64>> {
-        let lengths = self.plan.lengths;
-        let domain = Domain::<S>::periodic(S::vector(|axis| lengths[axis])).ok()?;
-        let cells = parameters.cells(&domain, self.plan.packing_fraction, 1.0);
-        let sides = (0..S::DIMENSION).map(|axis| lengths[axis] / cells[axis] as f64);
-        Some(sides.collect())
+        let limited = Source::new("limited cells", (share, "of the collisions"), share, reason);
+        let all = [
+            cell,
+            Some(self.step(parameters)),
+            self.simulators(parameters),
+            Some(self.separation(within, path)),
+            Some(self.majorant()),
+            Some(limited),
+        ];
+        all.into_iter().flatten().collect()
     }
 
     fn step(&self, parameters: &Parameters) -> Source {
         // Each simulator collides so often in a step: the step over the mean free time.
         let step = self.work("collisions_per_simulator_and_step");
-        if parameters.displacement != Displacement::None {
-            let reason = "displaced partners that collide again in the step give momentum back: error of the collisional pressure";
-            return Source::new("step", step, "mean free times", 0.5 * step, reason);
-        }
         // The most probable speed over the mean one.
         let speeds = 2.0 / PI.sqrt();
-        let share = if self.plan.dimension == 2 {
-            PI / 48.0
+        let (estimate, reason) = if parameters.displacement == Displacement::None {
+            let share = [PI / 48.0, 16.0 / (75.0 * PI)][self.plan.dimension - 2];
+            let reason = "flights are cut into steps: error of the viscosity";
+            (share * (speeds * step).powi(2), reason)
         } else {
-            16.0 / (75.0 * PI)
+            let reason = "displaced partners that collide again in the step give momentum back: error of the collisional pressure";
+            (0.5 * step, reason)
         };
-        let reason = "flights are cut into steps: error of the viscosity";
-        Source::new(
-            "step",
-            step,
-            "mean free times",
-            share * (speeds * step).powi(2),
-            reason,
-        )
+        Source::new("step", (step, "mean free times"), estimate, reason)
     }
 
-    fn simulators<S: Space>(
-        &self,
-        parameters: &Parameters,
-        cell: Option<Vec<f64>>,
-    ) -> Option<Source> {
+    fn simulators(&self, parameters: &Parameters) -> Option<Source> {
         let plan = self.plan;
-        let copies = f64::from(parameters.simulators_per_disk);
         if let Scheme::ContactPoint { .. } = parameters.scheme {
-            let radius = parameters.partner_radius::<S>(plan.packing_fraction, 1.0);
-            let shell = S::ball(1.0 + radius) - S::ball((1.0 - radius).max(0.0));
-            let density = plan.packing_fraction / S::ball(0.5);
+            let share = in_space!(plan.dimension, S => {
+                let radius = parameters.partner_radius::<S>(plan.packing_fraction, 1.0);
+                let shell = S::ball(1.0 + radius) - S::ball((1.0 - radius).max(0.0));
+                plan.packing_fraction / S::ball(0.5) * shell
+            });
             // With radius 0 the nearest is taken.
-            let partners = (density * shell * copies).max(1.0);
+            let partners = (share * f64::from(parameters.simulators_per_disk)).max(1.0);
             let reason =
                 "simulators that collided meet again and lose less energy: error of K at t0";
             return Some(Source::new(
                 "partners",
-                partners,
-                "simulators",
+                (partners, "simulators"),
                 0.4 / partners,
                 reason,
             ));
         }
-        if parameters.scheme.is_across() {
-            return None;
-        }
-        let share = cell?.iter().product::<f64>() / plan.volume;
-        let count = share * plan.count() as f64 * copies;
+        let count = plan.simulators_per_cell(parameters);
+        let (value, estimate) = ((count, "simulators"), 1.0 / (3.0 * count));
         let reason = "pairs of a cell are few and meet again: error of the collision rate";
-        Some(Source::new(
-            "simulators per cell",
-            count,
-            "simulators",
-            1.0 / (3.0 * count),
-            reason,
-        ))
+        let source = Source::new("simulators per cell", value, estimate, reason);
+        (!parameters.scheme.is_across()).then_some(source)
     }
 
     fn separation(&self, within: bool, path: f64) -> Source {
@@ -361,15 +271,15 @@ impl Budget<'_> {
             let value = separation / path;
             let estimate = CELL * (value / APART[self.plan.dimension - 2]).powi(2);
             let reason = "partners are apart by this: error of the viscosity, as measured rather than by the width of cells";
-            return Source::new("separation", value, "mean free paths", estimate, reason);
+            return Source::new("separation", (value, "mean free paths"), estimate, reason);
         }
-        let level = if (separation - 1.0).abs() <= 0.5 {
+        let near = (separation - 1.0).abs() <= 0.5;
+        let reason = "partners are apart by this and not by one diameter: mean distance, not along the line of centres";
+        Source::new("separation", (separation, "diameters"), f64::NAN, reason).marked(if near {
             Level::Green
         } else {
             Level::Amber
-        };
-        let reason = "partners are apart by this and not by one diameter: mean distance, not along the line of centres";
-        Source::marked(level, "separation", separation, "diameters", reason)
+        })
     }
 
     fn majorant(&self) -> Source {
@@ -377,35 +287,26 @@ impl Budget<'_> {
         const SOME: f64 = 0.01;
         const MANY: f64 = 0.1;
         let share = self.work("majorant_violations_per_trial");
-        let level = if share <= SOME {
-            Level::Green
-        } else if share <= MANY {
-            Level::Amber
-        } else {
-            Level::Red
-        };
         let reason = "trials faster than the bound of their cell, accepted as if at it; it is raised then, so the rate lacks their \
                       share times an excess that is not recorded";
-        Source::marked(level, "majorant", share, "of the trials", reason)
+        let level = Level::by(share, SOME, MANY);
+        Source::new("majorant", (share, "of the trials"), f64::NAN, reason).marked(level)
     }
 
     fn replicas(&self) -> Source {
-        let records = self.runs.records::<Record>(self.engine);
-        let ratio = over(records.iter().map(|one| Some(one.end / one.start)));
+        let ratio = over(self.records.iter().map(|one| Some(one[1] / one[0])));
         let error = ratio
             .standard_error
             .zip(ratio.value)
             .map(|(error, value)| error / value);
-        let reason = if error.is_some() {
-            "standard error of the last energy"
-        } else {
-            "one replica cannot tell its own error"
+        let reason = match error {
+            Some(_) => "standard error of the last energy",
+            None => "one replica cannot tell its own error",
         };
-        let count = records.len() as f64;
+        let count = self.records.len() as f64;
         Source::new(
             "replicas",
-            count,
-            "replicas",
+            (count, "replicas"),
             error.unwrap_or(f64::NAN),
             reason,
         )

@@ -4,8 +4,6 @@ mod channel;
 mod tables;
 mod verdicts;
 
-use std::any::Any;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{Fields as Sums, Grid, Sighting};
@@ -15,7 +13,7 @@ use stosszahl_model::{Collision, Observer};
 use stosszahl_results::{Table, Verdict};
 
 use super::course::{self, Course, Looking, Sample, Window};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs};
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
 /// Fields on a grid over the first two axes.
@@ -47,8 +45,8 @@ impl Default for Options {
 }
 
 impl Options {
-    fn of(plan: &Plan) -> Result<Self, BadOption> {
-        measure::options(plan, Fields.name())
+    fn of(plan: &Plan) -> Self {
+        measure::chosen(plan, Fields.name())
     }
 
     fn grid(&self, plan: &Plan) -> Result<Grid, stosszahl_analysis::Error> {
@@ -72,53 +70,37 @@ struct Record {
 }
 
 impl Measure for Fields {
-    fn name(&self) -> &'static str {
-        "fields"
-    }
-
-    fn about(&self) -> &'static str {
-        "Density, velocity, temperatures, pressure and collision rate in cells, and profiles along both axes."
-    }
-
-    fn schema(&self) -> schemars::Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "fields",
+        "Density, velocity, temperatures, pressure and collision rate in cells, and profiles along both axes.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Flow
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options = Options::of(plan)?;
-        let refuse = |key: &str, allowed: String| {
-            let key = key.to_owned();
-            Err(BadOption { key, allowed })
-        };
-        if options
-            .cells
-            .iter()
-            .any(|count| !(1..=1000).contains(count))
-        {
-            return refuse("cells", "two whole numbers from 1 to 1000".to_owned());
-        }
+        let options: Options = measure::options(plan, self.name())?;
+        let good = options.cells.iter().all(|count| (1..=1000).contains(count));
+        measure::require(good, "cells", "two whole numbers from 1 to 1000")?;
         let blocks = course::blocks(plan, options.blocks);
         course::check(plan, blocks)?;
         let [columns, rows] = options.cells.map(|count| count as usize);
-        if columns * rows * blocks * plan.species.len() > MOST_SUMS {
-            let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
-            return refuse("cells", allowed);
-        }
+        let few = columns * rows * blocks * plan.species.len() <= MOST_SUMS;
+        let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
+        measure::require(few, "cells", allowed)?;
         let until = plan.case.run.until;
         for (index, [start, end]) in options.windows.iter().enumerate() {
-            if !(0.0 <= *start && start < end && *end <= until) {
-                let allowed = format!("[start, end] with 0 <= start < end <= {until} (run.until)");
-                return refuse(&format!("windows[{index}]"), allowed);
-            }
+            let good = 0.0 <= *start && start < end && *end <= until;
+            let allowed = format!("[start, end] with 0 <= start < end <= {until} (run.until)");
+            measure::require(good, &format!("windows[{index}]"), allowed)?;
         }
-        match options.grid(plan) {
-            Ok(_) => Ok(()),
-            Err(error) => refuse("", error.to_string()),
-        }
+        let failed = |error: stosszahl_analysis::Error| BadOption {
+            key: String::new(),
+            allowed: error.to_string(),
+        };
+        options.grid(plan).map(drop).map_err(failed)
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -126,7 +108,7 @@ impl Measure for Fields {
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
-        let options = Options::of(plan).unwrap_or_default();
+        let options = Options::of(plan);
         Box::new(Watch {
             looking: Looking::of(plan),
             per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
@@ -145,11 +127,10 @@ impl Measure for Fields {
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let options = Options::of(plan).unwrap_or_default();
+        let options = Options::of(plan);
         let windows = windows(plan, &options, runs);
         let (mut cells, mut profiles) = (tables::cells(&options), tables::profiles(&options));
-        for (index, engine) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(index);
+        for (engine, records) in runs.each::<Record>(plan) {
             let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
             for window in &windows {
                 tables::fill_cells(&mut cells, plan, engine, &sums, window);
@@ -160,7 +141,7 @@ impl Measure for Fields {
     }
 
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, tables: &[Table]) -> Vec<Verdict> {
-        let options = Options::of(plan).unwrap_or_default();
+        let options = Options::of(plan);
         let steady = steady(plan, runs);
         let window = Window::last(plan, course::blocks(plan, options.blocks), &steady);
         verdicts::all(plan, &options, &steady, &window, tables)
@@ -169,12 +150,7 @@ impl Measure for Fields {
 
 /// From when on each engine is steady.
 fn steady(plan: &Plan, runs: &Runs<'_>) -> Vec<Option<f64>> {
-    let one = |engine: usize| {
-        let records = runs.records::<Record>(engine);
-        let courses: Vec<&Course> = records.iter().map(|record| &record.course).collect();
-        course::steady_from(plan, &courses)
-    };
-    (0..plan.engines.len()).map(one).collect()
+    course::steady::<Record>(plan, runs, |record| &record.course)
 }
 
 /// The windows of the case and, last, the one for verdicts.
@@ -249,15 +225,5 @@ impl Probe for Watch {
         course.push(sample);
     }
 
-    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        measure::save(&self.record)
-    }
-
-    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        measure::load(&mut self.record, bytes)
-    }
-
-    fn record(&self) -> &dyn Any {
-        &self.record
-    }
+    keeps_record!();
 }

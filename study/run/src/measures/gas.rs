@@ -1,37 +1,28 @@
 //! A gas without positions as a whole, and what its other tables are made of: moments of each group at the sample times.
 
 use nalgebra::Vector3;
-use schemars::{JsonSchema, Schema, schema_for};
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::statistics;
 use stosszahl_case::Kind;
 use stosszahl_dsmc::homogeneous::Moments;
 use stosszahl_model::Simulation;
-use stosszahl_results::{Axis, Estimate, Figure, Table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use crate::measure::{self, BadOption, Measure, Moment, Needs, Probe, Runs, keeps_record};
-use crate::plan::{EnginePlan, Plan};
-use crate::theory::homogeneous::{self, Curve, Grouping, Predicted};
+use super::over;
+use crate::measure::{
+    self, BadOption, Measure, Moment, Needs, NoOptions, Probe, Runs, described, keeps_record,
+};
+use crate::plan::{EnginePlan, Grouping, Plan};
+use crate::theory::homogeneous::{self, Curve, Predicted};
 
 /// Particles, collisions, energy and displacement of a gas without positions.
 pub struct Gas;
 
-#[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Options {}
-
 impl Measure for Gas {
-    fn name(&self) -> &'static str {
-        "gas"
-    }
-
-    fn about(&self) -> &'static str {
-        "Particles, collisions, energy and mean squared displacement of a gas without positions."
-    }
-
-    fn schema(&self) -> Schema {
-        schema_for!(Options)
-    }
+    described!(
+        "gas",
+        "Particles, collisions, energy and mean squared displacement of a gas without positions.",
+        NoOptions
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Homogeneous
@@ -39,7 +30,7 @@ impl Measure for Gas {
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         homogeneous_only(plan)?;
-        measure::options::<Options>(plan, self.name()).map(drop)
+        self.read(plan)
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -63,7 +54,7 @@ impl Measure for Gas {
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(GasProbe {
-            grouping: Grouping::of(plan),
+            grouping: plan.grouping(),
             displacement: has_displacement(plan),
             correlation: super::species::has_correlation(plan),
             until: plan.case.run.until,
@@ -201,32 +192,24 @@ pub(super) fn moments(
     (0.5 * twice, groups)
 }
 
-/// A value with its standard error.
-pub(super) type Measured = (f64, Option<f64>);
-
 /// Mean over replicas, and the larger of the two errors that are known: the spread over replicas and, by `single`, that
 /// over the particles of one.
-pub(super) fn measured<T>(runs: &[T], value: impl Fn(&T) -> f64, single: Option<f64>) -> Measured {
-    let values: Vec<f64> = runs.iter().map(value).filter(|x| x.is_finite()).collect();
-    let spread = statistics::Estimate::over_replicas(&values);
+pub(super) fn measured<T>(runs: &[T], value: impl Fn(&T) -> f64, single: Option<f64>) -> Estimate {
+    let found = over(runs.iter().map(|run| Some(value(run))));
     let within = single.map(|error| error / (runs.len() as f64).sqrt());
-    let error = match (spread.and_then(|spread| spread.standard_error), within) {
-        (Some(a), Some(b)) => Some(a.max(b)),
-        (a, b) => a.or(b),
-    };
-    (
-        spread.map_or(f64::NAN, |spread| spread.value),
-        error.filter(|error| error.is_finite()),
-    )
+    let errors = [found.standard_error, within].into_iter().flatten();
+    Estimate {
+        standard_error: errors.reduce(f64::max).filter(|error| error.is_finite()),
+        ..found
+    }
 }
 
 /// An estimate with its theory, where there is one.
-pub(super) fn against(found: Measured, theory: Option<Predicted>) -> Estimate {
+pub(super) fn against(found: Estimate, theory: Option<Predicted>) -> Estimate {
     Estimate {
-        value: Some(found.0),
-        standard_error: found.1,
         theory: theory.map(|theory| theory.value),
         theory_error: theory.and_then(|theory| theory.error),
+        ..found
     }
 }
 
@@ -246,27 +229,18 @@ pub(super) fn displacement_error(plan: &Plan, moments: &Moments) -> f64 {
     (spread.max(2.0 / d * mean * mean) / moments.count.max(1) as f64).sqrt()
 }
 
-/// Moments of all groups but tracers.
-fn but_tracers<'a>(plan: &'a Plan, sample: &'a Sample) -> impl Iterator<Item = &'a Moments> {
+/// Sums over all groups but tracers, of whom each has `value`, which may be known with an error: the sum and the root of the
+/// sum of squared errors.
+fn but_tracers(plan: &Plan, sample: &Sample, value: impl Fn(&Moments) -> [f64; 2]) -> [f64; 2] {
+    let kept = |number: &usize| plan.species.get(*number).is_none_or(|one| !one.tracer);
     let groups = sample.groups.iter().enumerate();
-    groups
-        .filter(|(number, _)| plan.species.get(*number).is_none_or(|one| !one.tracer))
-        .map(|(_, moments)| moments)
-}
-
-fn has_tracer(plan: &Plan) -> bool {
-    plan.species.iter().any(|one| one.tracer)
-}
-
-/// Kinetic energy of all particles but tracers.
-fn energy_of(plan: &Plan, sample: &Sample) -> f64 {
-    if !has_tracer(plan) {
-        return sample.energy;
-    }
-    let twice: f64 = but_tracers(plan, sample)
-        .map(|moments| moments.count as f64 * moments.temperature)
-        .sum();
-    0.5 * plan.dimension as f64 * twice
+    let values = groups
+        .filter(|(number, _)| kept(number))
+        .map(|(_, moments)| value(moments));
+    let sum = values.fold([0.0, 0.0], |[sum, square], [value, error]| {
+        [sum + value, square + error.powi(2)]
+    });
+    [sum[0], sum[1].sqrt()]
 }
 
 /// A gas at one time, over all replicas.
@@ -292,151 +266,130 @@ pub(super) fn pairs<'a>(records: &[&'a Record], index: usize) -> Pairs<'a> {
 pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
     let curves = homogeneous::curves(plan).ok();
     let times = plan.sample_times().into_iter().enumerate();
-    times
-        .map(|(index, time)| {
-            let curve = curves.and_then(|curves| curves.at.get(index));
-            row(plan, time, &pairs(records, index), curve)
-        })
-        .collect()
+    let row = |(index, time)| {
+        let curve = curves.and_then(|curves| curves.at.get(index));
+        row(plan, time, &pairs(records, index), curve)
+    };
+    times.map(row).collect()
 }
 
 fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row {
-    let particles = measured(
-        pairs,
-        |(now, start)| now.particles as f64 / start.particles as f64,
-        None,
-    );
-    let colliding = plan.count() as f64;
-    let collisions = (!has_tracer(plan)).then(|| {
-        let each = |pair: &(&Sample, &Sample)| 2.0 * pair.0.collisions as f64 / colliding;
-        measured(pairs, each, None)
+    let number = |(now, start): &(&Sample, &Sample)| now.particles as f64 / start.particles as f64;
+    let all = plan.count() as f64;
+    let traced = plan.species.iter().any(|one| one.tracer);
+    let collisions = (!traced).then(|| {
+        let found = measured(pairs, |pair| 2.0 * pair.0.collisions as f64 / all, None);
+        against(found, curve.map(|curve| curve.collisions))
     });
     // Energies of species add up, and so do their variances.
-    let single = |sample: &Sample| {
-        let (mut sum, mut square) = (0.0, 0.0);
-        for moments in but_tracers(plan, sample) {
+    let energies = |sample: &Sample| {
+        but_tracers(plan, sample, |moments| {
             let energy = moments.count as f64 * moments.temperature;
-            sum += energy;
-            square += (energy * temperature_error(plan, moments)).powi(2);
-        }
-        (sum > 0.0).then(|| square.sqrt() / sum)
+            [energy, energy * temperature_error(plan, moments)]
+        })
     };
-    let ratio = |pair: &(&Sample, &Sample)| energy_of(plan, pair.0) / energy_of(plan, pair.1);
-    let relative = pairs
-        .first()
-        .filter(|_| plan.case.sticking.is_none())
-        .and_then(|pair| Some(single(pair.0)? * ratio(pair)));
+    let energy = |sample: &Sample| {
+        let all = || 0.5 * plan.dimension as f64 * energies(sample)[0];
+        if traced { all() } else { sample.energy }
+    };
+    let ratio = |pair: &(&Sample, &Sample)| energy(pair.0) / energy(pair.1);
+    let first = pairs.first().filter(|_| plan.case.sticking.is_none());
+    let single = first.and_then(|pair| {
+        let [sum, error] = energies(pair.0);
+        (sum > 0.0).then(|| error / sum * ratio(pair))
+    });
     let displacement = has_displacement(plan).then(|| {
         let mean = |sample: &Sample| {
-            let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
-            for moments in but_tracers(plan, sample) {
+            let [count, _] = but_tracers(plan, sample, |moments| [moments.count as f64, 0.0]);
+            let sums = but_tracers(plan, sample, |moments| {
                 let n = moments.count as f64;
-                count += n;
-                sum += n * moments.displacement;
-                square += (n * displacement_error(plan, moments)).powi(2);
-            }
-            (
-                sum / f64::max(count, 1.0),
-                square.sqrt() / f64::max(count, 1.0),
-            )
+                [
+                    n * moments.displacement,
+                    n * displacement_error(plan, moments),
+                ]
+            });
+            sums.map(|sum| sum / f64::max(count, 1.0))
         };
-        let single = pairs.first().map(|pair| mean(pair.0).1);
-        measured(pairs, |pair| mean(pair.0).0, single)
+        let single = pairs.first().map(|pair| mean(pair.0)[1]);
+        let found = measured(pairs, |pair| mean(pair.0)[0], single);
+        against(found, curve.map(|curve| curve.displacement))
     });
-    let known = |found: Option<Measured>, theory: fn(&Curve) -> Predicted| {
-        found.map_or_else(Estimate::default, |found| against(found, curve.map(theory)))
-    };
     Row {
         time,
-        particles: against(particles, None),
-        collisions: known(collisions, |curve| curve.collisions),
-        energy: known(Some(measured(pairs, ratio, relative)), |curve| {
-            curve.energy_ratio
-        }),
-        displacement: known(displacement, |curve| curve.displacement),
+        particles: measured(pairs, number, None),
+        collisions: collisions.unwrap_or_default(),
+        energy: against(
+            measured(pairs, ratio, single),
+            curve.map(|curve| curve.energy_ratio),
+        ),
+        displacement: displacement.unwrap_or_default(),
         replicas: pairs.len(),
     }
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new("gas", "The gas as a whole at the sample times")
-        .key("time", "unit of time", "Time")
-        .estimate("particles_ratio", "1", "Particles over those of the start")
-        .with_theory_error(
-            "collisions_per_particle",
-            "1",
-            "Collisions of a particle since the start, on average over the particles of the start; empty with tracers",
-        )
-        .with_theory_error(
-            "energy_ratio",
-            "1",
-            "Kinetic energy over that of the start, without tracers",
-        )
-        .with_theory_error(
-            "displacement_square",
-            "length^2",
-            "Mean squared displacement of all particles but tracers",
-        )
-        .note("replicas", "1", "Replicas that the averages run over");
+    let mut table = table! {
+        "gas", "The gas as a whole at the sample times";
+        key "time", "unit of time", "Time";
+        estimate "particles_ratio", "1", "Particles over those of the start";
+        with_theory_error "collisions_per_particle", "1",
+            "Collisions of a particle since the start, on average over the particles of the start; empty with tracers";
+        with_theory_error "energy_ratio", "1", "Kinetic energy over that of the start, without tracers";
+        with_theory_error "displacement_square", "length^2", "Mean squared displacement of all particles but tracers";
+        note "replicas", "1", "Replicas that the averages run over";
+    };
     for row in rows {
-        table
-            .row()
-            .number(row.time)
-            .estimate(row.particles)
-            .estimate(row.collisions)
-            .estimate(row.energy)
-            .estimate(row.displacement)
-            .count(row.replicas as u64);
+        let found = [row.particles, row.collisions, row.energy, row.displacement];
+        table.add((row.time, found, row.replicas));
     }
-    let energy = Axis::logarithmic("energy_ratio", "E/E(0)");
-    let collisions = Axis::linear("collisions_per_particle", "collisions per particle");
-    table = table
-        .figure(against_time(
+    let displaced = rows.iter().any(|row| row.displacement.value.is_some());
+    for (shown, title, y, caption) in [
+        (
+            true,
             "Energy",
-            energy,
+            Axis::logarithmic("energy_ratio", "E/E(0)"),
             "Kinetic energy over that of the start.",
-        ))
-        .figure(against_time(
+        ),
+        (
+            true,
             "Collisions",
-            collisions,
+            Axis::linear("collisions_per_particle", "collisions per particle"),
             "Collisions that a particle of the start took part in, on average. In a gas that cools by Haff's law they grow \
              as the logarithm of time.",
-        ));
-    if rows.iter().any(|row| row.displacement.value.is_some()) {
-        table = table.figure(against_time(
+        ),
+        (
+            displaced,
             "Mean squared displacement of all particles",
             Axis::logarithmic("displacement_square", "<R²>"),
             "Mean squared displacement since the start: ballistic at first, then ever slower as the gas cools.",
-        ));
+        ),
+    ] {
+        table
+            .figures
+            .extend(shown.then(|| against_time(title, y, caption)));
     }
     table
 }
 
 /// A figure of a single curve against the logarithm of time.
 pub(super) fn against_time(title: &'static str, y: Axis, caption: &'static str) -> Figure {
-    Figure {
-        curves: Vec::new(),
-        caption: caption.into(),
-        ..Figure::curves(title, Axis::logarithmic("time", "t"), y)
-    }
+    Figure::curves(title, Axis::logarithmic("time", "t"), y)
+        .by(&[])
+        .caption(caption)
 }
 
 fn replicas(records: &[&Record]) -> Table {
-    let mut table = Table::new("replicas", "Samples of single replicas")
-        .key("replica", "1", "Number of the replica, from zero")
-        .key("time", "unit of time", "Time")
-        .value("particles", "1", "Particles")
-        .value("collisions", "1", "Pair collisions since the start")
-        .value("energy", "energy", "Kinetic energy, (1/2) sum m v^2");
+    let mut table = table! {
+        "replicas", "Samples of single replicas";
+        key "replica", "1", "Number of the replica, from zero";
+        key "time", "unit of time", "Time";
+        value "particles", "1", "Particles";
+        value "collisions", "1", "Pair collisions since the start";
+        value "energy", "energy", "Kinetic energy, (1/2) sum m v^2";
+    };
     for (replica, record) in records.iter().enumerate() {
-        for sample in &record.samples {
-            table
-                .row()
-                .count(replica as u64)
-                .number(sample.time)
-                .count(sample.particles as u64)
-                .count(sample.collisions)
-                .number(sample.energy);
+        for one in &record.samples {
+            table.add((replica, one.time, one.particles, one.collisions, one.energy));
         }
     }
     table

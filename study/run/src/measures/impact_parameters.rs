@@ -4,20 +4,19 @@
 //! holds for rough grains and in flows too. The dissipation identity ([`stosszahl_analysis::windows`]) needs equal smooth
 //! particles with one coefficient of restitution.
 
-use schemars::Schema;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::statistics::{
-    ChiSquaredTest, Estimate as Mean, chi_squared_test, uniform_test,
-};
+use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test, uniform_test};
 use stosszahl_analysis::windows::{Dissipation, PairBins, Window, Windows};
 use stosszahl_case::Kind;
 use stosszahl_model::{Observer, kinetic};
-use stosszahl_results::{Axis, Estimate, Figure, Mark, Table, Verdict, VerdictKind};
+use stosszahl_results::{Axis, Estimate, Figure, Mark, Table, Verdict, table};
 
 use super::energy::pairs_of;
 use super::over;
-use crate::judge::{self, ImpactTest, title, with_error};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, Stop, keeps_record};
+use crate::judge::{self, ImpactTest, title};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, Runs, Stop, described, keeps_record,
+};
 use crate::plan::{EnginePlan, Plan};
 
 /// Impact parameters.
@@ -105,15 +104,12 @@ impl Probe for ImpactProbe {
         self.record.synchronise(stop.time, stop.temperature);
     }
 
-    /// The edges of the windows are times of the measure only so that no step of an engine lies across them.
-    fn sample(&mut self, _moment: &mut Moment<'_>) {}
-
     keeps_record!();
 }
 
 impl ImpactParameters {
     fn options(&self, plan: &Plan) -> (Vec<[f64; 2]>, usize) {
-        let options: Options = measure::options(plan, self.name()).unwrap_or_default();
+        let options: Options = measure::chosen(plan, self.name());
         let until = plan.case.run.until;
         let windows = match options.windows {
             Some(Spans::List(windows)) => windows,
@@ -125,17 +121,11 @@ impl ImpactParameters {
 }
 
 impl Measure for ImpactParameters {
-    fn name(&self) -> &'static str {
-        "impact_parameters"
-    }
-
-    fn about(&self) -> &'static str {
-        "Impact parameters of collisions against molecular chaos, and the factors of the cooling rate."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "impact_parameters",
+        "Impact parameters of collisions against molecular chaos, and the factors of the cooling rate.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
@@ -160,6 +150,7 @@ impl Measure for ImpactParameters {
         Ok(())
     }
 
+    /// The edges of the windows, so that no step of an engine lies across them.
     fn times(&self, plan: &Plan) -> Vec<f64> {
         self.options(plan).0.into_flattened()
     }
@@ -169,32 +160,19 @@ impl Measure for ImpactParameters {
         let spans = windows
             .iter()
             .map(|span| span.map(|edge| plan.engine_time(edge)));
+        let species = plan.species.iter().map(|one| (one.radius, one.mass));
         Box::new(ImpactProbe {
             spans: spans.collect(),
             bins,
             particles: plan.count(),
-            species: plan
-                .species
-                .iter()
-                .map(|one| (one.radius, one.mass))
-                .collect(),
+            species: species.collect(),
             record: Windows::new(&[], bins, plan.count(), 0.0, 1.0),
         })
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
         let (spans, _) = self.options(plan);
-        let mut histogram = Histogram::tables();
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(engine);
-            let tests = tests(&spans, &records);
-            let words = judge::impact_words(&tests, plan.case.verdict.false_alarm);
-            for (window, (test, word)) in tests.iter().zip(words).enumerate() {
-                let all: Vec<&Window> = records.iter().map(|one| &one.windows[window]).collect();
-                histogram.add(known.name, &all, test, word);
-            }
-        }
-        let mut tables = vec![histogram.bins, histogram.summary];
+        let mut tables = histograms(plan, runs, &spans);
         if plan.has_theory() {
             tables.push(dissipation(plan, runs, &spans));
         }
@@ -207,12 +185,12 @@ impl Measure for ImpactParameters {
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let (spans, _) = self.options(plan);
         let mut list = Vec::new();
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let tests = tests(&spans, &runs.records::<Record>(engine));
+        for (engine, records) in runs.each::<Record>(plan) {
+            let tests = tests(&spans, &records);
             let words = judge::impact_words(&tests, plan.case.verdict.false_alarm);
-            let name = title(known.name);
+            let name = title(engine.name);
             let topic = format!("impact parameters, {name}");
-            list.push(judge::impact_parameters(&topic, &name, &tests, &words));
+            list.push(judge::impact_parameters(topic, name, &tests, &words));
         }
         if plan.has_theory() {
             list.extend(pairs_of(plan).filter_map(|pair| split(plan, runs, &spans, pair.into())));
@@ -221,18 +199,16 @@ impl Measure for ImpactParameters {
     }
 }
 
-/// Mean over replicas of a number of a window.
-fn mean(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Option<Mean> {
-    let values: Vec<f64> = windows.iter().filter_map(|window| of(window)).collect();
-    Mean::over_replicas(&values)
+/// One window of all replicas.
+fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a Window> {
+    records.iter().map(|one| &one.windows[window]).collect()
 }
 
 /// Collisions in each bin, over all replicas.
 fn counts(windows: &[&Window]) -> Vec<u64> {
     let bins = windows.first().map_or(0, |window| window.bins.len());
-    (0..bins)
-        .map(|bin| windows.iter().map(|window| window.bins[bin]).sum())
-        .collect()
+    let count = |bin: usize| windows.iter().map(|window| window.bins[bin]).sum();
+    (0..bins).map(count).collect()
 }
 
 /// Chi-squared of the collisions against chaos.
@@ -243,213 +219,157 @@ fn against_chaos(counts: &[u64], windows: &[&Window]) -> Option<ChiSquaredTest> 
     }
     let observed: Vec<f64> = counts.iter().map(|&count| count as f64).collect();
     let each = observed.iter().sum::<f64>() / counts.len() as f64;
-    let expected: Vec<f64> = (0..counts.len())
-        .map(|bin| each * first.chaos(bin))
-        .collect();
-    chi_squared_test(&observed, &expected, 0).ok()
+    let expected = (0..counts.len()).map(|bin| each * first.chaos(bin));
+    chi_squared_test(&observed, &expected.collect::<Vec<f64>>(), 0).ok()
 }
 
 /// The tests of all windows of one engine.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
-    let one = |(window, &span): (usize, &[f64; 2])| {
-        let all: Vec<&Window> = records.iter().map(|one| &one.windows[window]).collect();
-        let slope = mean(&all, Window::slope);
-        let counts = counts(&all);
+    let one = |(number, &span): (usize, &[f64; 2])| {
+        let all = window(records, number);
+        let (counts, slope) = (counts(&all), over(all.iter().map(|one| one.slope())));
+        // One replica: from the spread of its collisions.
+        let spread = || all.first().and_then(|window| window.slope_error());
         ImpactTest {
             window: span,
             collisions: counts.iter().sum(),
-            // One replica: from the spread of its collisions.
-            slope: slope.map(|slope| {
-                let spread = || all.first().and_then(|window| window.slope_error());
-                (slope.value, slope.standard_error.or_else(spread))
-            }),
+            slope: slope
+                .value
+                .map(|value| (value, slope.standard_error.or_else(spread))),
             test: against_chaos(&counts, &all),
         }
     };
     spans.iter().enumerate().map(one).collect()
 }
 
+/// Lower and upper edge of a bin.
+fn edges(bin: usize, bins: usize) -> [f64; 2] {
+    [bin, bin + 1].map(|edge| edge as f64 / bins as f64)
+}
+
 /// The table of the bins and that of their summary.
-struct Histogram {
-    bins: Table,
-    summary: Table,
-}
-
-impl Histogram {
-    fn tables() -> Self {
-        let window = |table: Table| {
-            table
-                .key("engine", "", "Engine")
-                .key("window_start", "time", "Start of the window")
-                .key("window_end", "time", "End of the window")
-        };
-        let mut figure = Figure::curves(
-            "Impact parameters",
-            Axis::linear("bin_low", "b/d"),
-            Axis::linear("density", "P(b/d)"),
-        );
-        figure.mark = Mark::Bars;
-        figure.panels = vec!["window_start".into(), "window_end".into()];
-        figure.caption = "The dashed line is molecular chaos.".into();
-        let bins = Table::new(
-            "impact_parameter",
-            "Distribution of the impact parameter in windows of time.",
-        );
-        let summary = Table::new(
-            "impact_parameter_summary",
-            "The distribution of the impact parameter in a few numbers.",
-        );
-        Self {
-            bins: window(bins)
-                .key("bin_low", "1", "Lower edge of the bin, b/d")
-                .key("bin_high", "1", "Upper edge of the bin, b/d")
-                .note("count", "1", "Collisions in the bin, over all replicas")
-                .with_theory("density", "1", "Probability density P(b/d); theory is molecular chaos: 1 of disks, 2 b/d of spheres")
-                .figure(figure),
-            summary: window(summary)
-                .note("collisions", "1", "Collisions in the window, over all replicas")
-                .estimate("slope", "1", "Slope of the density of (b/d)^(D-1); zero under chaos, positive where grazing collisions prevail")
-                .value("mean_b_over_d", "1", "Mean of b/d; under chaos 1/2 of disks, 2/3 of spheres")
-                .note("chi_squared", "1", "Chi-squared against chaos")
-                .note("degrees_of_freedom", "1", "Its degrees of freedom")
-                .note("p_value", "1", "Chance of so large a chi-squared under chaos")
-                .note("verdict", "", "uniform, grazing excess, central excess, undecided or too few collisions; all windows together"),
+fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
+    let figure = Figure::curves(
+        "Impact parameters",
+        Axis::linear("bin_low", "b/d"),
+        Axis::linear("density", "P(b/d)"),
+    );
+    let figure = figure
+        .panels(&["window_start", "window_end"])
+        .mark(Mark::Bars);
+    let mut bins = table! {
+        "impact_parameter", "Distribution of the impact parameter in windows of time.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "bin_low", "1", "Lower edge of the bin, b/d";
+        key "bin_high", "1", "Upper edge of the bin, b/d";
+        note "count", "1", "Collisions in the bin, over all replicas";
+        with_theory "density", "1", "Probability density P(b/d); theory is molecular chaos: 1 of disks, 2 b/d of spheres";
+    }
+    .figure(figure.caption("The dashed line is molecular chaos."));
+    let mut summary = table! {
+        "impact_parameter_summary", "The distribution of the impact parameter in a few numbers.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        note "collisions", "1", "Collisions in the window, over all replicas";
+        estimate "slope", "1", "Slope of the density of (b/d)^(D-1); zero under chaos, positive where grazing collisions prevail";
+        value "mean_b_over_d", "1", "Mean of b/d; under chaos 1/2 of disks, 2/3 of spheres";
+        note "chi_squared", "1", "Chi-squared against chaos";
+        note "degrees_of_freedom", "1", "Its degrees of freedom";
+        note "p_value", "1", "Chance of so large a chi-squared under chaos";
+        note "verdict", "", "uniform, grazing excess, central excess, undecided or too few collisions; all windows together";
+    };
+    for (engine, records) in runs.each::<Record>(plan) {
+        let tests = tests(spans, &records);
+        let words = judge::impact_words(&tests, plan.case.verdict.false_alarm);
+        for (number, (one, word)) in tests.iter().zip(words).enumerate() {
+            let (windows, total) = (window(&records, number), one.collisions);
+            let (counts, key) = (counts(&windows), (engine.name, one.window));
+            let width = counts.len() as f64;
+            let density = |count: u64, total: u64| count as f64 * width / total as f64;
+            for (bin, &count) in counts.iter().enumerate() {
+                let some = windows.iter().filter(|window| window.collisions > 0);
+                let each = some.map(|window| Some(density(window.bins[bin], window.collisions)));
+                let estimate = Estimate {
+                    value: Some(if total > 0 {
+                        density(count, total)
+                    } else {
+                        0.0
+                    }),
+                    theory: windows.first().map(|window| window.chaos(bin)),
+                    ..over(each)
+                };
+                bins.add((key, edges(bin, counts.len()), count, estimate));
+            }
+            let (slope, error) = one.slope.unzip();
+            let mean = over(windows.iter().map(|window| window.mean_impact())).value;
+            let test = (
+                one.test.map(|test| test.statistic),
+                one.test.map_or(0, |test| test.degrees_of_freedom),
+                one.test.map(|test| test.p_value),
+            );
+            summary.add((key, total, slope, error.flatten(), mean, test, word));
         }
     }
-
-    fn add(&mut self, engine: &str, windows: &[&Window], test: &ImpactTest, word: &str) {
-        let [start, end] = test.window;
-        let counts = counts(windows);
-        let bins = counts.len() as f64;
-        let density = |count: u64, total: u64| count as f64 * bins / total as f64;
-        for (bin, &count) in counts.iter().enumerate() {
-            let some = windows.iter().filter(|window| window.collisions > 0);
-            let each = some.map(|window| Some(density(window.bins[bin], window.collisions)));
-            let total = test.collisions;
-            let estimate = Estimate {
-                value: Some(if total > 0 {
-                    density(count, total)
-                } else {
-                    0.0
-                }),
-                theory: windows.first().map(|window| window.chaos(bin)),
-                ..over(each)
-            };
-            self.bins
-                .row()
-                .text(engine)
-                .number(start)
-                .number(end)
-                .number(bin as f64 / bins)
-                .number((bin + 1) as f64 / bins)
-                .count(count)
-                .estimate(estimate);
-        }
-        self.summary
-            .row()
-            .text(engine)
-            .number(start)
-            .number(end)
-            .count(test.collisions)
-            .number(test.slope.map(|slope| slope.0))
-            .number(test.slope.and_then(|slope| slope.1))
-            .number(mean(windows, Window::mean_impact).map(|mean| mean.value))
-            .number(test.test.map(|test| test.statistic))
-            .count(test.test.map_or(0, |test| test.degrees_of_freedom as u64))
-            .number(test.test.map(|test| test.p_value))
-            .text(word);
-    }
+    vec![bins, summary]
 }
 
-/// A factor of the dissipation identity, with the name and meaning of its column.
-type Factor = (&'static str, &'static str, fn(&Dissipation) -> f64);
-
-const FACTORS: [Factor; 5] = [
-    ("rate_ratio", "Collision rate over its Enskog value", |d| {
-        d.rate
-    }),
-    (
-        "speed_ratio",
-        "Mean squared relative speed of colliding pairs over its Enskog value",
-        |d| d.speed,
-    ),
-    (
-        "impact_ratio",
-        "Mean of 1 - b^2/d^2 over its value under chaos",
-        |d| d.impact,
-    ),
-    (
-        "correlation_ratio",
-        "What is left: the correlation of relative speed and impact parameter",
-        |d| d.correlation,
-    ),
-    (
-        "dissipation_ratio",
-        "Cooling rate over its Enskog value: the product of the four",
-        |d| d.dissipation,
-    ),
+/// The factors of the dissipation identity, in the order of their columns.
+const FACTORS: [fn(&Dissipation) -> f64; 5] = [
+    |d| d.rate,
+    |d| d.speed,
+    |d| d.impact,
+    |d| d.correlation,
+    |d| d.dissipation,
 ];
 
-/// Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
-fn chaos_rate(plan: &Plan) -> f64 {
-    if plan.dimension == 2 {
+/// The factors of one window, over the replicas.
+fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 5] {
+    // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
+    let chaos = if plan.dimension == 2 {
         kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0)
     } else {
         kinetic::spheres::collision_rate(plan.packing_fraction, plan.contact_value)
-    }
-}
-
-/// The factors of one window by replica.
-fn factors(plan: &Plan, records: &[&Record], window: usize) -> Vec<Option<Dissipation>> {
-    let (theory, count) = (chaos_rate(plan), plan.count());
-    records
-        .iter()
-        .map(|one| one.windows[window].dissipation(theory, count))
-        .collect()
+    };
+    let windows = window(records, number).into_iter();
+    let each: Vec<_> = windows
+        .map(|window| window.dissipation(chaos, plan.count()))
+        .collect();
+    FACTORS.map(|of| over(each.iter().map(|known| known.as_ref().map(of))))
 }
 
 fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
-    let mut table = Table::new(
-        "dissipation",
-        "The cooling rate over that of molecular chaos, as the product of four ratios.",
-    )
-    .key("engine", "", "Engine")
-    .key("window_start", "time", "Start of the window")
-    .key("window_end", "time", "End of the window")
-    .note(
-        "collisions",
-        "1",
-        "Collisions in the window, over all replicas",
-    );
-    for (name, meaning, _) in FACTORS {
-        table = table.estimate(name, "1", meaning);
+    let mut table = table! {
+        "dissipation", "The cooling rate over that of molecular chaos, as the product of four ratios.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        note "collisions", "1", "Collisions in the window, over all replicas";
+        estimate "rate_ratio", "1", "Collision rate over its Enskog value";
+        estimate "speed_ratio", "1", "Mean squared relative speed of colliding pairs over its Enskog value";
+        estimate "impact_ratio", "1", "Mean of 1 - b^2/d^2 over its value under chaos";
+        estimate "correlation_ratio", "1", "What is left: the correlation of relative speed and impact parameter";
+        estimate "dissipation_ratio", "1", "Cooling rate over its Enskog value: the product of the four";
+        note "replicas", "1", "Replicas";
     }
-    table = table
-        .note("replicas", "1", "Replicas")
-        .figure(Figure::curves(
-            "Cooling rate over Enskog's",
-            Axis::logarithmic("window_end", "end of the window"),
-            Axis::linear("dissipation_ratio", "cooling rate over Enskog's"),
-        ));
-    for (engine, known) in plan.engines.iter().enumerate() {
-        let records = runs.records::<Record>(engine);
-        for (window, &[start, end]) in spans.iter().enumerate() {
-            let each = factors(plan, &records, window);
-            let mut row = table
-                .row()
-                .text(known.name)
-                .number(start)
-                .number(end)
-                .count(
-                    records
-                        .iter()
-                        .map(|one| one.windows[window].collisions)
-                        .sum(),
-                );
-            for (_, _, of) in FACTORS {
-                row = row.estimate(over(each.iter().map(|known| known.as_ref().map(of))));
-            }
-            row.count(records.len() as u64);
+    .figure(Figure::curves(
+        "Cooling rate over Enskog's",
+        Axis::logarithmic("window_end", "end of the window"),
+        Axis::linear("dissipation_ratio", "cooling rate over Enskog's"),
+    ));
+    for (engine, records) in runs.each::<Record>(plan) {
+        for (number, &span) in spans.iter().enumerate() {
+            let collisions = records.iter().map(|one| one.windows[number].collisions);
+            let factors = factors(plan, &records, number);
+            table.add((
+                engine.name,
+                span,
+                collisions.sum::<u64>(),
+                factors,
+                records.len(),
+            ));
         }
     }
     table
@@ -458,89 +378,59 @@ fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
 /// What a difference in cooling, or in collisions, is made of in the last window.
 fn split(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]], engines: [usize; 2]) -> Option<Verdict> {
     let window = spans.len().checked_sub(1)?;
-    let [first, second] =
-        engines.map(|engine| factors(plan, &runs.records::<Record>(engine), window));
+    let [first, second] = engines.map(|engine| factors(plan, &runs.records(engine), window));
     let quotient = |index: usize| {
-        let of = FACTORS[index].2;
-        let [a, b] = [&first, &second].map(|all| over(all.iter().map(|one| one.as_ref().map(of))));
-        let (x, y) = (a.value?, b.value?);
-        let error = || Some((x / y).abs() * (a.standard_error? / x).hypot(b.standard_error? / y));
-        Some(with_error(x / y, error()))
+        let known = first[index].value.is_some() && second[index].value.is_some();
+        known.then(|| judge::quotient(&first[index], &second[index]))
     };
     let [a, b] = engines.map(|engine| title(plan.engines[engine].name));
     let [start, end] = spans[window].map(judge::short);
     let (rate, speed) = (quotient(0)?, quotient(1)?);
-    let sentence = if plan.law.is_elastic() {
-        format!(
-            "{a} over {b}, t = {start} to {end}: collision rate {rate}, squared speed of pairs {speed}."
-        )
+    let factors = if plan.law.is_elastic() {
+        format!("collision rate {rate}, squared speed of pairs {speed}")
     } else {
         format!(
-            "{a} over {b}, t = {start} to {end}: cooling {} = rate {rate}, speed {speed}, impact {}, correlation {}.",
+            "cooling {} = rate {rate}, speed {speed}, impact {}, correlation {}",
             quotient(4)?,
             quotient(2)?,
             quotient(3)?
         )
     };
-    Some(judge::verdict(
-        format!("cooling rate, {a} over {b}"),
-        sentence,
-        VerdictKind::Note,
-    ))
+    let sentence = format!("{a} over {b}, t = {start} to {end}: {factors}.");
+    Some(judge::note(format!("cooling rate, {a} over {b}"), sentence))
 }
 
 fn pairs(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
-    let mut table = Table::new(
-        "impact_parameter_pairs",
-        "Distribution of the impact parameter by kinds of pairs.",
-    )
-    .key("engine", "", "Engine")
-    .key("species_a", "1", "Number of one species, from 1")
-    .key("species_b", "1", "Number of the other, not below the first")
-    .key("window_start", "time", "Start of the window")
-    .key("window_end", "time", "End of the window")
-    .key(
-        "bin_low",
-        "1",
-        "Lower edge of the bin, b/d; d is the distance at contact",
-    )
-    .key("bin_high", "1", "Upper edge of the bin, b/d")
-    .note("count", "1", "Collisions in the bin, over all replicas")
-    .with_theory(
-        "density",
-        "1",
-        "Probability density P(b/d), with the error of counting; theory is molecular chaos",
-    );
-    for (engine, known) in plan.engines.iter().enumerate() {
-        let records = runs.records::<Record>(engine);
+    let mut table = table! {
+        "impact_parameter_pairs", "Distribution of the impact parameter by kinds of pairs.";
+        key "engine", "", "Engine";
+        key "species_a", "1", "Number of one species, from 1";
+        key "species_b", "1", "Number of the other, not below the first";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "bin_low", "1", "Lower edge of the bin, b/d; d is the distance at contact";
+        key "bin_high", "1", "Upper edge of the bin, b/d";
+        note "count", "1", "Collisions in the bin, over all replicas";
+        with_theory "density", "1", "Probability density P(b/d), with the error of counting; theory is molecular chaos";
+    };
+    for (engine, records) in runs.each::<Record>(plan) {
         let all: Vec<&PairBins> = records
             .iter()
             .filter_map(|one| one.pairs.as_ref())
             .collect();
         let kinds = all.first().map_or(&[][..], |first| first.kinds());
         for (kind, pair) in kinds.iter().enumerate() {
-            for (window, &[start, end]) in spans.iter().enumerate() {
+            for (window, &span) in spans.iter().enumerate() {
                 let bins = all[0].counts(window, kind).len();
                 let count = |bin: usize| all.iter().map(|one| one.counts(window, kind)[bin]).sum();
                 let counts: Vec<u64> = (0..bins).map(count).collect();
                 let scale = bins as f64 / counts.iter().sum::<u64>().max(1) as f64;
                 for (bin, &count) in counts.iter().enumerate() {
-                    table
-                        .row()
-                        .text(known.name)
-                        .count(pair.species[0] as u64 + 1)
-                        .count(pair.species[1] as u64 + 1)
-                        .number(start)
-                        .number(end)
-                        .number(bin as f64 / bins as f64)
-                        .number((bin + 1) as f64 / bins as f64)
-                        .count(count)
-                        .estimate(Estimate {
-                            value: Some(count as f64 * scale),
-                            standard_error: (count > 0).then(|| (count as f64).sqrt() * scale),
-                            theory: records.first().map(|one| one.windows[window].chaos(bin)),
-                            theory_error: None,
-                        });
+                    let error = (count > 0).then(|| (count as f64).sqrt() * scale);
+                    let theory = records.first().map(|one| one.windows[window].chaos(bin));
+                    let found = Estimate::of(count as f64 * scale, error).against(theory);
+                    let species = pair.species.map(|number| number as u64 + 1);
+                    table.add((engine.name, species, span, edges(bin, bins), count, found));
                 }
             }
         }

@@ -14,7 +14,6 @@ use crate::engines::{self, From};
 use crate::follow::Part;
 use crate::measure::{Finished, Measure, Needs, Runs};
 use crate::plan::Plan;
-use crate::theory::homogeneous::Grouping;
 
 /// A plan from the text of a case below its first lines.
 fn plan(text: &str) -> Plan {
@@ -127,7 +126,7 @@ fn moments_are_those_of_the_particles() {
     gas.advance(5.0, Budget::Unlimited, &mut ())
         .expect("no failure");
     let paths = gas.displacements().expect("displacements");
-    let (energy, found) = moments(&*gas, Grouping::of(&plan), &paths, &start);
+    let (energy, found) = moments(&*gas, plan.grouping(), &paths, &start);
     let all = gas.particles().all;
     close(
         energy,

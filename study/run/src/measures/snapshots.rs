@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 
-use schemars::Schema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use stosszahl_case::Kind;
 use stosszahl_model::Particles;
-use stosszahl_results::{SNAPSHOTS, Snapshot, Table};
+use stosszahl_results::{SNAPSHOTS, Snapshot};
 
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan, Scale};
 
 /// Length of a line, about: four numbers of all their digits in the plane.
@@ -25,27 +24,8 @@ pub struct Options {
     pub times: Option<Vec<f64>>,
 }
 
-/// Texts of the snapshots taken.
-#[derive(Default, Serialize, Deserialize)]
-struct Record {
-    texts: Vec<String>,
-}
-
-struct SnapshotProbe {
-    engine: &'static str,
-    scale: Scale,
-    record: Record,
-}
-
-impl Probe for SnapshotProbe {
-    fn sample(&mut self, moment: &mut Moment<'_>) {
-        let particles = moment.particles();
-        let text = extended_xyz(particles, self.scale, self.engine, moment.time);
-        self.record.texts.push(text);
-    }
-
-    keeps_record!();
-}
+/// The snapshots taken.
+type Texts = Vec<String>;
 
 /// The extended XYZ format in units of which one engine unit is `scale`; `time` is in the unit of time of the case.
 pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64) -> String {
@@ -82,28 +62,12 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
     text
 }
 
-impl Snapshots {
-    fn chosen(&self, plan: &Plan) -> Vec<f64> {
-        let options: Options = measure::options(plan, self.name()).unwrap_or_default();
-        let mut times = options.times.unwrap_or_else(|| vec![plan.case.run.until]);
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        times
-    }
-}
-
 impl Measure for Snapshots {
-    fn name(&self) -> &'static str {
-        "snapshots"
-    }
-
-    fn about(&self) -> &'static str {
-        "All particles of the first replica at chosen times, as extended XYZ."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "snapshots",
+        "All particles of the first replica at chosen times, as extended XYZ.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
@@ -117,11 +81,12 @@ impl Measure for Snapshots {
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
-        self.chosen(plan)
+        let times = measure::chosen::<Options>(plan, self.name()).times;
+        times.unwrap_or_else(|| vec![plan.case.run.until])
     }
 
     fn kept_per_particle(&self, plan: &Plan) -> f64 {
-        LINE * self.chosen(plan).len() as f64
+        LINE * self.times(plan).len() as f64
     }
 
     fn only_first_replica(&self) -> bool {
@@ -129,28 +94,22 @@ impl Measure for Snapshots {
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(SnapshotProbe {
-            engine: engine.name,
-            scale: plan.scale,
-            record: Record::default(),
-        })
-    }
-
-    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
-        Vec::new()
+        let (name, scale) = (engine.name, plan.scale);
+        Box::new(Recorder::new(Texts::new(), move |texts, moment| {
+            texts.push(extended_xyz(moment.particles(), scale, name, moment.time));
+        }))
     }
 
     fn snapshots(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
-        let times = self.chosen(plan);
+        let times = self.times(plan);
         let mut files = Vec::new();
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(engine);
-            let texts = records.iter().take(1).flat_map(|one| &one.texts);
+        for (engine, records) in runs.each::<Texts>(plan) {
+            let texts = records.into_iter().take(1).flatten();
             for (index, (text, &time)) in texts.zip(&times).enumerate() {
                 let snapshot = Snapshot {
-                    engine: known.name.to_owned(),
+                    engine: engine.name.to_owned(),
                     time,
-                    file: format!("{SNAPSHOTS}/{}-{index}.xyz", known.name),
+                    file: format!("{SNAPSHOTS}/{}-{index}.xyz", engine.name),
                     blake3: String::new(),
                 };
                 files.push((snapshot, text.clone()));

@@ -1,21 +1,17 @@
 //! The steady state of a driven gas: its temperature, averaged over quarters of the run, against Enskog's theory.
 
-use schemars::Schema;
 use serde::{Deserialize, Serialize};
-use stosszahl_results::{Axis, Figure, Table, Verdict};
+use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
 use super::over;
 use crate::judge::{Pair, Places, still_moving, title};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, Stop, keeps_record};
+use crate::measure::{
+    self, BadOption, Measure, Moment, NoOptions, Probe, Runs, Stop, described, keeps_record,
+};
 use crate::plan::{EnginePlan, Plan};
 
 /// The steady state of a driven gas.
 pub struct SteadyState;
-
-/// It has no options.
-#[derive(Default, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Options {}
 
 /// Parts of the run over which the temperature is averaged.
 const PARTS: usize = 4;
@@ -70,23 +66,15 @@ impl Probe for SteadyProbe {
         }
     }
 
-    fn sample(&mut self, _moment: &mut Moment<'_>) {}
-
     keeps_record!();
 }
 
 impl Measure for SteadyState {
-    fn name(&self) -> &'static str {
-        "steady_state"
-    }
-
-    fn about(&self) -> &'static str {
-        "Temperature of a driven gas over quarters of the run, against the steady state of Enskog's theory."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "steady_state",
+        "Temperature of a driven gas over quarters of the run, against the steady state of Enskog's theory.",
+        NoOptions
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.case.drive.is_some()
@@ -95,11 +83,7 @@ impl Measure for SteadyState {
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let driven = plan.case.drive.is_some();
         measure::require(driven, "", "a driven gas, by [drive]; this one is not")?;
-        measure::options::<Options>(plan, self.name()).map(|_| ())
-    }
-
-    fn times(&self, _plan: &Plan) -> Vec<f64> {
-        Vec::new()
+        self.read(plan)
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
@@ -112,37 +96,31 @@ impl Measure for SteadyState {
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let mut table = Table::new(
-            "steady_state",
-            "Temperature of a driven gas, averaged over quarters of the run.",
-        )
-        .key("engine", "", "Engine")
-        .key("window_start", "time", "Start of the quarter")
-        .key("window_end", "time", "End of the quarter")
-        .with_theory(
-            "temperature_ratio",
-            "1",
-            "Mean temperature over that of the start; theory is Enskog's steady state",
-        )
-        .note("replicas", "1", "Replicas")
+        let mut table = table! {
+            "steady_state", "Temperature of a driven gas, averaged over quarters of the run.";
+            key "engine", "", "Engine";
+            key "window_start", "time", "Start of the quarter";
+            key "window_end", "time", "End of the quarter";
+            with_theory "temperature_ratio", "1", "Mean temperature over that of the start; theory is Enskog's steady state";
+            note "replicas", "1", "Replicas";
+        }
         .figure(Figure::curves(
             "Steady state",
             Axis::linear("window_end", "end of the quarter"),
             Axis::linear("temperature_ratio", "T/T(0)"),
         ));
         let edge = |part: usize| plan.case.run.until * part as f64 / PARTS as f64;
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(engine);
+        for (engine, records) in runs.each::<Record>(plan) {
             for part in 0..PARTS {
-                let mut ratio = over(records.iter().map(|one| one.temperature(part, part + 1)));
-                ratio.theory = plan.steady_temperature();
-                table
-                    .row()
-                    .text(known.name)
-                    .number(edge(part))
-                    .number(edge(part + 1))
-                    .estimate(ratio)
-                    .count(records.len() as u64);
+                let ratio = over(records.iter().map(|one| one.temperature(part, part + 1)));
+                let ratio = ratio.against(plan.steady_temperature());
+                table.add((
+                    engine.name,
+                    edge(part),
+                    edge(part + 1),
+                    ratio,
+                    records.len(),
+                ));
             }
         }
         vec![table]
@@ -151,8 +129,8 @@ impl Measure for SteadyState {
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let false_alarm = plan.case.verdict.false_alarm;
         let mut list = Vec::new();
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let (name, records) = (title(known.name), runs.records::<Record>(engine));
+        for (engine, records) in runs.each::<Record>(plan) {
+            let name = title(engine.name);
             let mean = |first, end| -> Option<Vec<f64>> {
                 records
                     .iter()
@@ -160,23 +138,28 @@ impl Measure for SteadyState {
                     .collect()
             };
             let topic = format!("steady state, {name}");
-            if let (Some(before), Some(last)) = (mean(PARTS - 2, PARTS - 1), mean(PARTS - 1, PARTS))
-            {
+            let quarters = mean(PARTS - 2, PARTS - 1).zip(mean(PARTS - 1, PARTS));
+            list.extend(quarters.and_then(|(before, last)| {
                 let pairs: Vec<(f64, f64)> = before.into_iter().zip(last).collect();
-                let subject = format!("The temperature of {name}");
-                list.extend(still_moving(&topic, &subject, &pairs, false_alarm));
-            }
-            if let (Some(law), Some(found)) = (plan.steady_temperature(), mean(PARTS / 2, PARTS)) {
+                still_moving(
+                    &topic,
+                    &format!("The temperature of {name}"),
+                    &pairs,
+                    false_alarm,
+                )
+            }));
+            let half = plan.steady_temperature().zip(mean(PARTS / 2, PARTS));
+            list.extend(half.and_then(|(law, found)| {
                 let pair = Pair {
                     topic: &format!("{topic} against theory"),
-                    a: &name,
+                    a: name,
                     b: "the steady state of Enskog's theory",
                     quantity: "temperature",
                     places: Places::Span("in the last half of the run"),
                     false_alarm,
                 };
-                list.extend(pair.judge(&[found.iter().map(|&ratio| (ratio, law)).collect()]));
-            }
+                pair.judge(&[found.iter().map(|&ratio| (ratio, law)).collect()])
+            }));
         }
         list
     }

@@ -1,17 +1,14 @@
 //! The structure factor of the density, S(k), of disks in a periodic box.
 
-use nalgebra::Vector2;
-use schemars::Schema;
 use serde::Deserialize;
 use stosszahl_analysis::structure_factor::{
     Assignment, Options as GridOptions, StructureFactor, StructureFactorPlan,
 };
 use stosszahl_case::Kind;
-use stosszahl_model::Particles;
-use stosszahl_results::{Axis, Figure, Line, Table};
+use stosszahl_results::{Axis, Cells, Figure, Table, table};
 
 use super::over;
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, keeps_record};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The structure factor.
@@ -67,10 +64,6 @@ pub(super) fn require_periodic(plan: &Plan) -> Result<(), BadOption> {
 }
 
 impl StructureFactors {
-    fn options(&self, plan: &Plan) -> Options {
-        measure::options(plan, self.name()).unwrap_or_default()
-    }
-
     fn grid(options: &Options, plan: &Plan) -> Result<StructureFactorPlan, BadOption> {
         let grid = GridOptions {
             largest_wave_number: options.largest_wave_number as usize,
@@ -94,49 +87,49 @@ pub(super) fn mean_diameter(plan: &Plan) -> f64 {
     if plan.kind == Kind::Comparison {
         return 1.0;
     }
-    let sum: f64 = (plan.species.iter())
-        .map(|one| one.count as f64 * 2.0 * one.radius)
-        .sum();
-    sum / plan.count() as f64
+    2.0 * plan.mean_radius()
 }
 
-/// Positions in the plane.
-fn positions(particles: &Particles) -> Vec<Vector2<f64>> {
-    particles.all.iter().map(|one| one.position.xy()).collect()
-}
+/// What was found at each time; none at a time without enough particles.
+pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 
-/// S(k) by time; none at a time without particles.
-type Record = Vec<(f64, Option<StructureFactor>)>;
-
-struct StructureProbe {
-    grid: Option<StructureFactorPlan>,
-    record: Record,
-}
-
-impl Probe for StructureProbe {
-    fn sample(&mut self, moment: &mut Moment<'_>) {
-        let weight = moment.simulation.weight();
-        let positions = positions(moment.particles());
-        let measured = self.grid.as_mut();
-        let found = measured.and_then(|grid| grid.measure(&positions, weight).ok());
-        self.record.push((moment.time, found));
+/// Fills a table with a row for each engine, time and place: `places` are the key, the value and the cells after the value, of
+/// what was found in one replica.
+pub(super) fn by_time<T: 'static, C: Cells>(
+    mut table: Table,
+    plan: &Plan,
+    runs: &Runs<'_>,
+    places: impl Fn(&T) -> Vec<(f64, f64, C)>,
+) -> Table {
+    for (engine, records) in runs.each::<ByTime<T>>(plan) {
+        for (index, (time, _)) in records
+            .first()
+            .into_iter()
+            .flat_map(|first| first.iter().enumerate())
+        {
+            let found = records
+                .iter()
+                .map(|record| record[index].1.as_ref().map(&places));
+            let found: Vec<_> = found.map(Option::unwrap_or_default).collect();
+            let values: Vec<Vec<f64>> = (found.iter())
+                .map(|places| places.iter().map(|place| place.1).collect())
+                .collect();
+            let first = found.into_iter().next().unwrap_or_default();
+            for (number, (key, _, more)) in first.into_iter().enumerate() {
+                let value = over(values.iter().map(|values| values.get(number).copied()));
+                table.add((engine.name, *time, key, value, more));
+            }
+        }
     }
-
-    keeps_record!();
+    table
 }
 
 impl Measure for StructureFactors {
-    fn name(&self) -> &'static str {
-        "structure_factor"
-    }
-
-    fn about(&self) -> &'static str {
-        "Structure factor S(k) of the density, averaged over shells of wave numbers."
-    }
-
-    fn schema(&self) -> Schema {
-        schemars::schema_for!(Options)
-    }
+    described!(
+        "structure_factor",
+        "Structure factor S(k) of the density, averaged over shells of wave numbers.",
+        Options
+    );
 
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
@@ -158,63 +151,43 @@ impl Measure for StructureFactors {
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
-        structure_times(plan, self.options(plan).times)
+        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(StructureProbe {
-            grid: Self::grid(&self.options(plan), plan).ok(),
-            record: Vec::new(),
-        })
+        let mut grid = Self::grid(&measure::chosen(plan, self.name()), plan).ok();
+        let record = ByTime::<StructureFactor>::new();
+        Box::new(Recorder::new(record, move |record, moment| {
+            let weight = moment.simulation.weight();
+            let all = moment.particles().all.iter();
+            let positions: Vec<_> = all.map(|one| one.position.xy()).collect();
+            let found = grid
+                .as_mut()
+                .and_then(|grid| grid.measure(&positions, weight).ok());
+            record.push((moment.time, found));
+        }))
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let mut figure = Figure::curves(
+        let figure = Figure::curves(
             "Structure factor",
             Axis::logarithmic("k", "k = L/wavelength"),
             Axis::logarithmic("structure_factor", "S(k)"),
         );
-        figure.panels.push("time".into());
-        figure.lines.push(Line {
-            label: "ideal gas".into(),
-            y: 1.0,
-        });
-        let mut table = Table::new(
-            "structure_factor",
-            "Structure factor by shells of wave numbers.",
-        )
-        .key("engine", "", "Engine")
-        .key("time", "time", "Time since the start")
-        .key("k", "1", "Wave number k = L/wavelength, mean of the shell")
-        .estimate(
-            "structure_factor",
-            "1",
-            "Structure factor S(k); one for an ideal gas",
-        )
-        .note("modes", "1", "Wave vectors in the shell")
-        .figure(figure);
-        for (engine, known) in plan.engines.iter().enumerate() {
-            let records = runs.records::<Record>(engine);
-            let Some(first) = records.first() else {
-                continue;
-            };
-            for (index, (time, found)) in first.iter().enumerate() {
-                let shells = found.iter().flat_map(|found| &found.shells);
-                for (number, shell) in shells.enumerate() {
-                    let values = records.iter().map(|record| {
-                        let found = record[index].1.as_ref()?;
-                        found.shells.get(number).map(|shell| shell.value)
-                    });
-                    table
-                        .row()
-                        .text(known.name)
-                        .number(*time)
-                        .number(shell.wave_number)
-                        .estimate(over(values))
-                        .count(shell.modes as u64);
-                }
-            }
+        let table = table! {
+            "structure_factor", "Structure factor by shells of wave numbers.";
+            key "engine", "", "Engine";
+            key "time", "time", "Time since the start";
+            key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+            estimate "structure_factor", "1", "Structure factor S(k); one for an ideal gas";
+            note "modes", "1", "Wave vectors in the shell";
         }
-        vec![table]
+        .figure(figure.panels(&["time"]).line("ideal gas", 1.0));
+        vec![by_time(table, plan, runs, |found: &StructureFactor| {
+            let shells = found.shells.iter();
+            shells
+                .map(|shell| (shell.wave_number, shell.value, shell.modes))
+                .collect()
+        })]
     }
 }

@@ -1,14 +1,16 @@
 //! Displacements averaged over time along the whole paths of some particles of a gas without positions.
 
-use schemars::{JsonSchema, Schema, schema_for};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stosszahl_results::{Axis, Estimate, Figure, Table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::gas::{self, against, measured};
 use super::species;
-use crate::measure::{self, BadOption, Measure, Moment, Needs, Probe, Runs, keeps_record};
-use crate::plan::{EnginePlan, Plan, logarithmic};
-use crate::theory::homogeneous::{self, Grouping, Theory};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Needs, Probe, Runs, described, keeps_record,
+};
+use crate::plan::{EnginePlan, Grouping, Plan, logarithmic};
+use crate::theory::homogeneous::{self, Theory};
 
 /// `<|R(t + lag) - R(t)|^2>`, averaged over the times of a path and over paths.
 pub struct TimeAveragedDisplacement;
@@ -30,32 +32,19 @@ impl Default for Options {
 }
 
 impl Measure for TimeAveragedDisplacement {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn about(&self) -> &'static str {
-        "Squared displacement over a lag, averaged over time along whole paths, in a gas without positions."
-    }
-
-    fn schema(&self) -> Schema {
-        schema_for!(Options)
-    }
+    described!(
+        NAME,
+        "Squared displacement over a lag, averaged over time along whole paths, in a gas without positions.",
+        Options
+    );
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        gas::homogeneous_only(plan)?;
         species::lasting_only(plan)?;
         let particles = measure::options::<Options>(plan, NAME)?.particles;
-        measure::require(
-            (1..=1_000_000).contains(&particles),
-            "particles",
-            "a whole number from 1 to 1000000",
-        )?;
-        measure::require(
-            !lags(plan).is_empty(),
-            "",
-            "only with run.first_sample below a tenth of run.until: lags are those of the samples up to there",
-        )
+        let good = (1..=1_000_000).contains(&particles);
+        measure::require(good, "particles", "a whole number from 1 to 1000000")?;
+        let allowed = "only with run.first_sample below a tenth of run.until: lags are those of the samples up to there";
+        measure::require(!lags(plan).is_empty(), "", allowed)
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -72,7 +61,7 @@ impl Measure for TimeAveragedDisplacement {
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let lags = lags(plan);
         Box::new(PathProbe {
-            grouping: Grouping::of(plan),
+            grouping: plan.grouping(),
             groups: plan.species.len(),
             paths: paths(plan),
             lags: lags.iter().map(|&lag| plan.engine_time(lag)).collect(),
@@ -88,10 +77,10 @@ impl Measure for TimeAveragedDisplacement {
 /// Paths that are kept of each species; none if none are measured.
 fn paths(plan: &Plan) -> usize {
     let asked = plan.case.measure.contains_key(NAME) && plan.case.sticking.is_none();
-    let options = asked.then(|| measure::options::<Options>(plan, NAME).ok());
-    options
-        .flatten()
-        .map_or(0, |options| options.particles as usize)
+    let options = asked
+        .then(|| measure::options::<Options>(plan, NAME).ok())
+        .flatten();
+    options.map_or(0, |options| options.particles as usize)
 }
 
 /// Lags in the unit of time of the case: as the samples, up to a tenth of the run, beyond which a path has too few
@@ -106,9 +95,7 @@ fn lags(plan: &Plan) -> Vec<f64> {
 
 /// Averages of one replica, by group and lag.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    averages: Vec<Vec<f64>>,
-}
+pub struct Record(Vec<Vec<f64>>);
 
 struct PathProbe {
     grouping: Grouping,
@@ -149,7 +136,7 @@ impl Probe for PathProbe {
             let sums = sums.into_iter().flatten();
             sums.map(|sum| sum / count).collect()
         });
-        self.record.averages = averages.collect();
+        self.record = Record(averages.collect());
     }
 
     keeps_record!();
@@ -180,8 +167,10 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
     for species in 0..plan.species.len() {
         for (index, &lag) in lags.iter().enumerate() {
             let of = |record: &&Record| {
-                let averages = record.averages.get(species);
-                let known = averages.and_then(|averages| averages.get(index));
+                let known = record
+                    .0
+                    .get(species)
+                    .and_then(|averages| averages.get(index));
                 known.copied().unwrap_or(f64::NAN)
             };
             let theory = theory.as_ref().map(|theory| theory[species][index]);
@@ -196,35 +185,33 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
 }
 
 fn table(plan: &Plan, rows: &[Row]) -> Table {
-    let about = "Displacement averaged over time along whole paths up to the end of the run";
-    let mut table = Table::new(NAME, about)
-        .key("lag", "unit of time", "Lag")
-        .key("species", "1", "Number of the species, from 1")
-        .note("mass", "mass", "Mass of a particle")
-        .with_theory_error(
-            "displacement_square",
-            "length^2",
-            "Squared displacement over the lag, averaged over all its starts and over paths",
-        )
-        .note("paths", "1", "Paths in each replica");
+    let mut table = table! {
+        NAME, "Displacement averaged over time along whole paths up to the end of the run";
+        key "lag", "unit of time", "Lag";
+        key "species", "1", "Number of the species, from 1";
+        note "mass", "mass", "Mass of a particle";
+        with_theory_error "displacement_square", "length^2",
+            "Squared displacement over the lag, averaged over all its starts and over paths";
+        note "paths", "1", "Paths in each replica";
+    };
     for row in rows {
         let species = &plan.species[row.species];
-        table
-            .row()
-            .number(row.lag)
-            .count(row.species as u64 + 1)
-            .number(species.mass)
-            .estimate(row.displacement)
-            .count(species.count.min(paths(plan)) as u64);
+        let paths = species.count.min(paths(plan));
+        table.add((
+            row.lag,
+            row.species + 1,
+            species.mass,
+            row.displacement,
+            paths,
+        ));
     }
-    table.figure(Figure {
-        x: Axis::logarithmic("lag", "lag"),
-        curves: vec!["species".into()],
-        ..gas::against_time(
-            "Time-averaged displacement",
-            Axis::logarithmic("displacement_square", "δ²"),
-            "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
-             differs from the mean squared displacement since the start: diffusion ages.",
-        )
-    })
+    let figure = gas::against_time(
+        "Time-averaged displacement",
+        Axis::logarithmic("displacement_square", "δ²"),
+        "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
+         differs from the mean squared displacement since the start: diffusion ages.",
+    );
+    let x = Axis::logarithmic("lag", "lag");
+    let curves = figure.by(&["species"]);
+    table.figure(Figure { x, ..curves })
 }

@@ -10,21 +10,21 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline, Vibration};
 use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
 
-use super::data::{EnginePlan, Plan, PlanError};
+use super::data::{EnginePlan, Plan, PlanError, in_space};
 
 /// Engines of one replica draw different numbers for diffuse walls of exact dynamics.
 const ED: u64 = 1;
 
 /// A list of components as a vector; the third is zero in the plane.
 pub(super) fn vector(case: &Case, key: &str, list: &[f64]) -> Result<Vector3<f64>, PlanError> {
-    if list.len() as u64 != case.gas.dimension {
-        let allowed = format!("{}, one for each axis of the gas", case.gas.dimension);
-        return Err(PlanError::new(
-            key,
-            format!("{} components", list.len()),
-            allowed,
-        ));
-    }
+    let (count, dimension) = (list.len() as u64, case.gas.dimension);
+    let allowed = format!("{dimension}, one for each axis of the gas");
+    PlanError::unless(
+        count == dimension,
+        key,
+        format!("{count} components"),
+        allowed,
+    )?;
     Ok(Vector3::from_fn(|axis, _| {
         list.get(axis).copied().unwrap_or(0.0)
     }))
@@ -53,10 +53,9 @@ impl Plan {
                 Written::Word(FaceWord::Specular) => return Ok(Face::Wall(Wall::specular())),
                 Written::Wall(wall) => wall,
             };
-            if wall.restitution.is_some() == wall.temperature.is_some() {
-                let found = "both restitution and temperature, or neither";
-                return Err(PlanError::new(key, found, "one of the two"));
-            }
+            let one = wall.restitution.is_some() != wall.temperature.is_some();
+            let found = "both restitution and temperature, or neither";
+            PlanError::unless(one, &key, found, "one of the two")?;
             let sliding = match &wall.sliding {
                 Some(list) => vector(case, &format!("{key}.sliding"), list)?,
                 None => Vector3::zeros(),
@@ -88,18 +87,11 @@ impl Plan {
         let one = |(index, written): (usize, &Body)| {
             let key = format!("obstacle.{}", index + 1);
             let failed = |error: stosszahl_model::walls::ObstacleError| {
-                PlanError::new(
-                    key.clone(),
-                    error,
-                    "an obstacle with a surface, inside the box",
-                )
+                PlanError::new(&key, error, "an obstacle with a surface, inside the box")
             };
             let outline = outline(written).ok_or_else(|| {
-                PlanError::new(
-                    key.clone(),
-                    "none or several shapes",
-                    "one of disc, polyline and polygon",
-                )
+                let allowed = "one of disc, polyline and polygon";
+                PlanError::new(&key, "none or several shapes", allowed)
             })?;
             let law = rebound(written.restitution, written.slip, written.temperature);
             let obstacle = Obstacle::new(outline, law).map_err(failed)?;
@@ -144,27 +136,17 @@ impl Plan {
         let mut list = Vec::new();
         for (number, inflow) in case.inflow.iter().enumerate() {
             let key = |name: &str| format!("inflow.{}.{name}", number + 1);
-            let names = FACES.iter().flatten();
-            let face = names.into_iter().position(|name| **name == inflow.face);
-            let open = face
-                .filter(|face| *case.walls.at(face / 2, face % 2) == Written::Word(FaceWord::Open));
-            let Some(face) = open else {
-                return Err(PlanError::new(
-                    key("face"),
-                    &inflow.face,
-                    "an open face of the box",
-                ));
-            };
+            let face = FACES.iter().flatten().position(|name| *name == inflow.face);
+            let is_open =
+                |face: &usize| *case.walls.at(face / 2, face % 2) == Written::Word(FaceWord::Open);
+            let face = face.filter(is_open).ok_or_else(|| {
+                PlanError::new(key("face"), &inflow.face, "an open face of the box")
+            })?;
             let velocity = vector(case, &key("velocity"), &inflow.velocity)?;
             let densities = inflow.number_density.as_deref();
-            if densities.is_some_and(|list| list.len() != self.species.len()) {
-                let allowed = "one density for each species";
-                return Err(PlanError::new(
-                    key("number_density"),
-                    "another number",
-                    allowed,
-                ));
-            }
+            let each = densities.is_none_or(|list| list.len() == self.species.len());
+            let allowed = "one density for each species";
+            PlanError::unless(each, key("number_density"), "another number", allowed)?;
             let temperature = inflow.temperature.unwrap_or(self.temperature);
             // The first particle of each species in the order of the state.
             let mut first = 0;
@@ -202,59 +184,36 @@ pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
         let faces = [0, 1].map(|side| case.walls.at(axis, side));
         let periodic = faces.map(|face| *face == Written::default());
         let key = |side: usize| format!("walls.{}", names[side]);
-        if axis >= plan.dimension && !(periodic[0] && periodic[1]) {
-            let key = key(usize::from(periodic[0]));
-            return Err(PlanError::new(
-                key,
-                "a face of a third axis",
-                "none for disks",
-            ));
-        }
-        if periodic[0] != periodic[1] {
-            let key = key(usize::from(periodic[0]));
-            return Err(PlanError::new(
-                key,
-                "a face opposite a periodic one",
-                "both periodic, or neither",
-            ));
-        }
+        let odd = key(usize::from(periodic[0]));
+        let known = axis < plan.dimension || periodic == [true; 2];
+        PlanError::unless(known, &odd, "a face of a third axis", "none for disks")?;
+        let found = "a face opposite a periodic one";
+        PlanError::unless(
+            periodic[0] == periodic[1],
+            odd,
+            found,
+            "both periodic, or neither",
+        )?;
         for (side, face) in faces.iter().enumerate() {
             let Written::Wall(wall) = face else { continue };
-            let deep =
-                |one: stosszahl_case::format::Vibration| one.amplitude >= 0.5 * plan.lengths[axis];
-            if wall.vibration.is_some_and(deep) {
-                let key = format!("{}.vibration.amplitude", key(side));
-                return Err(PlanError::new(
-                    key,
-                    "half the box or more",
-                    "less than half the box",
-                ));
-            }
+            let half = 0.5 * plan.lengths[axis];
+            let flat = wall.vibration.is_none_or(|one| one.amplitude < half);
+            let key = format!("{}.vibration.amplitude", key(side));
+            PlanError::unless(flat, key, "half the box or more", "less than half the box")?;
         }
     }
-    if plan.dimension != 2 && !case.obstacle.is_empty() {
-        return Err(PlanError::new(
-            "obstacle",
-            "obstacles among spheres",
-            "obstacles among disks",
-        ));
-    }
-    if case.start.empty && case.inflow.is_empty() {
-        return Err(PlanError::new(
-            "start.empty",
-            true,
-            "an [[inflow]] beside it",
-        ));
-    }
-    match plan.dimension {
-        2 => plan.inflows::<stosszahl_model::Plane>().map(|_| ())?,
-        _ => plan.inflows::<stosszahl_model::Volume>().map(|_| ())?,
-    }
+    let flat = plan.dimension == 2 || case.obstacle.is_empty();
+    PlanError::unless(
+        flat,
+        "obstacle",
+        "obstacles among spheres",
+        "obstacles among disks",
+    )?;
+    let fed = !case.start.empty || !case.inflow.is_empty();
+    PlanError::unless(fed, "start.empty", true, "an [[inflow]] beside it")?;
+    in_space!(plan.dimension, S => plan.inflows::<S>().map(drop))?;
     plan.obstacles()?;
-    match plan.dimension {
-        2 => plan.walls::<stosszahl_model::Plane>().map(|_| ()),
-        _ => plan.walls::<stosszahl_model::Volume>().map(|_| ()),
-    }
+    in_space!(plan.dimension, S => plan.walls::<S>().map(drop))
 }
 
 /// The weights of regions.
@@ -289,12 +248,14 @@ fn outline(written: &Body) -> Option<Outline> {
             centre: disc.centre.into(),
             radius: disc.radius,
         }),
-        (None, Some(list), None) => Some(Outline::Polyline {
-            points: points(list),
-        }),
-        (None, None, Some(list)) => Some(Outline::Polygon {
-            points: points(list),
-        }),
+        (None, Some(list), None) => {
+            let points = points(list);
+            Some(Outline::Polyline { points })
+        }
+        (None, None, Some(list)) => {
+            let points = points(list);
+            Some(Outline::Polygon { points })
+        }
         _ => None,
     }
 }

@@ -204,23 +204,19 @@ impl Plan {
         0
     }
 
-    /// The species of the plan that a particle of an engine belongs to, by the number that the engine gives: sets of
-    /// simulators are numbered on, and in a gas of continuous sizes each particle has a number of its own.
-    #[inline]
-    pub fn group(&self, kind: u32) -> usize {
-        let groups = self.species.len();
-        match self.kinds_in_groups {
-            Some(kinds) => kind as usize * groups / kinds,
-            None => kind as usize % groups,
+    /// Which species of the plan a particle of an engine belongs to.
+    pub fn grouping(&self) -> Grouping {
+        Grouping {
+            groups: self.species.len(),
+            kinds: self.kinds_in_groups,
         }
     }
 
-    /// The same for all kinds of an engine.
+    /// The species of all kinds of an engine.
     pub fn groups(&self) -> Vec<u32> {
         let kinds = self.kinds_in_groups.unwrap_or(self.species.len());
-        (0..kinds)
-            .map(|kind| self.group(kind as u32) as u32)
-            .collect()
+        let group = |kind| self.grouping().group(kind as u32) as u32;
+        (0..kinds).map(group).collect()
     }
 
     /// Temperature at the start of each kind of an engine.
@@ -229,6 +225,17 @@ impl Plan {
         groups
             .map(|group| self.species[group as usize].temperature)
             .collect()
+    }
+
+    /// Radius and mass of each particle.
+    pub fn radii_and_masses(&self) -> Vec<(f64, f64)> {
+        match &self.grains.sizes {
+            GrainSizes::Equal(one) => vec![(one.radius, one.mass); self.count()],
+            GrainSizes::Each(all) => all.pairs().to_vec(),
+            GrainSizes::Species(species) => (species.kinds().iter())
+                .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count))
+                .collect(),
+        }
     }
 
     /// Whether all particles have one size, mass and law.
@@ -250,6 +257,25 @@ impl Plan {
     pub fn engine(&self, name: &str) -> Option<(usize, &EnginePlan)> {
         let mut engines = self.engines.iter().enumerate();
         engines.find(|(_, engine)| engine.name == name)
+    }
+}
+
+/// The species of particles, by the number that an engine gives them: sets of simulators are numbered on, and in a gas of
+/// continuous sizes each particle has a number of its own, in the order of sizes.
+#[derive(Clone, Copy, Debug)]
+pub struct Grouping {
+    groups: usize,
+    kinds: Option<usize>,
+}
+
+impl Grouping {
+    /// The species of a number.
+    #[inline]
+    pub fn group(self, kind: u32) -> usize {
+        match self.kinds {
+            Some(kinds) => kind as usize * self.groups / kinds,
+            None => kind as usize % self.groups,
+        }
     }
 }
 
@@ -305,4 +331,32 @@ impl PlanError {
             allowed: allowed.into(),
         }
     }
+
+    /// Refuses a key unless a condition holds.
+    ///
+    /// # Errors
+    /// The error, if it does not.
+    pub fn unless(
+        good: bool,
+        key: impl Into<String>,
+        found: impl Display,
+        allowed: impl Into<String>,
+    ) -> Result<(), Self> {
+        good.then_some(())
+            .ok_or_else(|| Self::new(key, found, allowed))
+    }
 }
+
+/// An expression in the space of a dimension: `in_space!(dimension, S => S::ball(radius))`.
+macro_rules! in_space {
+    ($dimension:expr, $space:ident => $value:expr) => {
+        if $dimension == 2 {
+            type $space = stosszahl_model::Plane;
+            $value
+        } else {
+            type $space = stosszahl_model::Volume;
+            $value
+        }
+    };
+}
+pub(crate) use in_space;

@@ -13,11 +13,11 @@ use stosszahl_model::{
 };
 
 use super::boundaries;
-use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan};
+use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan, in_space};
 use super::engines;
 use super::species::{self, Particles};
 use super::start_file;
-use super::theory::rates;
+use super::theory::{dilute_path, rates};
 use crate::words::short;
 
 impl Plan {
@@ -150,31 +150,26 @@ impl Plan {
             TimeUnit::MeanFreeTime => self.mean_free_time,
         };
         let sticks = self.case.sticking.is_some() && self.time_unit == TimeUnit::Haff;
-        if self.time > 0.0 && self.time.is_finite() && !sticks {
-            return Ok(());
-        }
+        let good = self.time > 0.0 && self.time.is_finite() && !sticks;
         let allowed = "a unit above 0: \"haff\" for a gas that cools and does not stick, \"mean-free-time\" for one that collides, \"case\"";
-        Err(PlanError::new("run.time_unit", self.time, allowed))
+        PlanError::unless(good, "run.time_unit", self.time, allowed)
     }
 
     /// Refuses starts that cannot be equilibrated.
     fn check_start(&self) -> Result<(), PlanError> {
-        let asked = self.equilibration();
-        if !(0.0..=1e9).contains(&asked) || self.longest_equilibration() < asked {
-            let allowed = "from 0 to 1e9, and at most start.longest_equilibration";
-            return Err(PlanError::new("start.equilibration", asked, allowed));
-        }
-        let closed = (0..2).all(|axis| {
-            (0..2).all(|side| *self.case.walls.at(axis, side) != Face::Word(FaceWord::Open))
-        });
-        let possible = self.kind != Kind::Homogeneous
-            && self.dimension == 2
-            && closed
-            && !self.case.start.empty;
-        if asked > 0.0 && !possible {
-            let allowed = "0, but for disks in a closed box";
-            return Err(PlanError::new("start.equilibration", asked, allowed));
-        }
+        let (asked, key) = (self.equilibration(), "start.equilibration");
+        let good = (0.0..=1e9).contains(&asked) && self.longest_equilibration() >= asked;
+        let allowed = "from 0 to 1e9, and at most start.longest_equilibration";
+        PlanError::unless(good, key, asked, allowed)?;
+        let open = Face::Word(FaceWord::Open);
+        let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
+        let closed = sides
+            .iter()
+            .all(|&(axis, side)| *self.case.walls.at(axis, side) != open);
+        let disks = self.kind != Kind::Homogeneous && self.dimension == 2;
+        let possible = disks && closed && !self.case.start.empty;
+        let allowed = "0, but for disks in a closed box";
+        PlanError::unless(asked <= 0.0 || possible, key, asked, allowed)?;
         if let Some(velocity) = &self.case.start.velocity {
             self.vector("start.velocity", velocity)?;
         }
@@ -191,18 +186,18 @@ impl Plan {
             (1, _) => PI / 18.0_f64.sqrt(),
             _ => 1.0,
         };
-        if self.kind == Kind::Homogeneous
-            || !hard
-            || self.packing_fraction <= closest * (1.0 + 1e-9)
-        {
-            return Ok(());
-        }
+        let fits = self.packing_fraction <= closest * (1.0 + 1e-9);
         let found = format!(
             "particles cover {} of the box",
             short(self.packing_fraction)
         );
         let allowed = format!("at most {closest:.4}, close packing");
-        Err(PlanError::new("box", found, allowed))
+        PlanError::unless(
+            self.kind == Kind::Homogeneous || !hard || fits,
+            "box",
+            found,
+            allowed,
+        )
     }
 }
 
@@ -238,15 +233,9 @@ fn temperature(case: &Case) -> Result<f64, PlanError> {
     };
     let mass = or_one(case, "gas.mass", case.gas.mass)?;
     let temperature = 1.0 / case.gas.dimension as f64 * mass * speed * speed;
-    if temperature.is_normal() {
-        Ok(temperature)
-    } else {
-        Err(PlanError::new(
-            "gas.rms_speed",
-            speed,
-            "a speed whose temperature is a number",
-        ))
-    }
+    let allowed = "a speed whose temperature is a number";
+    PlanError::unless(temperature.is_normal(), "gas.rms_speed", speed, allowed)?;
+    Ok(temperature)
 }
 
 /// The constant of `gas.restitution`, for estimates of gases with a law for each pair.
@@ -261,10 +250,8 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
     let Some(tangential) = case.gas.tangential_restitution else {
         return Ok(None);
     };
-    let inertia = case.gas.inertia.unwrap_or(match case.gas.dimension {
-        2 => Plane::INERTIA,
-        _ => Volume::INERTIA,
-    });
+    let inertia = in_space!(case.gas.dimension, S => S::INERTIA);
+    let inertia = case.gas.inertia.unwrap_or(inertia);
     Rough::new(tangential, inertia)
         .map(Some)
         .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
@@ -279,13 +266,9 @@ fn gravity(case: &Case) -> Result<Option<nalgebra::Vector3<f64>>, PlanError> {
 
 /// A gas without positions.
 fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
-    let volume = case.gas.volume.ok_or_else(|| {
-        PlanError::new(
-            "gas.volume",
-            "none",
-            "a volume above 0 in a gas without [box]",
-        )
-    })?;
+    let allowed = "a volume above 0 in a gas without [box]";
+    let volume = case.gas.volume;
+    let volume = volume.ok_or_else(|| PlanError::new("gas.volume", "none", allowed))?;
     let particles = species::particles(case, temperature)?;
     let (species, classes) = particles.groups(volume);
     let dimension = case.gas.dimension as i32;
@@ -318,17 +301,12 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
 
 /// A gas in a box, placed by the program.
 fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
-    if case.power_law.is_some() || case.continuous.is_some() {
-        let key = if case.power_law.is_some() {
-            "power_law"
-        } else {
-            "continuous"
-        };
-        return Err(PlanError::new(
-            key,
-            "sizes in a [box]",
-            "[[species]], or a gas without positions",
-        ));
+    for (key, given) in [
+        ("power_law", case.power_law.is_some()),
+        ("continuous", case.continuous.is_some()),
+    ] {
+        let allowed = "[[species]], or a gas without positions";
+        PlanError::unless(!given, key, "sizes in a [box]", allowed)?;
     }
     if case.species.is_empty() {
         or_one(case, "gas.diameter", case.gas.diameter)?;
@@ -346,16 +324,21 @@ fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
     particles = particles.scaled(scale.length, scale.mass, scale.energy);
     let dimension = case.gas.dimension as usize;
     let equal = particles.kinds.len() == 1;
+    let balls = |particles: &Particles| {
+        let ball = |radius| in_space!(dimension, S => S::ball(radius));
+        particles.covered(|count, radius| count * ball(radius))
+    };
     let covered = match (kind, dimension) {
         (Kind::Comparison, 2) if equal => particles.count() as f64 * FRAC_PI_4,
         (Kind::Comparison, 2) => particles.covered(|count, radius| count * PI * radius * radius),
-        (_, 2) => particles.covered(|count, radius| count * Plane::ball(radius)),
-        _ => particles.covered(|count, radius| count * Volume::ball(radius)),
+        _ => balls(&particles),
     };
     let (lengths, given) = sides(case, covered, scale.length)?;
     let volume = lengths[..dimension].iter().product();
     if let Some(path) = case.gas.mean_free_path {
-        let found = dilute_path(&particles, volume, dimension);
+        let kinds = particles.kinds.iter();
+        let sizes = kinds.map(|kind| (kind.count as f64, kind.radius, kind.mass));
+        let found = dilute_path(&sizes.collect::<Vec<_>>(), volume, dimension);
         // Cross sections grow with the power D - 1 of the diameter.
         let factor = (found / (path / scale.length)).powf(1.0 / (dimension as f64 - 1.0));
         for kind in &mut particles.kinds {
@@ -364,10 +347,7 @@ fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
     }
     let packing = match given {
         Some(packing) if case.gas.mean_free_path.is_none() => packing,
-        _ if dimension == 2 => {
-            particles.covered(|count, radius| count * Plane::ball(radius)) / volume
-        }
-        _ => particles.covered(|count, radius| count * Volume::ball(radius)) / volume,
+        _ => balls(&particles) / volume,
     };
     let (species, classes) = particles.groups(volume);
     check_placement(case, kind, &particles, &lengths, packing)?;
@@ -403,27 +383,25 @@ fn check_placement(
 ) -> Result<(), PlanError> {
     let dimension = case.gas.dimension as usize;
     let random = case.start.placement == Placement::Disordered;
+    let disordered = || {
+        let allowed = "\"disordered\" in space and in flows";
+        PlanError::unless(random, "start.placement", "a lattice", allowed)
+    };
     if kind != Kind::Comparison {
-        return if random {
-            Ok(())
-        } else {
-            Err(refused_lattice())
-        };
+        return disordered();
     }
     let widest = particles
         .kinds
         .iter()
         .map(|kind| 2.0 * kind.radius)
         .fold(0.0, f64::max);
-    let mut sides = lengths[..dimension].iter();
-    if sides.any(|&side| side <= widest * (1.0 + 1e-9)) {
-        let found = format!("sides of {:?} diameters", &lengths[..dimension]);
-        let allowed = "sides longer than one particle is wide";
-        return Err(PlanError::new("box", found, allowed));
-    }
+    let sides = &lengths[..dimension];
+    let fits = sides.iter().all(|&side| side > widest * (1.0 + 1e-9));
+    let found = format!("sides of {sides:?} diameters");
+    PlanError::unless(fits, "box", found, "sides longer than one particle is wide")?;
     let dense = packing > SEQUENTIAL_LIMIT;
     match (dimension, particles.kinds.len()) {
-        (3, _) if !random => Err(refused_lattice()),
+        (3, _) => disordered(),
         (2, 1) if dense || !random => {
             let arrangement = match case.start.placement {
                 Placement::Square => Arrangement::Square,
@@ -447,11 +425,6 @@ fn check_placement(
     }
 }
 
-fn refused_lattice() -> PlanError {
-    let allowed = "\"disordered\" in space and in flows";
-    PlanError::new("start.placement", "a lattice", allowed)
-}
-
 /// Radius, mass and species of each particle.
 fn each(particles: &Particles) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::Invalid| {
@@ -462,14 +435,13 @@ fn each(particles: &Particles) -> Result<Polydisperse, PlanError> {
         )
     };
     let kinds = particles.kinds.iter();
-    let list = kinds
-        .clone()
-        .flat_map(|one| std::iter::repeat_n((one.radius, one.mass), one.count));
-    let numbers = kinds
+    let all = kinds
         .enumerate()
-        .flat_map(|(k, one)| std::iter::repeat_n(k as u32, one.count));
-    let sizes = Polydisperse::new(list.collect()).map_err(refused)?;
-    sizes.of_kinds(numbers.collect()).map_err(refused)
+        .flat_map(|(k, one)| std::iter::repeat_n(((one.radius, one.mass), k as u32), one.count));
+    let (list, numbers) = all.unzip();
+    Polydisperse::new(list)
+        .and_then(|sizes| sizes.of_kinds(numbers))
+        .map_err(refused)
 }
 
 /// Sides of the box in engine units, and the packing fraction if that is what the case gives.
@@ -480,19 +452,14 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
     let packing = written.and_then(|domain| domain.packing_fraction);
     let mut lengths = [0.0; 3];
     match (size, packing) {
-        (Some(size), None) if size.len() == dimension => {
+        (Some(size), None) => {
+            let allowed = format!("{dimension} sides, as gas.dimension says");
+            let found = format!("{} sides", size.len());
+            PlanError::unless(size.len() == dimension, "box.size", found, allowed)?;
             for (length, side) in lengths.iter_mut().zip(size) {
                 *length = side / unit;
             }
             Ok((lengths, None))
-        }
-        (Some(size), None) => {
-            let allowed = format!("{dimension} sides, as gas.dimension says");
-            Err(PlanError::new(
-                "box.size",
-                format!("{} sides", size.len()),
-                allowed,
-            ))
         }
         (None, Some(packing)) => {
             let aspect = written.map_or(1.0, |domain| domain.aspect_ratio);
@@ -506,36 +473,13 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
             }
             Ok((lengths, Some(packing)))
         }
-        (found, _) => Err(PlanError::new(
-            "box",
-            if found.is_some() {
-                "both size and packing_fraction"
-            } else {
-                "neither size nor packing_fraction"
-            },
-            "one of the two",
-        )),
+        (found, _) => {
+            let words = [
+                "neither size nor packing_fraction",
+                "both size and packing_fraction",
+            ];
+            let found = words[usize::from(found.is_some())];
+            Err(PlanError::new("box", found, "one of the two"))
+        }
     }
-}
-
-/// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one
-/// temperature (Kawasaki 1985, A.1; Bird 1976).
-fn dilute_path(particles: &Particles, volume: f64, dimension: usize) -> f64 {
-    let kinds = &particles.kinds;
-    let total: f64 = kinds.iter().map(|kind| kind.count as f64).sum();
-    let paths = kinds.iter().map(|one| {
-        let rate: f64 = kinds
-            .iter()
-            .map(|other| {
-                let distance = one.radius + other.radius;
-                let section = match dimension {
-                    2 => Plane::cross_section(distance),
-                    _ => Volume::cross_section(distance),
-                };
-                other.count as f64 / volume * section * (1.0 + one.mass / other.mass).sqrt()
-            })
-            .sum();
-        one.count as f64 / total / rate
-    });
-    paths.sum()
 }

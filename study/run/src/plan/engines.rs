@@ -1,36 +1,38 @@
 //! The engines of a case, with every numerical choice made.
 
-use stosszahl_case::Kind;
 use stosszahl_case::format::{
     Copies as WrittenCopies, Displacement as WrittenDisplacement, Face, FaceWord, Inelastic,
     MonteCarlo, Neighbourhood as WrittenNeighbourhood, WallsActOn,
 };
+use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
-use stosszahl_model::{Plane, Space, Volume, transport};
+use stosszahl_model::{Space, transport};
 
 use super::boundaries;
-use super::data::{EngineKind, EnginePlan, Plan, PlanError};
+use super::data::{EngineKind, EnginePlan, Plan, PlanError, in_space};
 
 /// All engines, in their order.
 pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
     let mut list = Vec::new();
     if let Some(ed) = &written.ed {
-        let refused = |found: &str, allowed| Err(PlanError::new("engine.ed", found, allowed));
-        if plan.kind == Kind::Homogeneous {
-            return refused("exact dynamics without a box", "a [box] beside it");
-        }
-        if plan.dimension != 2 {
-            return refused("exact dynamics of spheres", "disks: gas.dimension = 2");
-        }
-        let open =
-            |axis| *plan.case.walls.at(axis, 0) == open() || *plan.case.walls.at(axis, 1) == open();
-        if open(0) || open(1) {
-            return refused(
-                "exact dynamics in an open box",
-                "closed faces: it keeps its disks",
-            );
-        }
+        let refuse =
+            |good, found: &str, allowed| PlanError::unless(good, "engine.ed", found, allowed);
+        let boxed = plan.kind != Kind::Homogeneous;
+        refuse(boxed, "exact dynamics without a box", "a [box] beside it")?;
+        let disks = plan.dimension == 2;
+        refuse(
+            disks,
+            "exact dynamics of spheres",
+            "disks: gas.dimension = 2",
+        )?;
+        let open = Face::Word(FaceWord::Open);
+        let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
+        let closed = sides
+            .iter()
+            .all(|&(axis, side)| *plan.case.walls.at(axis, side) != open);
+        let allowed = "closed faces: it keeps its disks";
+        refuse(closed, "exact dynamics in an open box", allowed)?;
         list.push(EnginePlan {
             name: "ed",
             kind: EngineKind::EventDriven {
@@ -41,79 +43,70 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
             weights: Weights::uniform(),
         });
     }
-    let schemes = [
-        ("dsmc-boltzmann", written.boltzmann, Scheme::Boltzmann),
-        ("dsmc-free-volume", written.free_volume, Scheme::FreeVolume),
-        (
-            "dsmc-enskog",
-            written.enskog,
-            Scheme::Enskog(Neighbourhood::Cells(2)),
-        ),
-        (
-            "dsmc-esmc",
-            written.esmc,
-            Scheme::Esmc(Neighbourhood::Cells(2)),
-        ),
-        (
-            "dsmc-stochastic-disks",
-            written.stochastic_disks,
-            Scheme::StochasticDisks { stiffness: 1.0 },
-        ),
-        (
-            "dsmc-contact-point",
-            written.contact_point,
-            Scheme::ContactPoint { radius: None },
-        ),
-    ];
-    for (name, written, scheme) in schemes {
-        let Some(written) = written else { continue };
-        if plan.kind == Kind::Homogeneous {
-            let key = format!("engine.{name}");
-            return Err(PlanError::new(
-                key,
-                "cells without a box",
-                "[engine.dsmc-homogeneous], or a [box]",
-            ));
-        }
-        list.push(match plan.dimension {
-            2 => monte_carlo::<Plane>(plan, name, &written, scheme)?,
-            _ => monte_carlo::<Volume>(plan, name, &written, scheme)?,
-        });
+    for (name, scheme) in SCHEMES {
+        let Some(written) = in_cells(&mut plan.case.clone(), name).cloned() else {
+            continue;
+        };
+        let (key, boxed) = (format!("engine.{name}"), plan.kind != Kind::Homogeneous);
+        let allowed = "[engine.dsmc-homogeneous], or a [box]";
+        PlanError::unless(boxed, key, "cells without a box", allowed)?;
+        let dimension = plan.dimension;
+        let engine = in_space!(dimension, S => monte_carlo::<S>(plan, name, &written, scheme));
+        list.push(engine?);
     }
-    match (plan.kind, written.homogeneous) {
-        (Kind::Homogeneous, selection) => list.push(EnginePlan {
+    if plan.kind == Kind::Homogeneous {
+        list.push(EnginePlan {
             name: "dsmc-homogeneous",
-            kind: EngineKind::Homogeneous(selection.unwrap_or_default().selection),
+            kind: EngineKind::Homogeneous(written.homogeneous.unwrap_or_default().selection),
             clearance: Clearance::Centre,
             weights: Weights::uniform(),
-        }),
-        (_, Some(_)) => {
-            let key = "engine.dsmc-homogeneous";
-            return Err(PlanError::new(
-                key,
-                "a gas without positions in a [box]",
-                "no [box] beside it",
-            ));
-        }
-        _ => {}
+        });
+    } else {
+        let (key, found) = (
+            "engine.dsmc-homogeneous",
+            "a gas without positions in a [box]",
+        );
+        PlanError::unless(
+            written.homogeneous.is_none(),
+            key,
+            found,
+            "no [box] beside it",
+        )?;
     }
-    if list.is_empty() {
-        return Err(PlanError::new("engine", "none", "at least one engine"));
-    }
-    if plan.case.gas.mean_free_path.is_some() && list.iter().any(|one| one.name != "dsmc-boltzmann")
-    {
-        let allowed = "dsmc-boltzmann alone beside it: diameters are scaled";
-        return Err(PlanError::new(
-            "gas.mean_free_path",
-            "other engines",
-            allowed,
-        ));
-    }
+    PlanError::unless(!list.is_empty(), "engine", "none", "at least one engine")?;
+    let alone = list.iter().all(|one| one.name == "dsmc-boltzmann");
+    let alone = plan.case.gas.mean_free_path.is_none() || alone;
+    let allowed = "dsmc-boltzmann alone beside it: diameters are scaled";
+    PlanError::unless(alone, "gas.mean_free_path", "other engines", allowed)?;
     Ok(list)
 }
 
-fn open() -> Face {
-    Face::Word(FaceWord::Open)
+/// The engines in cells, in their order, with the defaults of their schemes.
+const SCHEMES: [(&str, Scheme); 6] = [
+    ("dsmc-boltzmann", Scheme::Boltzmann),
+    ("dsmc-free-volume", Scheme::FreeVolume),
+    ("dsmc-enskog", Scheme::Enskog(Neighbourhood::Cells(2))),
+    ("dsmc-esmc", Scheme::Esmc(Neighbourhood::Cells(2))),
+    (
+        "dsmc-stochastic-disks",
+        Scheme::StochasticDisks { stiffness: 1.0 },
+    ),
+    ("dsmc-contact-point", Scheme::ContactPoint { radius: None }),
+];
+
+/// What a case says of an engine in cells.
+pub(crate) fn in_cells<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut MonteCarlo> {
+    let engines = &mut case.engine;
+    let written = match name {
+        "dsmc-boltzmann" => &mut engines.boltzmann,
+        "dsmc-free-volume" => &mut engines.free_volume,
+        "dsmc-enskog" => &mut engines.enskog,
+        "dsmc-esmc" => &mut engines.esmc,
+        "dsmc-stochastic-disks" => &mut engines.stochastic_disks,
+        "dsmc-contact-point" => &mut engines.contact_point,
+        _ => return None,
+    };
+    written.as_mut()
 }
 
 /// A Monte Carlo engine: what is written, over the defaults of its scheme.
@@ -151,22 +144,21 @@ fn monte_carlo<S: Space>(
         };
     }
     let boxed = plan.is_bounded() || !plan.case.inflow.is_empty() || written.weights.is_some();
-    if boxed && parameters.displacement != Displacement::None {
-        let found = "a displacement (the default of this scheme) beside walls, openings, obstacles or weights";
-        let allowed = "false there, for partners would be displaced through walls";
-        return Err(PlanError::new(key("displacement"), found, allowed));
-    }
-    if scheme.is_across() && (written.weights.is_some() || !plan.case.obstacle.is_empty()) {
-        let allowed = "dsmc-boltzmann, dsmc-free-volume or dsmc-enskog";
-        return Err(PlanError::new(
-            format!("engine.{name}"),
-            "obstacles or weights",
-            allowed,
-        ));
-    }
-    let steps = written
-        .steps_per_crossing
-        .or(written.steps_per_mean_free_time);
+    let free = !boxed || parameters.displacement == Displacement::None;
+    let found =
+        "a displacement (the default of this scheme) beside walls, openings, obstacles or weights";
+    let allowed = "false there, for partners would be displaced through walls";
+    PlanError::unless(free, key("displacement"), found, allowed)?;
+    let plain = written.weights.is_none() && plan.case.obstacle.is_empty();
+    let allowed = "dsmc-boltzmann, dsmc-free-volume or dsmc-enskog";
+    let known = !scheme.is_across() || plain;
+    PlanError::unless(
+        known,
+        format!("engine.{name}"),
+        "obstacles or weights",
+        allowed,
+    )?;
+    let steps = (written.steps_per_crossing).or(written.steps_per_mean_free_time);
     parameters.steps_per_crossing = steps.unwrap_or(parameters.steps_per_crossing);
     parameters.largest_contact_value =
         (written.largest_contact_value).unwrap_or(parameters.largest_contact_value);
@@ -220,43 +212,29 @@ fn refuse_unknown(
     let around = matches!(scheme, Scheme::Enskog(_) | Scheme::Esmc(_));
     let across = scheme.is_across();
     let limited = !stochastic && scheme != Scheme::Boltzmann;
-    let keys = [
+    let (crossing, free) = (written.steps_per_crossing, written.steps_per_mean_free_time);
+    let contact_value = written.largest_contact_value;
+    for (name, given, known) in [
         ("cell_size", written.cell_size.is_some(), !stochastic),
-        (
-            "steps_per_crossing",
-            written.steps_per_crossing.is_some(),
-            !across,
-        ),
-        (
-            "steps_per_mean_free_time",
-            written.steps_per_mean_free_time.is_some(),
-            across,
-        ),
+        ("steps_per_crossing", crossing.is_some(), !across),
+        ("steps_per_mean_free_time", free.is_some(), across),
         ("displacement", written.displacement.is_some(), !across),
         ("neighbourhood", written.neighbourhood.is_some(), around),
-        (
-            "largest_contact_value",
-            written.largest_contact_value.is_some(),
-            limited,
-        ),
+        ("largest_contact_value", contact_value.is_some(), limited),
         ("partner_radius", written.partner_radius.is_some(), point),
         ("copies", written.copies.is_some(), point),
         ("stiffness", written.stiffness.is_some(), stochastic),
         ("weights", written.weights.is_some(), !across),
-    ];
-    match keys.iter().find(|(_, given, known)| *given && !known) {
-        Some((name, ..)) => Err(PlanError::new(
-            key(name),
-            "a key of other schemes",
-            "nothing here",
-        )),
-        None => Ok(()),
+    ] {
+        let good = known || !given;
+        PlanError::unless(good, key(name), "a key of other schemes", "nothing here")?;
     }
+    Ok(())
 }
 
 impl Plan {
     /// Mean radius of the particles.
-    pub(super) fn mean_radius(&self) -> f64 {
+    pub fn mean_radius(&self) -> f64 {
         if let [one] = &self.species[..] {
             return one.radius;
         }
@@ -273,12 +251,12 @@ impl Plan {
             && self.dimension == 2
             && self.restitution < 1.0
             && self.case.drive.is_none()
-            && widest
-                > transport::critical_length(
-                    self.packing_fraction,
-                    self.contact_value,
-                    self.restitution,
-                )
+            && widest > self.critical_length()
+    }
+
+    /// Length of the shortest wave of shear that grows while the gas cools.
+    pub fn critical_length(&self) -> f64 {
+        transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
     }
 
     /// Side of a cell in a flow: half the mean free path of the uniform box, and at least such that a cell holds ten
@@ -295,22 +273,15 @@ impl Plan {
         if scheme == Scheme::Boltzmann {
             wanted
         } else {
-            let largest = self
-                .species
-                .iter()
-                .map(|one| one.radius)
-                .fold(0.0, f64::max);
-            wanted.max(4.0 * largest)
+            let radii = self.species.iter().map(|one| one.radius);
+            wanted.max(4.0 * radii.fold(0.0, f64::max))
         }
     }
 
     /// Sides of a Monte Carlo cell; zero beyond the dimension.
     pub fn cell(&self, parameters: &Parameters) -> [f64; 3] {
         let diameter = 2.0 * self.mean_radius();
-        let counts = match self.dimension {
-            2 => cells::<Plane>(parameters, self, diameter),
-            _ => cells::<Volume>(parameters, self, diameter),
-        };
+        let counts = in_space!(self.dimension, S => cells::<S>(parameters, self, diameter));
         [0, 1, 2].map(|axis| self.lengths[axis] / counts[axis] as f64)
     }
 
@@ -324,19 +295,13 @@ impl Plan {
     /// Radius around the point of contact within which partners are drawn.
     pub fn partner_radius(&self, parameters: &Parameters) -> f64 {
         let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
-        match self.dimension {
-            2 => parameters.partner_radius::<Plane>(packing, diameter),
-            _ => parameters.partner_radius::<Volume>(packing, diameter),
-        }
+        in_space!(self.dimension, S => parameters.partner_radius::<S>(packing, diameter))
     }
 
     /// Mean free path by the collision rate of a scheme.
     pub fn scheme_path(&self, parameters: &Parameters) -> f64 {
         let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
-        match self.dimension {
-            2 => parameters.mean_free_path::<Plane>(packing, diameter),
-            _ => parameters.mean_free_path::<Volume>(packing, diameter),
-        }
+        in_space!(self.dimension, S => parameters.mean_free_path::<S>(packing, diameter))
     }
 }
 

@@ -29,5 +29,9 @@ mod theory;
 mod times;
 
 pub use cost::{Cost, EngineCost, Kept, available_memory, available_threads};
-pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
+pub(crate) use data::in_space;
+pub use data::{
+    Class, EngineKind, EnginePlan, Grouping, Plan, PlanError, Quantity, Scale, SpeciesPlan,
+};
+pub(crate) use engines::in_cells;
 pub use times::logarithmic;

@@ -1,14 +1,14 @@
 //! What a reader should know of a case before it is run: warnings, and quantities that follow from it.
 
 use stosszahl_case::Kind;
-use stosszahl_case::format::{Face, FaceWord, Placement};
+use stosszahl_case::format::{Face, FaceWord, Placement, Velocities};
 use stosszahl_dsmc::{Copies, Parameters, Scheme};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
-use stosszahl_model::{Plane, Volume, kinetic};
+use stosszahl_model::kinetic;
 
 use crate::words::short;
 
-use super::data::{EngineKind, EnginePlan, Plan, Quantity};
+use super::data::{EngineKind, EnginePlan, Plan, Quantity, in_space};
 
 /// Below this many simulators per cell the error of a scheme within cells is larger than most of what is compared.
 const FEW: f64 = 5.0;
@@ -95,13 +95,8 @@ impl Plan {
                 self.count()
             ));
         }
-        let velocities = self
-            .file
-            .as_ref()
-            .is_some_and(|file| file.velocities.is_some());
-        if velocities
-            && self.case.start.velocities == stosszahl_case::format::Velocities::Maxwellian
-        {
+        let velocities = (self.file.as_ref()).is_some_and(|file| file.velocities.is_some());
+        if velocities && self.case.start.velocities == Velocities::Maxwellian {
             list.push(
                 "the start file has velocities, which are not used: start.velocities = \"file\" uses them".to_owned(),
             );
@@ -143,10 +138,9 @@ impl Plan {
         if let Scheme::ContactPoint { .. } = parameters.scheme {
             let diameter = 2.0 * self.mean_radius();
             let (scheme, packing) = (parameters.scheme, self.packing_fraction);
-            let wanted = match self.dimension {
-                2 => Parameters::enough_for_chaos::<Plane>(scheme, packing, diameter, 1),
-                _ => Parameters::enough_for_chaos::<Volume>(scheme, packing, diameter, 1),
-            };
+            let wanted = in_space!(self.dimension, S => {
+                Parameters::enough_for_chaos::<S>(scheme, packing, diameter, 1)
+            });
             if parameters.simulators_per_disk < wanted {
                 list.push(format!(
                     "{name}: {} simulators per particle, where {wanted} make the partners of a collision independent; with fewer \
@@ -203,82 +197,81 @@ impl Plan {
 
     /// Quantities that follow from the case, in its units.
     pub fn derived(&self) -> Vec<Quantity> {
-        let of = |name: &str, value, unit| Quantity::new(name, value, unit);
+        let mut list: Vec<Quantity> = Vec::new();
+        let mut add = |name: &str, value, unit| list.push(Quantity::new(name, value, unit));
         let (length, time) = (self.scale.length, self.scale.time());
-        let mut list = vec![
-            of("particles", self.count() as f64, "1"),
-            of("species", self.species.len() as f64, "1"),
-            of("packing_fraction", self.packing_fraction, "1"),
-        ];
+        let volume = self.volume * length.powi(self.dimension as i32);
+        add("particles", self.count() as f64, "1");
+        add("species", self.species.len() as f64, "1");
+        add("packing_fraction", self.packing_fraction, "1");
         if self.kind != Kind::Homogeneous {
             for (name, side) in ["x", "y", "z"].iter().zip(&self.lengths[..self.dimension]) {
-                list.push(of(&format!("box_size_{name}"), side * length, "length"));
+                add(&format!("box_size_{name}"), side * length, "length");
             }
         }
-        let volume = self.volume * length.powi(self.dimension as i32);
-        list.push(of("volume", volume, "length^D"));
-        list.push(of(
-            "number_density",
-            self.count() as f64 / volume,
-            "length^-D",
-        ));
-        list.push(of("restitution", self.restitution, "1"));
-        list.push(of("contact_value", self.contact_value, "1"));
-        list.push(of(
-            "mean_diameter",
-            2.0 * self.mean_radius() * length,
-            "length",
-        ));
+        add("volume", volume, "length^D");
+        add("number_density", self.count() as f64 / volume, "length^-D");
+        add("restitution", self.restitution, "1");
+        add("contact_value", self.contact_value, "1");
+        add("mean_diameter", 2.0 * self.mean_radius() * length, "length");
         let path = match self.kind {
             Kind::Flow => self.dilute_mean_free_path(),
             _ => self.mean_free_path(),
         };
         if self.species.len() == 1 || self.kind == Kind::Flow {
-            list.push(of("mean_free_path", path * length, "length"));
+            add("mean_free_path", path * length, "length");
         }
-        list.push(of("mean_free_time", self.mean_free_time * time, "time"));
-        list.push(of("haff_time", self.haff_time * time, "time"));
-        list.push(of("unit_of_time", self.time_in_case(), "time"));
+        add("mean_free_time", self.mean_free_time * time, "time");
+        add("haff_time", self.haff_time * time, "time");
+        add("unit_of_time", self.time_in_case(), "time");
         let collisions = self.expected_collisions(self.case.run.until);
-        list.push(of("expected_collisions_per_particle", collisions, "1"));
+        add("expected_collisions_per_particle", collisions, "1");
         if self.kind == Kind::Comparison && self.dimension == 2 {
             let structure = kinetic::structure_factor_at_zero(self.packing_fraction);
-            list.push(of("structure_factor_at_zero_elastic", structure, "1"));
+            add("structure_factor_at_zero_elastic", structure, "1");
         }
         if self.has_theory() {
-            list.push(of("fourth_cumulant_theory", self.fourth_cumulant(), "1"));
+            add("fourth_cumulant_theory", self.fourth_cumulant(), "1");
         }
         if let Some(drive) = self.case.drive {
             let kicks = (self.case.run.until / drive.interval).ceil() - 1.0;
-            list.push(of("kicks", kicks, "1"));
+            add("kicks", kicks, "1");
             if let Some(temperature) = self.steady_temperature() {
-                list.push(of("steady_temperature_over_start", temperature, "1"));
+                add("steady_temperature_over_start", temperature, "1");
             }
             if let Some(relaxation) = self.relaxation_time(self.fourth_cumulant()) {
-                list.push(of("relaxation_time", relaxation, "unit of time"));
+                add("relaxation_time", relaxation, "unit of time");
             }
         }
         for engine in &self.engines {
             let Some(parameters) = engine.parameters() else {
                 continue;
             };
-            let name = engine.name.replace('-', "_");
+            let mut own = |what: &str, value, unit| {
+                let name = engine.name.replace('-', "_");
+                add(&format!("{name}_{what}"), value, unit);
+            };
             let side = self.cell(parameters)[0];
-            list.push(of(&format!("{name}_cell_size"), side * length, "length"));
-            list.push(of(
-                &format!("{name}_cell_size_over_mean_free_path"),
-                side / path,
+            own("cell_size", side * length, "length");
+            own("cell_size_over_mean_free_path", side / path, "1");
+            own(
+                "simulators_per_cell",
+                self.simulators_per_cell(parameters),
                 "1",
-            ));
-            let simulators = self.simulators_per_cell(parameters);
-            list.push(of(&format!("{name}_simulators_per_cell"), simulators, "1"));
-            let copies = f64::from(parameters.simulators_per_disk);
-            list.push(of(&format!("{name}_simulators_per_particle"), copies, "1"));
+            );
+            own(
+                "simulators_per_particle",
+                f64::from(parameters.simulators_per_disk),
+                "1",
+            );
             if let Scheme::ContactPoint { .. } = parameters.scheme {
-                let radius = self.partner_radius(parameters) * length;
-                list.push(of(&format!("{name}_partner_radius"), radius, "length"));
                 let coherent = f64::from(u8::from(parameters.copies == Copies::Coherent));
-                list.push(of(&format!("{name}_coherent_copies"), coherent, "1"));
+                own(
+                    "partner_radius",
+                    self.partner_radius(parameters) * length,
+                    "length",
+                );
+                own("coherent_copies", coherent, "1");
             }
         }
         list

@@ -52,10 +52,9 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
             })
             .take_while(|kind| kind.count > 0)
             .collect();
-        if kinds.len() as u64 > MOST_MASSES {
-            let allowed = format!("a largest mass of at most {MOST_MASSES}");
-            return Err(PlanError::new("power_law.largest_mass", most, allowed));
-        }
+        let few = kinds.len() as u64 <= MOST_MASSES;
+        let allowed = format!("a largest mass of at most {MOST_MASSES}");
+        PlanError::unless(few, "power_law.largest_mass", most, allowed)?;
         Particles {
             temperatures: vec![temperature; kinds.len()],
             kinds,
@@ -63,9 +62,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
         }
     } else if let Some(continuous) = &case.continuous {
         let count = continuous.number as usize;
-        if count > MOST {
-            return Err(too_many("continuous.number", count));
-        }
+        not_too_many("continuous.number", count)?;
         let mut stream = Streams::new(case.seed, 0).at(Purpose::Placement, [0, 0]);
         let mut diameters: Vec<f64> = (0..count)
             .map(|_| diameter(continuous, &mut stream))
@@ -95,18 +92,15 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
         }
     };
     let total = (found.kinds.iter()).fold(0_usize, |sum, kind| sum.saturating_add(kind.count));
-    if total == 0 {
-        let allowed = "at least one particle: gas.number, [[species]], [power_law] or [continuous]";
-        return Err(PlanError::new("gas.number", "no particles", allowed));
-    }
-    if total > MOST {
-        return Err(too_many("gas.number", total));
-    }
+    let allowed = "at least one particle: gas.number, [[species]], [power_law] or [continuous]";
+    PlanError::unless(total > 0, "gas.number", "no particles", allowed)?;
+    not_too_many("gas.number", total)?;
     Ok(found)
 }
 
-fn too_many(key: &str, count: usize) -> PlanError {
-    PlanError::new(key, format!("{count} particles"), format!("at most {MOST}"))
+fn not_too_many(key: &str, count: usize) -> Result<(), PlanError> {
+    let allowed = format!("at most {MOST}");
+    PlanError::unless(count <= MOST, key, format!("{count} particles"), allowed)
 }
 
 /// The species of `[[species]]`.
@@ -116,27 +110,26 @@ fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
     for (index, (one, count)) in case.species.iter().zip(counts).enumerate() {
         let key = |name: &str| format!("species.{}.{name}", index + 1);
         let warm = one.temperature.unwrap_or(temperature);
-        if warm != temperature && case.kind() != Kind::Homogeneous {
-            let allowed = "that of the gas: engines in a box start at one temperature";
-            return Err(PlanError::new(key("temperature"), warm, allowed));
-        }
-        if one.tracer && (case.kind() != Kind::Homogeneous || found.tracer.is_some()) {
-            let allowed = "false, but for one species of a gas without positions";
-            return Err(PlanError::new(key("tracer"), true, allowed));
-        }
+        let homogeneous = case.kind() == Kind::Homogeneous;
+        let allowed = "that of the gas: engines in a box start at one temperature";
+        let good = warm == temperature || homogeneous;
+        PlanError::unless(good, key("temperature"), warm, allowed)?;
+        let allowed = "false, but for one species of a gas without positions";
+        let good = !one.tracer || homogeneous && found.tracer.is_none();
+        PlanError::unless(good, key("tracer"), true, allowed)?;
         if one.tracer {
             found.tracer = Some(index);
         }
         let name = one.name.clone().filter(|name| !name.is_empty());
-        let doubled =
-            name.is_some() && (found.names.contains(&name) || name.as_deref() == Some("all"));
-        if doubled {
-            let (shown, allowed) = (
-                name.unwrap_or_default(),
-                "a name of its own, other than \"all\"",
-            );
-            return Err(PlanError::new(key("name"), shown, allowed));
-        }
+        let known = |name: &String| name == "all" || found.names.contains(&Some(name.clone()));
+        let shown = name.clone().unwrap_or_default();
+        let allowed = "a name of its own, other than \"all\"";
+        PlanError::unless(
+            !name.as_ref().is_some_and(known),
+            key("name"),
+            shown,
+            allowed,
+        )?;
         found.names.push(name);
         found.temperatures.push(warm);
         found.kinds.push(Like {
@@ -145,10 +138,9 @@ fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
             count,
         });
     }
-    if found.tracer.is_some() && found.kinds.len() == 1 {
-        let allowed = "a species beside it, which it meets";
-        return Err(PlanError::new("species.1.tracer", true, allowed));
-    }
+    let meets = found.tracer.is_none() || found.kinds.len() > 1;
+    let allowed = "a species beside it, which it meets";
+    PlanError::unless(meets, "species.1.tracer", true, allowed)?;
     Ok(found)
 }
 
@@ -157,22 +149,13 @@ fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
 fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     let shared = case.species.iter().all(|one| one.share.is_some());
     if shared {
-        let all = case.gas.number.ok_or_else(|| {
-            PlanError::new(
-                "gas.number",
-                "shares of no number",
-                "the number of all particles",
-            )
-        })? as usize;
+        let allowed = "the number of all particles";
+        let lacking = || PlanError::new("gas.number", "shares of no number", allowed);
+        let all = case.gas.number.ok_or_else(lacking)? as usize;
         let total: f64 = case.species.iter().filter_map(|one| one.share).sum();
         // Shares are written with a few digits.
-        if (total - 1.0).abs() >= 1e-6 {
-            return Err(PlanError::new(
-                "species",
-                format!("shares of {total}"),
-                "shares that sum to 1",
-            ));
-        }
+        let (found, whole) = (format!("shares of {total}"), (total - 1.0).abs() < 1e-6);
+        PlanError::unless(whole, "species", found, "shares that sum to 1")?;
         let share = |one: &Written| one.share.unwrap_or(0.0) / total;
         let mut counts: Vec<usize> = (case.species.iter())
             .map(|one| (share(one) * all as f64).round() as usize)
@@ -184,20 +167,16 @@ fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
             counts[largest] = all.saturating_sub(others);
         }
         if let Some(empty) = counts.iter().position(|&count| count == 0) {
-            let key = format!("species.{}.share", empty + 1);
-            return Err(PlanError::new(
-                key,
+            let (key, found) = (
+                format!("species.{}.share", empty + 1),
                 "a species without particles",
-                "a share that gives one",
-            ));
+            );
+            return Err(PlanError::new(key, found, "a share that gives one"));
         }
         return Ok(counts);
     }
-    let one = |(index, one): (usize, &Written)| match (
-        one.number,
-        one.number_density,
-        case.gas.volume,
-    ) {
+    let volume = case.gas.volume;
+    let one = |(index, one): (usize, &Written)| match (one.number, one.number_density, volume) {
         (Some(number), None, _) if one.share.is_none() => Ok(number as usize),
         (None, Some(density), Some(volume)) if one.share.is_none() && !one.tracer => {
             Ok((density * volume).round() as usize)
@@ -244,8 +223,10 @@ impl Particles {
     /// Species and classes of a gas of this volume.
     pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<Class>) {
         let count = self.kinds.len();
-        let in_parts = |parts: usize| -> Vec<usize> {
-            (0..count).map(|index| index * parts / count).collect()
+        let in_parts = |parts: usize| {
+            (0..count)
+                .map(|index| index * parts / count)
+                .collect::<Vec<_>>()
         };
         let (groups, classes) = if let Some(number) = self.groups {
             let split = (count / number).clamp(1, CLASSES);
@@ -338,18 +319,14 @@ impl Particles {
 /// The normal law of a case with this many species; `thermal` is the unit of speed that viscoelastic strengths are in.
 pub(super) fn law(case: &Case, species: usize, thermal: f64) -> Result<Law, PlanError> {
     let one = |key: &str, written: Restitution| -> Result<Law, PlanError> {
-        match written {
-            Restitution::Constant(coefficient) => Constant::new(coefficient)
-                .map(Law::from)
-                .map_err(|error| PlanError::new(key, error.found, error.allowed)),
+        let law = match written {
+            Restitution::Constant(coefficient) => Constant::new(coefficient).map(Law::from),
             // v* = strength (g/thermal)^(1/10)
             Restitution::Viscoelastic(law) => {
-                let strength = law.viscoelastic / thermal.powf(0.1);
-                Viscoelastic::new(strength)
-                    .map(Law::from)
-                    .map_err(|error| PlanError::new(key, error.found, error.allowed))
+                Viscoelastic::new(law.viscoelastic / thermal.powf(0.1)).map(Law::from)
             }
-        }
+        };
+        law.map_err(|error| PlanError::new(key, error.found, error.allowed))
     };
     let general = one("gas.restitution", case.gas.restitution)?;
     if case.pair.is_empty() {
@@ -358,25 +335,21 @@ pub(super) fn law(case: &Case, species: usize, thermal: f64) -> Result<Law, Plan
     let places = species
         .checked_mul(species)
         .filter(|&places| places <= 1 << 24);
-    let Some(places) = places.filter(|_| !case.species.is_empty()) else {
-        return Err(PlanError::new(
-            "pair",
-            "pairs",
-            "species in [[species]], at most 4096",
-        ));
-    };
+    let places = places
+        .filter(|_| !case.species.is_empty())
+        .ok_or_else(|| PlanError::new("pair", "pairs", "species in [[species]], at most 4096"))?;
     let mut laws = vec![general; places];
     let mut known = Vec::new();
     for (index, pair) in case.pair.iter().enumerate() {
         let [a, b] = pair.species;
         let named = [a.min(b), a.max(b)];
-        if named[0] == 0 || named[1] > species as u64 || known.contains(&named) {
-            return Err(PlanError::new(
-                format!("pair.{}.species", index + 1),
-                format!("{a} and {b}"),
-                format!("two of the {species} species, counted from 1; each pair once"),
-            ));
-        }
+        let good = named[0] > 0 && named[1] <= species as u64 && !known.contains(&named);
+        let (key, found) = (
+            format!("pair.{}.species", index + 1),
+            format!("{a} and {b}"),
+        );
+        let allowed = format!("two of the {species} species, counted from 1; each pair once");
+        PlanError::unless(good, key, found, allowed)?;
         known.push(named);
         let [first, second] = named.map(|number| number as usize - 1);
         laws[first * species + second] =

@@ -3,9 +3,9 @@
 use stosszahl_analysis::theory::{Component, Contact, Mixture, TheoryError};
 use stosszahl_case::Kind;
 use stosszahl_case::format::{ContactValues, TimeUnit};
-use stosszahl_model::{Drive, Law, Plane, Space as _, Volume, kinetic};
+use stosszahl_model::{Drive, Law, Space as _, Volume, kinetic};
 
-use super::data::{Class, Plan, PlanError};
+use super::data::{Class, Plan, PlanError, in_space};
 
 /// Most kicks or scalings of a run.
 const MOST_KICKS: f64 = 1e9;
@@ -29,6 +29,24 @@ pub(super) fn rates(
     }
     let over = |a: f64, b: f64| if b > 0.0 { a / b } else { f64::INFINITY };
     [over(2.0 * energy, loss), over(particles, hits)]
+}
+
+/// Cross section of particles whose radii add up to a distance \[length^(D-1)\].
+fn cross_section(dimension: usize, distance: f64) -> f64 {
+    in_space!(dimension, S => S::cross_section(distance))
+}
+
+/// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one temperature
+/// (Kawasaki 1985, A.1; Bird 1976), by count, radius and mass of like particles.
+pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usize) -> f64 {
+    let total: f64 = sizes.iter().map(|one| one.0).sum();
+    let path = |&(number, own, own_mass): &(f64, f64, f64)| {
+        let rates = sizes.iter().map(|&(count, radius, mass)| {
+            count / volume * cross_section(dimension, own + radius) * (1.0 + own_mass / mass).sqrt()
+        });
+        number / total / rates.sum::<f64>()
+    };
+    sizes.iter().map(path).sum()
 }
 
 impl Plan {
@@ -104,29 +122,11 @@ impl Plan {
             }
     }
 
-    /// Cross section of two classes \[length^(D-1)\].
-    fn cross_section(&self, one: &Class, other: &Class) -> f64 {
-        let distance = 0.5 * one.diameter + 0.5 * other.diameter;
-        match self.dimension {
-            2 => Plane::cross_section(distance),
-            _ => Volume::cross_section(distance),
-        }
-    }
-
-    /// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one
-    /// temperature (Kawasaki 1985, A.1; Bird 1976).
+    /// The mean free path of the dilute mixture at one temperature.
     pub fn dilute_mean_free_path(&self) -> f64 {
-        let total: f64 = self.classes.iter().map(|class| class.count as f64).sum();
-        let paths = self.classes.iter().map(|one| {
-            let rate: f64 = (self.classes.iter())
-                .map(|other| {
-                    let density = other.count as f64 / self.volume;
-                    density * self.cross_section(one, other) * (1.0 + one.mass / other.mass).sqrt()
-                })
-                .sum();
-            one.count as f64 / total / rate
-        });
-        paths.sum()
+        let sizes = self.classes.iter();
+        let sizes = sizes.map(|class| (class.count as f64, 0.5 * class.diameter, class.mass));
+        dilute_path(&sizes.collect::<Vec<_>>(), self.volume, self.dimension)
     }
 
     /// Collisions per particle and time in the uniform dilute box.
@@ -140,7 +140,8 @@ impl Plan {
             let with = self.classes.iter().map(|other| {
                 let density = other.count as f64 / self.volume;
                 let over = self.temperature * (1.0 / one.mass + 1.0 / other.mass);
-                density * self.cross_section(one, other) * (mean_speed * over).sqrt()
+                let distance = 0.5 * one.diameter + 0.5 * other.diameter;
+                density * cross_section(self.dimension, distance) * (mean_speed * over).sqrt()
             });
             one.count as f64 / total * with.sum::<f64>()
         });
@@ -234,42 +235,27 @@ impl Plan {
     pub(super) fn check_drive(&self) -> Result<(), PlanError> {
         let until = self.case.run.until;
         let often = |key: &str, interval: f64| {
-            if interval > 0.0 && interval < until && until / interval <= MOST_KICKS {
-                return Ok(());
-            }
+            let good = interval > 0.0 && interval < until && until / interval <= MOST_KICKS;
             let allowed = format!(
                 "above 0, below run.until = {until}, and at least a {MOST_KICKS:e}th of it"
             );
-            Err(PlanError::new(key, interval, allowed))
+            PlanError::unless(good, key, interval, allowed)
         };
         if let Some(drive) = self.case.drive {
-            if self.kind != Kind::Comparison {
-                return Err(PlanError::new(
-                    "drive",
-                    "kicks",
-                    "a smooth gas in a periodic box",
-                ));
-            }
+            let free = self.kind == Kind::Comparison;
+            PlanError::unless(free, "drive", "kicks", "a smooth gas in a periodic box")?;
             often("drive.interval", drive.interval)?;
             self.drive()?;
         }
+        let homogeneous = self.kind == Kind::Homogeneous;
         if let Some(thermostat) = self.case.thermostat {
-            if self.kind != Kind::Homogeneous {
-                return Err(PlanError::new(
-                    "thermostat",
-                    "a thermostat",
-                    "a gas without [box]",
-                ));
-            }
+            let allowed = "a gas without [box]";
+            PlanError::unless(homogeneous, "thermostat", "a thermostat", allowed)?;
             often("thermostat.interval", thermostat.interval)?;
         }
-        if self.case.sticking.is_some()
-            && (self.kind != Kind::Homogeneous || self.classes.len() != 1)
-        {
-            let allowed = "one species in a gas without [box]";
-            return Err(PlanError::new("sticking", "particles that stick", allowed));
-        }
-        Ok(())
+        let good = self.case.sticking.is_none() || homogeneous && self.classes.len() == 1;
+        let allowed = "one species in a gas without [box]";
+        PlanError::unless(good, "sticking", "particles that stick", allowed)
     }
 
     /// Heating in temperatures of the start for each Haff time.
@@ -277,10 +263,8 @@ impl Plan {
         let drive = self.case.drive?;
         match self.time_unit {
             TimeUnit::Haff => Some(drive.heating),
-            _ => self
-                .haff_time
-                .is_finite()
-                .then(|| drive.heating * self.haff_time / self.time),
+            _ if self.haff_time.is_infinite() => None,
+            _ => Some(drive.heating * self.haff_time / self.time),
         }
     }
 

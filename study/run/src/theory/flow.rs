@@ -5,9 +5,9 @@ use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
 use stosszahl_analysis::theory::{Column, Layer, TheoryError};
 use stosszahl_case::format::{Face, FaceWord, Wall, WallsActOn};
 use stosszahl_dsmc::Scheme;
-use stosszahl_model::{Plane, Space, Volume};
+use stosszahl_model::Space as _;
 
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{EngineKind, EnginePlan, Plan, SpeciesPlan, in_space};
 
 /// Whether all contacts of particles keep their energy.
 pub fn is_elastic(plan: &Plan) -> bool {
@@ -78,18 +78,11 @@ pub fn cooling(
     };
     let dilute =
         matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme == Scheme::Boltzmann);
-    let chi = match plan.dimension {
-        _ if dilute => 1.0,
-        2 => Plane::contact_value(plan.packing_fraction),
-        _ => Volume::contact_value(plan.packing_fraction),
-    };
-    let density = kind.count as f64 / plan.volume;
-    let diameter = 2.0 * kind.radius;
-    let gas = if plan.dimension == 2 {
-        RoughGas::new::<Plane>(restitution, surface, density, diameter, kind.mass, chi)?
-    } else {
-        RoughGas::new::<Volume>(restitution, surface, density, diameter, kind.mass, chi)?
-    };
+    let (density, diameter) = (kind.count as f64 / plan.volume, 2.0 * kind.radius);
+    let gas = in_space!(plan.dimension, S => {
+        let chi = if dilute { 1.0 } else { S::contact_value(plan.packing_fraction) };
+        RoughGas::new::<S>(restitution, surface, density, diameter, kind.mass, chi)
+    })?;
     let start = Temperatures {
         translation: plan.temperature,
         rotation: spin_temperature(plan),
@@ -117,12 +110,8 @@ pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, Theory
     let points = engine.name == "dsmc-boltzmann"
         && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.walls_act_on))
         && case.engine.ed.is_none();
-    let closed = [0, 1].iter().all(|&side| {
-        !matches!(
-            case.walls.at(1, side),
-            Face::Word(FaceWord::Open | FaceWord::Periodic)
-        )
-    });
+    let open = |face: &Face| matches!(face, Face::Word(FaceWord::Open | FaceWord::Periodic));
+    let closed = [0, 1].iter().all(|&side| !open(case.walls.at(1, side)));
     let applies = points
         && closed
         && gravity.x == 0.0
@@ -143,14 +132,11 @@ pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, Theory
     let Some(freedoms) = shares.filter(|_| applies) else {
         return Ok(None);
     };
-    let layers: Vec<Layer> = plan
-        .species
-        .iter()
-        .map(|kind| Layer {
-            mass: kind.mass,
-            number: kind.count as f64,
-        })
-        .collect();
+    let layer = |kind: &SpeciesPlan| Layer {
+        mass: kind.mass,
+        number: kind.count as f64,
+    };
+    let layers: Vec<Layer> = plan.species.iter().map(layer).collect();
     let (height, strength) = (plan.lengths[1], gravity.y.abs());
     Column::settled(&layers, height, strength, plan.temperature, freedoms).map(Some)
 }
@@ -165,7 +151,7 @@ pub fn density(plan: &Plan, column: &Column, species: Option<usize>, ends: [f64;
     } else {
         [height - ends[1], height - ends[0]]
     };
-    let one = |kind: &crate::plan::SpeciesPlan| {
+    let one = |kind: &SpeciesPlan| {
         let uniform = kind.count as f64 / plan.volume;
         uniform * column.mean_density(kind.mass, from.max(0.0), to.min(height))
     };

@@ -17,48 +17,6 @@ pub fn curves(plan: &Plan) -> Result<&Curves, TheoryError> {
     solved.as_ref().map_err(|error| *error)
 }
 
-/// Which group a species of the engine belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grouping {
-    /// Each species is a group.
-    Species,
-    /// All particles are one group, as where they stick.
-    One,
-    /// Each particle is a species, in the order of sizes; groups hold equal shares of them.
-    Shares {
-        /// Number of groups.
-        groups: usize,
-        /// Number of particles.
-        particles: usize,
-    },
-}
-
-impl Grouping {
-    /// That of a plan.
-    pub fn of(plan: &Plan) -> Self {
-        if plan.case.continuous.is_some() {
-            Self::Shares {
-                groups: plan.species.len(),
-                particles: plan.count().max(1),
-            }
-        } else if plan.case.sticking.is_some() {
-            Self::One
-        } else {
-            Self::Species
-        }
-    }
-
-    /// The group of a species.
-    #[inline]
-    pub fn group(self, species: u32) -> usize {
-        match self {
-            Self::Species => species as usize,
-            Self::One => 0,
-            Self::Shares { groups, particles } => species as usize * groups / particles,
-        }
-    }
-}
-
 /// Fourth cumulants of theory, where there is one for it: equal particles of constant restitution that do not stick.
 /// First Sonine order by van Noije & Ernst, and in the form of Montanero & Santos.
 pub fn fourth_cumulants(plan: &Plan) -> Option<[f64; 2]> {
@@ -117,11 +75,11 @@ impl<'a> Theory<'a> {
     /// The cooling state that the gas starts in, if it does: cooling rates of all classes within a hundredth of each other.
     pub fn cooling_state(&self) -> Option<CoolingState> {
         let rate = |k| self.mixture.rates(k, &self.start).cooling;
-        let (least, most) = (0..self.start.len())
-            .map(rate)
-            .fold((f64::INFINITY, 0.0_f64), |(least, most), rate| {
-                (least.min(rate), most.max(rate))
-            });
+        let rates = || (0..self.start.len()).map(rate);
+        let (least, most) = (
+            rates().fold(f64::INFINITY, f64::min),
+            rates().fold(0.0, f64::max),
+        );
         let together = least > 0.0 && most < 1.01 * least;
         (self.mixture.is_constant() && together)
             .then(|| CoolingState::from_temperatures(&self.mixture, self.start.clone()))
@@ -141,10 +99,8 @@ impl<'a> Theory<'a> {
         let times: Vec<f64> = samples.iter().map(|&time| plan.engine_time(time)).collect();
         let solve = |orders| self.mixture.solve(orders, &self.start, &times);
         let asked = plan.case.verdict.sonine_orders;
-        let mut orders = asked.map_or_else(
-            || self.mixture.affordable_orders(),
-            |orders| orders.max(1) as usize,
-        );
+        let affordable = || self.mixture.affordable_orders();
+        let mut orders = asked.map_or_else(affordable, |orders| orders.max(1) as usize);
         let (found, below) = loop {
             let lower = || (orders > 1).then(|| solve(orders - 1));
             match rayon::join(|| solve(orders), lower) {
@@ -153,19 +109,13 @@ impl<'a> Theory<'a> {
                 _ => orders -= 1,
             }
         };
-        let at = found.iter().enumerate().map(|(index, moment)| {
-            let value = self.curve(moment);
-            match below.as_ref().and_then(|below| below.get(index)) {
-                Some(below) => value.against(&self.curve(below), |value, below| Predicted {
-                    value,
-                    error: Some((value - below).abs()),
-                }),
-                None => value.against(&value, |value, _| Predicted { value, error: None }),
-            }
-        });
+        let below = |index: usize| below.as_ref().and_then(|below| below.get(index));
+        let at = found.iter().enumerate();
         Ok(Curves {
             orders,
-            at: at.collect(),
+            at: at
+                .map(|(index, moment)| self.curve(moment, below(index)))
+                .collect(),
         })
     }
 
@@ -176,35 +126,41 @@ impl<'a> Theory<'a> {
     pub fn collisions(&self, until: f64) -> Result<f64, TheoryError> {
         let found = self.mixture.evolve(&self.start, &[until])?;
         let all = found.iter();
-        Ok(all.map(|moment| self.curve(moment).collisions).sum())
+        Ok(all
+            .map(|moment| self.curve(moment, None).collisions.value)
+            .sum())
     }
 
-    /// What a moment says of the groups.
-    fn curve(&self, moment: &Moment) -> Curve<f64> {
+    /// What a moment says of the groups, and how far that is from what one order less says.
+    fn curve(&self, moment: &Moment, below: Option<&Moment>) -> Curve {
         let (classes, start) = (&self.plan.classes, &self.start);
-        let mean = |values: &dyn Fn(usize) -> f64| -> f64 {
+        let predicted = |of: &dyn Fn(&Moment) -> f64| {
+            let value = of(moment);
+            let error = below.map(|below| (value - of(below)).abs());
+            Predicted { value, error }
+        };
+        let mean = |values: &[f64]| -> f64 {
             let total: f64 = classes.iter().map(|class| class.density).sum();
-            let sum: f64 = classes
-                .iter()
-                .enumerate()
-                .map(|(k, class)| class.density * values(k))
-                .sum();
-            sum / total
+            let all = classes.iter().zip(values);
+            all.map(|(class, value)| class.density * value).sum::<f64>() / total
         };
         let of_group = |group: usize| {
             let count = |k: usize| classes[k].count as f64;
             let square = |k: usize| count(k) * start[k] / classes[k].mass;
+            let over = |of: fn(&Moment) -> &[f64]| {
+                predicted(&|moment| self.over_classes(group, count, |k| of(moment)[k]))
+            };
             GroupCurve {
-                temperature: self.over_classes(group, count, |k| moment.temperatures[k]),
-                fourth_cumulant: self.over_classes(group, count, |k| moment.fourth_cumulants[k]),
-                displacement: self.over_classes(group, count, |k| moment.displacements[k]),
-                correlation: self.over_classes(group, square, |k| moment.kept[k]),
+                temperature: over(|moment| &moment.temperatures),
+                fourth_cumulant: over(|moment| &moment.fourth_cumulants),
+                displacement: over(|moment| &moment.displacements),
+                correlation: predicted(&|m| self.over_classes(group, square, |k| m.kept[k])),
             }
         };
         Curve {
-            energy_ratio: mean(&|k| moment.temperatures[k]) / mean(&|k| start[k]),
-            collisions: mean(&|k| moment.collisions[k]),
-            displacement: mean(&|k| moment.displacements[k]),
+            energy_ratio: predicted(&|moment| mean(&moment.temperatures) / mean(start)),
+            collisions: predicted(&|moment| mean(&moment.collisions)),
+            displacement: predicted(&|moment| mean(&moment.displacements)),
             groups: (0..self.plan.species.len()).map(of_group).collect(),
         }
     }
@@ -263,28 +219,28 @@ pub struct Predicted {
 
 /// Theory of one group at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GroupCurve<T = Predicted> {
+pub struct GroupCurve {
     /// Temperature \[energy\].
-    pub temperature: T,
+    pub temperature: Predicted,
     /// Fourth cumulant of the velocities.
-    pub fourth_cumulant: T,
+    pub fourth_cumulant: Predicted,
     /// Mean squared displacement \[length^2\].
-    pub displacement: T,
+    pub displacement: Predicted,
     /// `<v(0) . v(t)>/<v(0)^2>`.
-    pub correlation: T,
+    pub correlation: Predicted,
 }
 
 /// Theory at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve<T = Predicted> {
+pub struct Curve {
     /// Energy over that of the start.
-    pub energy_ratio: T,
+    pub energy_ratio: Predicted,
     /// Collisions of a particle, on average over those that collide with each other.
-    pub collisions: T,
+    pub collisions: Predicted,
     /// Mean squared displacement, on average over the same \[length^2\].
-    pub displacement: T,
+    pub displacement: Predicted,
     /// Each group.
-    pub groups: Vec<GroupCurve<T>>,
+    pub groups: Vec<GroupCurve>,
 }
 
 /// What theory says at all sample times.
@@ -294,24 +250,4 @@ pub struct Curves {
     pub orders: usize,
     /// By sample time; none for a gas that sticks.
     pub at: Vec<Curve>,
-}
-
-impl Curve<f64> {
-    /// Each value with its like in another curve.
-    fn against<T>(&self, other: &Self, with: impl Fn(f64, f64) -> T) -> Curve<T> {
-        let groups = self.groups.iter().zip(&other.groups);
-        Curve {
-            energy_ratio: with(self.energy_ratio, other.energy_ratio),
-            collisions: with(self.collisions, other.collisions),
-            displacement: with(self.displacement, other.displacement),
-            groups: groups
-                .map(|(a, b)| GroupCurve {
-                    temperature: with(a.temperature, b.temperature),
-                    fourth_cumulant: with(a.fourth_cumulant, b.fourth_cumulant),
-                    displacement: with(a.displacement, b.displacement),
-                    correlation: with(a.correlation, b.correlation),
-                })
-                .collect(),
-        }
-    }
 }

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use stosszahl_case::format::{Face, FaceWord};
-use stosszahl_results::{Verdict, VerdictKind};
+use stosszahl_results::{Estimate, Verdict};
 
 use super::Options;
-use super::verdicts::{Measured, Row};
-use crate::measures::words::{self, with_error};
+use super::verdicts::{Row, mean};
+use crate::judge::{self, in_units};
 use crate::plan::Plan;
 
 /// A channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
@@ -54,10 +54,14 @@ impl<'a> Channel<'a> {
         })
     }
 
-    /// What happens along its middle, at its walls, and in its two halves.
-    pub(super) fn verdicts(&self) -> impl Iterator<Item = Verdict> {
-        let along = [self.along(), self.walls()];
-        along.into_iter().chain(self.symmetry())
+    /// What happens along its middle, at its walls, and in its two halves; `topic` names the engine with what it is about.
+    pub(super) fn verdicts(&self, topic: impl Fn(&str) -> String) -> Vec<Verdict> {
+        let mut list = vec![
+            judge::note(topic("along the channel"), self.along()),
+            judge::note(topic("walls of the channel"), self.walls()),
+        ];
+        list.extend(self.symmetry(topic("symmetry")));
+        list
     }
 
     fn at(&self, column: usize, row: usize) -> &Row<'a> {
@@ -76,80 +80,56 @@ impl<'a> Channel<'a> {
     }
 
     /// Mean over a block of cells, weighted with the density.
-    fn mean(&self, columns: Range<usize>, rows: Range<usize>, of: &str) -> Measured {
-        let (mut number, mut sum, mut square) = (0.0, 0.0, Some(0.0_f64));
-        for column in columns {
-            for row in rows.clone() {
-                let cell = self.at(column, row);
-                let density = cell.number(DENSITY).unwrap_or(0.0);
-                let (value, error) = cell.measured(of);
-                number += density;
-                sum += density * value;
-                square = square
-                    .zip(error)
-                    .map(|(square, error)| square + (density * error).powi(2));
-            }
-        }
-        (sum / number, square.map(|square| square.sqrt() / number))
+    fn mean(&self, columns: Range<usize>, rows: Range<usize>, of: &str) -> Estimate {
+        let cells = columns.flat_map(|column| rows.clone().map(move |row| (column, row)));
+        mean(cells.map(|(column, row)| self.at(column, row)), of)
     }
 
     /// Last over first eighth, in the middle.
     fn change(&self, of: &str) -> String {
         let [first, last] = self.ends().map(|end| self.mean(end, self.middle(), of));
-        let quotient = last.0 / first.0;
-        let error = first.1.zip(last.1);
-        let error = error.map(|(a, b)| quotient.abs() * (a / first.0).hypot(b / last.0));
-        with_error(quotient, error)
+        judge::quotient(&last, &first)
     }
 
     /// What changes along the channel.
-    fn along(&self) -> Verdict {
+    fn along(&self) -> String {
         let [_, last] = self.ends();
-        let (centre, error) = self.mean(last, self.middle(), SPEED);
-        let exit = with_error(
-            centre / self.entering,
-            error.map(|error| error / self.entering.abs()),
-        );
-        Verdict {
-            topic: "along the channel".into(),
-            sentence: format!(
-                "From the first to the last eighth the velocity in the middle changes by the factor {}, the temperature by {}, the density by {}. At the exit the velocity is {exit} of that of the inflow.",
-                self.change(SPEED),
-                self.change(HEAT),
-                self.change(DENSITY),
-            ),
-            kind: VerdictKind::Note,
-        }
+        let centre = self.mean(last, self.middle(), SPEED);
+        format!(
+            "From the first to the last eighth the velocity in the middle changes by the factor {}, the temperature by {}, the \
+             density by {}. At the exit the velocity is {} of that of the inflow.",
+            self.change(SPEED),
+            self.change(HEAT),
+            self.change(DENSITY),
+            in_units(&centre, self.entering)
+        )
     }
 
     /// Slip at the walls and the layer that they slow down.
-    fn walls(&self) -> Verdict {
+    fn walls(&self) -> String {
         /// Share of the velocity in the middle at which the layer ends.
         const FREE: f64 = 0.99;
         let [_, last] = self.ends();
-        let (centre, centre_error) = self.mean(last.clone(), self.middle(), SPEED);
-        let edges =
-            [0..1, self.rows - 1..self.rows].map(|rows| self.mean(last.clone(), rows, SPEED));
-        let slip = 0.5 * (edges[0].0 + edges[1].0) / centre;
-        let error = edges[0].1.zip(edges[1].1).zip(centre_error);
-        let error = error.map(|((a, b), c)| (0.5 * a.hypot(b) / centre).hypot(slip * c / centre));
-        let slow = (0..self.rows / 2)
-            .take_while(|&row| self.mean(last.clone(), row..row + 1, SPEED).0 < FREE * centre)
-            .count();
+        let speed = |rows| self.mean(last.clone(), rows, SPEED);
+        let value = |found: &Estimate| found.value.unwrap_or(f64::NAN);
+        let centre = speed(self.middle());
+        let [low, high] = [speed(0..1), speed(self.rows - 1..self.rows)];
+        let error = low.standard_error.zip(high.standard_error);
+        let error = error.map(|(a, b)| 0.5 * a.hypot(b));
+        let edges = Estimate::of(0.5 * (value(&low) + value(&high)), error);
+        let free = FREE * value(&centre);
+        let slow = (0..self.rows / 2).take_while(|&row| value(&speed(row..row + 1)) < free);
         let height = self.plan.lengths[1] * self.plan.scale.length;
-        let layer = height * slow as f64 / self.rows as f64;
-        Verdict {
-            topic: "walls of the channel".into(),
-            sentence: format!(
-                "At the exit particles slip along the walls at {} of the velocity in the middle, and are slower than {FREE} of it up to {layer:.3} from the wall.",
-                with_error(slip, error)
-            ),
-            kind: VerdictKind::Note,
-        }
+        let layer = height * slow.count() as f64 / self.rows as f64;
+        format!(
+            "At the exit particles slip along the walls at {} of the velocity in the middle, and are slower than {FREE} of it up \
+             to {layer:.3} from the wall.",
+            judge::quotient(&edges, &centre)
+        )
     }
 
     /// How far the two halves are alike, where they must be.
-    fn symmetry(&self) -> Option<Verdict> {
+    fn symmetry(&self, topic: String) -> Option<Verdict> {
         /// Largest mean square of differences over their errors: errors from some forty blocks have ten per cent of error of
         /// their own.
         const ALIKE: f64 = 1.3;
@@ -158,41 +138,31 @@ impl<'a> Channel<'a> {
             return None;
         }
         let (mut chi_squared, mut count) = (0.0, 0.0_f64);
-        for column in 0..self.columns {
-            for row in 0..self.rows / 2 {
-                let pair = [self.at(column, row), self.at(column, self.rows - 1 - row)];
-                for of in [SPEED, HEAT, DENSITY] {
-                    let [(x, Some(x_error)), (y, Some(y_error))] =
-                        pair.map(|cell| cell.measured(of))
-                    else {
-                        continue;
-                    };
-                    let error = x_error.hypot(y_error);
-                    if error > 0.0 {
-                        chi_squared += ((x - y) / error).powi(2);
-                        count += 1.0;
-                    }
+        for (column, row) in (0..self.columns).flat_map(|x| (0..self.rows / 2).map(move |y| (x, y)))
+        {
+            let pair = [self.at(column, row), self.at(column, self.rows - 1 - row)];
+            for of in [SPEED, HEAT, DENSITY] {
+                let [a, b] = pair.map(|cell| cell.measured(of));
+                let error = a.standard_error.zip(b.standard_error);
+                let error = error.map_or(0.0, |(a, b)| a.hypot(b));
+                if let (Some(x), Some(y), true) = (a.value, b.value, error > 0.0) {
+                    chi_squared += ((x - y) / error).powi(2);
+                    count += 1.0;
                 }
             }
         }
-        let mean_square: f64 = chi_squared / count;
-        let (kind, sentence) = if count > 0.0 {
-            let kind = words::test(mean_square <= ALIKE, self.parts);
-            let found = format!(
-                "Velocity, temperature and density of mirrored cells differ by {:.3} standard errors (root mean square of {count} differences, limit {:.3}{}).",
-                mean_square.sqrt(),
-                ALIKE.sqrt(),
-                words::from_parts(self.parts)
-            );
-            (kind, found)
-        } else {
+        if count == 0.0 {
             let unknown = "Errors of the fields are unknown, so mirrored cells are not compared.";
-            (VerdictKind::Note, unknown.to_owned())
-        };
-        Some(Verdict {
-            topic: "symmetry".into(),
-            sentence,
-            kind,
-        })
+            return Some(judge::note(topic, unknown));
+        }
+        let mean_square: f64 = chi_squared / count;
+        let (kind, few) = judge::by_parts(mean_square <= ALIKE, self.parts);
+        let sentence = format!(
+            "Velocity, temperature and density of mirrored cells differ by {:.3} standard errors (root mean square of {count} \
+             differences, limit {:.3}{few}).",
+            mean_square.sqrt(),
+            ALIKE.sqrt(),
+        );
+        Some(judge::verdict(topic, sentence, kind))
     }
 }

@@ -1,66 +1,23 @@
 //! `fields.csv` and `profiles.csv`.
 
 use stosszahl_analysis::fields::{Along, Fields as Sums, Measured, Values, measure};
-use stosszahl_results::{Axis, Estimate, Figure, Mark, Table};
+use stosszahl_results::{Axis, Column, Estimate, Figure, Mark, Role, Scale, Table, table};
 
 use super::Options;
 use crate::measures::course::{self, Window};
 use crate::plan::{EnginePlan, Plan};
 use crate::theory::flow;
 
-/// A field: the name of its column, its unit, its meaning, its place in [`Values::list`].
-type Quantity = (&'static str, &'static str, &'static str, usize);
-
-const QUANTITIES: [Quantity; 7] = [
-    (
-        "number_density",
-        "1/length^D",
-        "Particles per volume (area in the plane)",
-        0,
-    ),
-    (
-        "velocity_x",
-        "sqrt(energy/mass)",
-        "Mean velocity along the first axis",
-        1,
-    ),
-    (
-        "velocity_y",
-        "sqrt(energy/mass)",
-        "Mean velocity along the second axis",
-        2,
-    ),
-    ("temperature", "energy", "Granular temperature", 4),
-    (
-        "spin_temperature",
-        "energy",
-        "Temperature of rotation; zero for smooth particles",
-        5,
-    ),
-    (
-        "pressure",
-        "energy/length^D",
-        "Pressure: n T, and what collisions carry; zero for one of several species",
-        6,
-    ),
-    (
-        "collision_rate",
-        "1/time",
-        "Collisions that a particle takes part in, per time",
-        7,
-    ),
-];
-
-/// Profiles have no collision rate.
-const OF_PROFILES: usize = 6;
+/// Places of the quantities of the tables in [`Values::list`].
+const PLACES: [usize; 7] = [0, 1, 2, 4, 5, 6, 7];
 
 /// Units of the quantities, in their order.
 fn units(plan: &Plan) -> [f64; 7] {
-    let scale = plan.scale;
+    let (scale, speed, energy) = (plan.scale, plan.scale.speed(), plan.scale.energy);
     let volume = scale.length.powi(plan.dimension as i32);
-    let (speed, energy) = (scale.speed(), scale.energy);
+    let density = 1.0 / volume;
     [
-        1.0 / volume,
+        density,
         speed,
         speed,
         energy,
@@ -70,80 +27,98 @@ fn units(plan: &Plan) -> [f64; 7] {
     ]
 }
 
-/// The keys that all rows begin with.
-fn windowed(table: Table) -> Table {
+/// A figure of each quantity of a table, from its meaning and axis.
+fn with_figures(mut table: Table, figure: impl Fn(Axis) -> Figure) -> Table {
+    let one = |column: &Column| Figure {
+        title: column.meaning.clone(),
+        ..figure(Axis {
+            column: column.name.clone(),
+            label: column.name.clone(),
+            scale: Scale::Linear,
+        })
+    };
+    let values = table
+        .columns
+        .iter()
+        .filter(|column| column.role == Role::Value);
+    table.figures = values.map(one).collect();
     table
-        .key("engine", "", "Engine")
-        .key("window_start", "time", "Start of the window")
-        .key("window_end", "time", "End of the window")
 }
 
 /// The empty table of the cells.
 pub(super) fn cells(options: &Options) -> Table {
-    let mut table = windowed(Table::new(
-        "fields",
-        "Fields in one cell and window of time",
-    ))
-    .key("x", "length", "Centre of the cell along the first axis")
-    .key("y", "length", "Centre of the cell along the second axis");
-    for (name, unit, meaning, _) in QUANTITIES {
-        table = table.estimate(name, unit, meaning);
+    let table = table! {
+        "fields", "Fields in one cell and window of time";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "x", "length", "Centre of the cell along the first axis";
+        key "y", "length", "Centre of the cell along the second axis";
+        estimate "number_density", "1/length^D", "Particles per volume (area in the plane)";
+        estimate "velocity_x", "sqrt(energy/mass)", "Mean velocity along the first axis";
+        estimate "velocity_y", "sqrt(energy/mass)", "Mean velocity along the second axis";
+        estimate "temperature", "energy", "Granular temperature";
+        estimate "spin_temperature", "energy", "Temperature of rotation; zero for smooth particles";
+        estimate "pressure", "energy/length^D", "Pressure: n T, and what collisions carry; zero for one of several species";
+        estimate "collision_rate", "1/time", "Collisions that a particle takes part in, per time";
+    };
+    if options.cells.contains(&1) {
+        return table;
     }
-    if options.cells.iter().all(|&count| count > 1) {
-        for (name, _, meaning, _) in QUANTITIES {
-            table = table.figure(Figure {
-                curves: Vec::new(),
-                panels: vec!["engine".into(), "window_start".into()],
-                mark: Mark::Map,
-                colour: Some(Axis::linear(name, name)),
-                ..Figure::curves(meaning, Axis::linear("x", "x"), Axis::linear("y", "y"))
-            });
+    with_figures(table, |colour| {
+        let axes = ["x", "y"].map(|name| Axis::linear(name, name));
+        let [x, y] = axes;
+        let figure = Figure::curves("", x, y)
+            .by(&[])
+            .panels(&["engine", "window_start"]);
+        Figure {
+            mark: Mark::Map,
+            colour: Some(colour),
+            ..figure
         }
-    }
-    table
+    })
 }
 
 /// The empty table of the profiles.
 pub(super) fn profiles(options: &Options) -> Table {
-    let mut table = windowed(Table::new("profiles", "A profile in one window of time"))
-        .key(
-            "along",
-            "",
-            "Axis of the profile: `x` or `y`; the other ones are averaged over",
-        )
-        .key("species", "", "Species, or `all`")
-        .key("at", "length", "Place along the axis");
-    for (name, unit, meaning, place) in QUANTITIES.into_iter().take(OF_PROFILES) {
-        table = table.estimate(name, unit, meaning);
-        if place == 0 {
-            table = table.theory("theory_number_density", unit);
-        }
+    let table = table! {
+        "profiles", "A profile in one window of time";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "along", "", "Axis of the profile: `x` or `y`; the other ones are averaged over";
+        key "species", "", "Species, or `all`";
+        key "at", "length", "Place along the axis";
+        estimate "number_density", "1/length^D", "Particles per volume (area in the plane)";
+        theory "theory_number_density", "1/length^D", "The same by theory; empty where there is none";
+        estimate "velocity_x", "sqrt(energy/mass)", "Mean velocity along the first axis";
+        estimate "velocity_y", "sqrt(energy/mass)", "Mean velocity along the second axis";
+        estimate "temperature", "energy", "Granular temperature";
+        estimate "spin_temperature", "energy", "Temperature of rotation; zero for smooth particles";
+        estimate "pressure", "energy/length^D", "Pressure: n T, and what collisions carry; zero for one of several species";
+    };
+    if options.cells == [1, 1] {
+        return table;
     }
-    if options.cells.iter().any(|&count| count > 1) {
-        for (name, _, meaning, _) in QUANTITIES.into_iter().take(OF_PROFILES) {
-            table = table.figure(Figure {
-                caption: "Averages over the other axis and a window of time; bars are standard errors from blocks of time.".into(),
-                curves: vec!["engine".into(), "species".into()],
-                panels: vec!["along".into(), "window_start".into()],
-                ..Figure::curves(meaning, Axis::linear("at", "place"), Axis::linear(name, name))
-            });
-        }
-    }
-    table
+    with_figures(table, |quantity| {
+        Figure::curves("", Axis::linear("at", "place"), quantity)
+            .caption("Averages over the other axis and a window of time; bars are standard errors from blocks of time.")
+            .by(&["engine", "species"])
+            .panels(&["along", "window_start"])
+    })
 }
 
-/// One quantity of a cell in the units of the case.
-fn estimate(found: &Measured, place: usize, unit: f64) -> Estimate {
-    let of = |values: &Values| values.list()[place] * unit;
-    Estimate {
-        value: Some(of(&found.values)),
-        standard_error: found
+/// The quantities of a cell in the units of the case.
+fn estimates(found: &Measured, units: [f64; 7]) -> [Estimate; 7] {
+    std::array::from_fn(|quantity| {
+        let of = |values: &Values| values.list()[PLACES[quantity]] * units[quantity];
+        let error = found
             .errors
             .as_ref()
             .map(of)
-            .filter(|error| error.is_finite()),
-        ..Estimate::default()
-    }
+            .filter(|error| error.is_finite());
+        Estimate::of(of(&found.values), error)
+    })
 }
 
 /// Adds the cells of an engine in a window.
@@ -157,21 +132,11 @@ pub(super) fn fill_cells(
     let Some(first) = sums.first() else {
         return;
     };
-    let (units, length) = (units(plan), plan.scale.length);
-    let (freedom, [start, end]) = (course::freedom(plan), window.times);
+    let (units, freedom) = (units(plan), course::freedom(plan));
     let found = measure(sums, window.blocks.clone(), None, Along::Cells, freedom);
     for (cell, found) in found.iter().enumerate() {
-        let [x, y] = first.grid().centre(cell);
-        let mut row = table
-            .row()
-            .text(engine.name)
-            .number(start)
-            .number(end)
-            .number(x * length)
-            .number(y * length);
-        for ((_, _, _, place), unit) in QUANTITIES.into_iter().zip(units) {
-            row = row.estimate(estimate(found, place, unit));
-        }
+        let place = first.grid().centre(cell).map(|x| x * plan.scale.length);
+        table.add((engine.name, window.times, place, estimates(found, units)));
     }
 }
 
@@ -186,12 +151,13 @@ pub(super) fn fill_profiles(
     let Some(first) = sums.first() else {
         return;
     };
-    let (units, freedom, [start, end]) = (units(plan), course::freedom(plan), window.times);
+    let (units, freedom) = (units(plan), course::freedom(plan));
     let column = flow::column(plan, engine).ok().flatten();
     let column = column.filter(|_| window.steady);
     let kinds = plan.species.len();
     let species = std::iter::once(None).chain((0..kinds).filter(|_| kinds > 1).map(Some));
     for species in species {
+        let name = species.map_or("all", |index| plan.species[index].name.as_str());
         for (axis, along) in [Along::X, Along::Y].into_iter().enumerate() {
             let width = first.grid().width()[axis];
             let found = measure(sums, window.blocks.clone(), species, along, freedom);
@@ -200,22 +166,12 @@ pub(super) fn fill_profiles(
                 let ends = [at - 0.5 * width, at + 0.5 * width];
                 let theory = column.as_ref().filter(|_| axis == 1);
                 let theory = theory.map(|column| flow::density(plan, column, species, ends));
-                let name = species.map_or("all", |index| plan.species[index].name.as_str());
-                let mut row = table
-                    .row()
-                    .text(engine.name)
-                    .number(start)
-                    .number(end)
-                    .text(["x", "y"][axis])
-                    .text(name)
-                    .number(at * plan.scale.length);
-                for ((_, _, _, place), unit) in QUANTITIES.into_iter().zip(units).take(OF_PROFILES)
-                {
-                    row = row.estimate(Estimate {
-                        theory: theory.filter(|_| place == 0).map(|theory| theory * unit),
-                        ..estimate(found, place, unit)
-                    });
-                }
+                let mut found = estimates(found, units).to_vec();
+                found[0].theory = theory.map(|theory| theory * units[0]);
+                // Profiles have no collision rate.
+                found.pop();
+                let at = at * plan.scale.length;
+                table.add((engine.name, window.times, ["x", "y"][axis], name, at, found));
             }
         }
     }

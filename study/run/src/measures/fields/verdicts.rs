@@ -1,20 +1,17 @@
 //! What fields and profiles say.
 
 use stosszahl_case::Kind;
-use stosszahl_results::{Cell, Table, Verdict, VerdictKind, engine_title as title};
+use stosszahl_results::{Cell, Estimate, Table, Verdict};
 
 use super::Options;
 use super::channel::Channel;
+use crate::judge::{self, in_units, title};
 use crate::measures::course::Window;
-use crate::measures::words::{self, with_error};
 use crate::plan::{EnginePlan, Plan};
 use crate::theory::flow;
 
 /// Largest relative deviation of a profile, a temperature or a drift from theory.
 const MARGIN: f64 = 0.01;
-
-/// A number and its standard error.
-pub(super) type Measured = (f64, Option<f64>);
 
 /// One row of a table.
 #[derive(Clone, Copy)]
@@ -32,9 +29,9 @@ impl Row<'_> {
     }
 
     /// A quantity and its standard error.
-    pub(super) fn measured(&self, column: &str) -> Measured {
+    pub(super) fn measured(&self, column: &str) -> Estimate {
         let error = self.number(&format!("{column}_se"));
-        (self.number(column).unwrap_or(f64::NAN), error)
+        Estimate::of(self.number(column).unwrap_or(f64::NAN), error)
     }
 
     fn says(&self, column: &str, word: &str) -> bool {
@@ -44,28 +41,27 @@ impl Row<'_> {
 }
 
 /// Rows of an engine in a window.
-fn rows<'a>(
-    table: &'a Table,
-    engine: &'a EnginePlan,
-    window: &'a Window,
-) -> impl Iterator<Item = Row<'a>> {
+fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &Window) -> Vec<Row<'a>> {
     let all = table.rows.iter().map(|cells| Row { table, cells });
-    all.filter(|row| {
+    let wanted = |row: &Row<'_>| {
         let times = ["window_start", "window_end"].map(|name| row.number(name));
         row.says("engine", engine.name) && times == window.times.map(Some)
-    })
+    };
+    all.filter(wanted).collect()
 }
 
-/// A profile of an engine in the last window.
-fn profile<'a>(
-    table: &'a Table,
-    engine: &'a EnginePlan,
-    window: &'a Window,
-    along: Option<&str>,
-) -> Vec<Row<'a>> {
-    rows(table, engine, window)
-        .filter(|row| along.is_none_or(|axis| row.says("along", axis)))
-        .collect()
+/// Mean of a quantity over rows, weighted with their density; its error is none unless all are known.
+pub(super) fn mean<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>, column: &str) -> Estimate {
+    let (mut number, mut sum, mut square) = (0.0, 0.0, Some(0.0_f64));
+    for row in rows {
+        let density = row.number("number_density").unwrap_or(0.0);
+        let found = row.measured(column);
+        number += density;
+        sum += density * found.value.unwrap_or(f64::NAN);
+        let error = square.zip(found.standard_error);
+        square = error.map(|(square, error)| square + (density * error).powi(2));
+    }
+    Estimate::of(sum / number, square.map(|square| square.sqrt() / number))
 }
 
 /// All of them, the most important first.
@@ -79,29 +75,28 @@ pub(super) fn all(
     let [cells, profiles] = tables else {
         return Vec::new();
     };
+    // How many blocks of all replicas an average of one engine runs over.
+    let parts = window.blocks.len() * plan.case.replicas as usize;
     let mut list = vec![steadiness(plan, steady, window)];
+    let profiles = |engine: &EnginePlan| rows(profiles, engine, window);
+    let first = &plan.engines[0];
     for other in plan.engines.iter().skip(1) {
-        let engines = [&plan.engines[0], other];
-        list.extend(profiles_agree(plan, profiles, engines, window));
+        let [a, b] = [first, other].map(|engine| title(engine.name));
+        let both = [first, other].map(profiles);
+        list.extend(profiles_agree(plan, [a, b], &both, parts));
     }
     for engine in &plan.engines {
-        list.extend(barometric(plan, profiles, engine, window));
-        list.extend(walls(plan, profiles, engine, window));
-        let cells: Vec<Row<'_>> = rows(cells, engine, window).collect();
         let about = |what: &str| format!("{what}, {}", title(engine.name));
-        if let Some(channel) = Channel::of(plan, options, &cells, parts(plan, window)) {
-            list.extend(channel.verdicts().map(|one| Verdict {
-                topic: about(&one.topic),
-                ..one
-            }));
+        let all = profiles(engine).into_iter();
+        let along: Vec<Row<'_>> = all.filter(|row| row.says("along", "y")).collect();
+        list.extend(barometric(plan, about("barometric profile"), &along));
+        list.extend(walls(plan, about("thermal walls"), &along));
+        let cells = rows(cells, engine, window);
+        if let Some(channel) = Channel::of(plan, options, &cells, parts) {
+            list.extend(channel.verdicts(about));
         }
     }
     list
-}
-
-/// How many blocks of all replicas an average of one engine runs over.
-fn parts(plan: &Plan, window: &Window) -> usize {
-    window.blocks.len() * plan.case.replicas as usize
 }
 
 fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
@@ -115,150 +110,104 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
     });
     let words: Vec<String> = words.collect();
     let [start, end] = window.times;
-    Verdict {
-        topic: "steady state".into(),
-        sentence: format!(
-            "{} (marginal standard error rule). Fields and profiles are averages from t = {start:.4} to {end:.4}.",
-            words.join("; ")
-        ),
-        kind: match plan.kind {
-            Kind::Flow if !window.steady => VerdictKind::Warning,
-            _ => VerdictKind::Note,
-        },
+    let sentence = format!(
+        "{} (marginal standard error rule). Fields and profiles are averages from t = {start:.4} to {end:.4}.",
+        words.join("; ")
+    );
+    match plan.kind {
+        Kind::Flow if !window.steady => judge::warning("steady state", sentence),
+        _ => judge::note("steady state", sentence),
     }
 }
 
-/// Largest difference of the density profiles of two engines.
+/// The density profiles of two engines.
 fn profiles_agree(
     plan: &Plan,
-    profiles: &Table,
-    engines: [&EnginePlan; 2],
-    window: &Window,
+    pair: [&str; 2],
+    rows: &[Vec<Row<'_>>; 2],
+    parts: usize,
 ) -> Option<Verdict> {
-    let [first, second] = engines.map(|engine| {
-        let rows = profile(profiles, engine, window, None).into_iter();
-        rows.filter(|row| row.says("species", "all"))
-            .collect::<Vec<_>>()
+    let [first, second] = [0, 1].map(|engine| {
+        let all = rows[engine].iter();
+        all.filter(|row| row.says("species", "all"))
     });
-    let topic = {
-        let [a, b] = engines.map(|engine| title(engine.name));
-        format!("density profile, {a} against {b}")
+    let place = |(a, b): (&Row<'_>, &Row<'_>)| {
+        let axis = if a.says("along", "x") { "x" } else { "y" };
+        let at = format!(
+            "{axis} = {}",
+            judge::short(a.number("at").unwrap_or(f64::NAN))
+        );
+        ([a, b].map(|row| row.measured("number_density")), at)
     };
-    let (mut worst, mut places) = (None::<(f64, &Row<'_>, f64)>, 0_u32);
-    for (a, b) in first.iter().zip(&second) {
-        let [(x, Some(x_error)), (y, Some(y_error))] =
-            [a, b].map(|row| row.measured("number_density"))
-        else {
-            continue;
-        };
-        let error = x_error.hypot(y_error);
-        if error > 0.0 {
-            places += 1;
-            let z = (x - y) / error;
-            if worst.is_none_or(|(most, _, _)| z.abs() > f64::abs(most)) {
-                worst = Some((z, a, y));
-            }
-        }
-    }
-    let Some((z, row, other)) = worst else {
-        return (first.len() > 2).then(|| Verdict {
-            topic,
-            sentence: "Errors of the profiles are unknown, so they are not compared.".into(),
-            kind: VerdictKind::Note,
-        });
-    };
-    // The largest of so many independent normal numbers, at the chance of a false alarm.
-    let limit = (2.0 * (f64::from(places) / plan.case.verdict.false_alarm).ln()).sqrt();
-    let axis = if row.says("along", "x") { "x" } else { "y" };
-    let number = |column| row.number(column).unwrap_or(f64::NAN);
-    Some(Verdict {
-        topic,
-        sentence: format!(
-            "The largest difference is at {axis} = {:.3}: {:.4} against {other:.4}, {z:+.1} standard errors among {places} places (limit {limit:.1}{}).",
-            number("at"),
-            number("number_density"),
-            words::from_parts(parts(plan, window)),
-        ),
-        kind: words::test(z.abs() <= limit, parts(plan, window)),
-    })
+    let places: Vec<_> = first.zip(second).map(place).collect();
+    let topic = format!("density profile, {} against {}", pair[0], pair[1]);
+    let found = judge::profiles(&*topic, pair, &places, parts, plan.case.verdict.false_alarm);
+    let unknown = "Errors of the profiles are unknown, so they are not compared.";
+    found.or_else(|| (places.len() > 2).then(|| judge::note(topic, unknown)))
 }
 
 /// The profile of a settled column.
-fn barometric(
-    plan: &Plan,
-    profiles: &Table,
-    engine: &EnginePlan,
-    window: &Window,
-) -> Option<Verdict> {
-    let (mut worst, mut squares, mut noise, mut count) = ((0.0_f64, 0.0), 0.0, Some(0.0), 0.0);
-    for row in profile(profiles, engine, window, Some("y")) {
-        let (found, error) = row.measured("number_density");
-        if let Some(expected) = row.number("theory_number_density") {
-            let off = found / expected - 1.0;
-            squares += off * off;
-            count += 1.0;
-            noise = noise
-                .zip(error)
-                .map(|(sum, error)| sum + (error / expected).powi(2));
-            if off.abs() > worst.0.abs() {
-                worst = (off, row.number("at").unwrap_or(f64::NAN));
-            }
-        }
-    }
-    if count == 0.0 || plan.grains.gravity.is_none() {
-        return None;
-    }
-    let typical: f64 = squares / count;
-    let (typical, noise) = (typical.sqrt(), noise.map(|sum: f64| (sum / count).sqrt()));
+fn barometric(plan: &Plan, topic: String, rows: &[Row<'_>]) -> Option<Verdict> {
+    let layer = |row: &Row<'_>| {
+        let (found, theory) = (
+            row.measured("number_density"),
+            row.number("theory_number_density")?,
+        );
+        let error = found.standard_error.map(|error| (error / theory).powi(2));
+        Some((
+            found.value? / theory - 1.0,
+            error,
+            row.number("at").unwrap_or(f64::NAN),
+        ))
+    };
+    let layers: Vec<_> = rows.iter().filter_map(layer).collect();
+    plan.grains.gravity?;
+    let count = layers.len() as f64;
+    let worst = layers
+        .iter()
+        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let typical = (layers.iter().map(|layer| layer.0 * layer.0).sum::<f64>() / count).sqrt();
+    let noise: Option<f64> = layers.iter().map(|layer| layer.1).sum();
+    let noise = noise.map(|sum| (sum / count).sqrt());
     let expected = noise.map_or_else(|| "unknown".to_owned(), |n| format!("{:.2} %", 100.0 * n));
-    Some(Verdict {
-        topic: format!("barometric profile, {}", title(engine.name)),
-        sentence: format!(
-            "The density of the layers differs from the barometric one by {:.2} % (root mean square, margin {} %, standard error of a layer {expected}; at most {:+.2} %, at height {:.3}).",
-            100.0 * typical,
-            100.0 * MARGIN,
-            100.0 * worst.0,
-            worst.1
-        ),
-        kind: words::within(typical, noise, MARGIN),
-    })
+    let sentence = format!(
+        "The density of the layers differs from the barometric one by {:.2} % (root mean square, margin {} %, standard error of a \
+         layer {expected}; at most {:+.2} %, at height {:.3}).",
+        100.0 * typical,
+        100.0 * MARGIN,
+        100.0 * worst.0,
+        worst.2
+    );
+    Some(judge::verdict(
+        topic,
+        sentence,
+        judge::within(typical, noise, MARGIN),
+    ))
 }
 
 /// An elastic gas between walls of one temperature.
-fn walls(plan: &Plan, profiles: &Table, engine: &EnginePlan, window: &Window) -> Option<Verdict> {
+fn walls(plan: &Plan, topic: String, rows: &[Row<'_>]) -> Option<Verdict> {
     let expected = flow::wall_temperature(plan)?;
-    let rows = profile(profiles, engine, window, Some("y"));
     let rows: Vec<_> = rows
         .iter()
         .filter(|row| row.says("species", "all"))
         .collect();
-    let density = |row: &Row<'_>| row.number("number_density").unwrap_or(0.0);
-    let number: f64 = rows.iter().map(|row| density(row)).sum();
-    let mean = |column: &str, unit: f64| {
-        let (mut sum, mut square) = (0.0, Some(0.0_f64));
-        for row in &rows {
-            let (value, error) = row.measured(column);
-            sum += density(row) * value;
-            square = square
-                .zip(error)
-                .map(|(sum, error)| sum + (density(row) * error).powi(2));
-        }
-        let error = square.map(|square| square.sqrt() / number / unit);
-        (sum / number / unit, error)
-    };
-    let (temperature, temperature_error) = mean("temperature", expected * plan.scale.energy);
+    let mean = |column, unit: f64| mean(rows.iter().copied(), column).times(1.0 / unit);
+    let temperature = mean("temperature", expected * plan.scale.energy);
     let thermal = (expected / plan.species[0].mass).sqrt() * plan.scale.speed();
-    let (drift, drift_error) = mean("velocity_x", thermal);
-    Some(Verdict {
-        topic: format!("thermal walls, {}", title(engine.name)),
-        sentence: format!(
-            "The gas has {} times the temperature of its walls, and moves along them at {} thermal speeds (margin {MARGIN} for both).",
-            with_error(temperature, temperature_error),
-            with_error(drift, drift_error)
-        ),
-        kind: words::worst([
-            words::within(temperature - 1.0, temperature_error, MARGIN),
-            words::within(drift, drift_error, MARGIN),
-        ]),
-    })
+    let drift = mean("velocity_x", thermal);
+    let sentence = format!(
+        "The gas has {} times the temperature of its walls, and moves along them at {} thermal speeds (margin {MARGIN} for both).",
+        in_units(&temperature, 1.0),
+        in_units(&drift, 1.0)
+    );
+    let within = |found: Estimate, expected: f64| {
+        judge::within(
+            found.value.unwrap_or(f64::NAN) - expected,
+            found.standard_error,
+            MARGIN,
+        )
+    };
+    let kind = judge::together([within(temperature, 1.0), within(drift, 0.0)]);
+    Some(judge::verdict(topic, sentence, kind))
 }
