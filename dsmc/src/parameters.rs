@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Domain, Space};
+use stosszahl_model::{Domain, Space, brief};
 
 use crate::density::Scheme;
 
@@ -281,7 +281,7 @@ pub enum EngineError {
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
     /// A parameter has no meaning.
-    #[error("{name} = {value}; allowed: {allowed}")]
+    #[error("{name} = {value}; allowed: {allowed}", value = brief(*value))]
     BadParameter {
         /// Which.
         name: &'static str,
@@ -298,8 +298,7 @@ pub enum EngineError {
     /// Restitution so small that the displacement that makes up for it leads around the box.
     #[error(
         "restitution {restitution} with the inelastic displacement d (1 + r)/(2r) = {displacement}; allowed: up to the \
-         shortest side {side}, and a diameter"
-    )]
+         shortest side {side}, and a diameter", restitution = brief(*restitution), displacement = brief(*displacement), side = brief(*side))]
     FarDisplacement {
         /// At the thermal speed.
         restitution: f64,
@@ -338,8 +337,7 @@ pub enum EngineError {
     },
     /// Walls that leave no room between them.
     #[error(
-        "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that"
-    )]
+        "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that", needed = brief(*needed), length = brief(*length))]
     NoRoom {
         /// Which, from 0.
         axis: usize,
@@ -364,9 +362,8 @@ pub enum EngineError {
     /// A simulator starts beyond a wall.
     #[error(
         "simulator {simulator} is at {coordinate} along axis {axis}, beyond a wall; allowed: {} to {}",
-        allowed[0],
-        allowed[1]
-    )]
+        brief(allowed[0]),
+        brief(allowed[1]), coordinate = brief(*coordinate))]
     BeyondWall {
         /// Index.
         simulator: usize,
@@ -400,7 +397,7 @@ pub enum EngineError {
         place: [f64; 2],
     },
     /// An inflow that has no meaning.
-    #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}")]
+    #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}", value = brief(*value))]
     BadInflow {
         /// Its number, from 0.
         inflow: usize,

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use stosszahl_model::Invalid;
 use stosszahl_model::walls::ObstacleError;
+use stosszahl_model::{Invalid, brief};
 
 use crate::surroundings::FACES;
 
@@ -12,7 +12,7 @@ use crate::surroundings::FACES;
 #[non_exhaustive]
 pub enum EngineError {
     /// The box is narrower than a disk.
-    #[error("a disk of diameter {diameter} meets its own image in a box of {:.6} x {:.6}; both sides must be longer", lengths[0], lengths[1])]
+    #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter))]
     BoxTooSmall {
         /// Largest diameter.
         diameter: f64,
@@ -81,8 +81,7 @@ pub enum EngineError {
     },
     /// Two walls leave a disk no room.
     #[error(
-        "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more"
-    )]
+        "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more", room = brief(*room), diameter = brief(*diameter))]
     NoRoom {
         /// Which, from 0.
         axis: usize,
@@ -127,7 +126,8 @@ pub enum EngineError {
     },
     /// A disk that went through a wall, which the engine never lets happen.
     #[error(
-        "disk {disk} left the box through {wall} at time {time}; this is an error of the program"
+        "disk {disk} left the box through {wall} at time {time}; this is an error of the program",
+        time = brief(*time)
     )]
     Escaped {
         /// Index of the disk.
@@ -138,14 +138,15 @@ pub enum EngineError {
         time: f64,
     },
     /// The time of the start is no finite number.
-    #[error("the start is at time {time}; allowed are finite numbers")]
+    #[error("the start is at time {time}; allowed are finite numbers", time = brief(*time))]
     BadStart {
         /// What was found.
         time: f64,
     },
     /// The requested time is no number, or so far that flying disks lose their positions.
     #[error(
-        "asked to advance to time {until}; allowed are times that disks reach with a position that has digits left, or infinity"
+        "asked to advance to time {until}; allowed are times that disks reach with a position that has digits left, or infinity",
+        until = brief(*until)
     )]
     BadTime {
         /// What was requested.
@@ -153,7 +154,8 @@ pub enum EngineError {
     },
     /// The disks move but do not meet.
     #[error(
-        "no collision while disks crossed {crossings} cells, until time {time}: they may never meet; ask for an earlier time, or for a gas whose disks do not fly past each other for ever"
+        "no collision while disks crossed {crossings} cells, until time {time}: they may never meet; ask for an earlier time, or for a gas whose disks do not fly past each other for ever",
+        time = brief(*time)
     )]
     NoCollisions {
         /// When the engine gave up.
@@ -165,7 +167,8 @@ pub enum EngineError {
     #[error(
         "inelastic collapse at time {time}: {collisions} contacts without progress of time among {}, the last of disk {disk} with {what} \
          near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
-        named(cluster), place[0], place[1]
+        named(cluster), place[0], place[1],
+        time = brief(*time)
     )]
     WallCollapse {
         /// When \[time\].
@@ -185,7 +188,8 @@ pub enum EngineError {
     #[error(
         "inelastic collapse at time {time}: {collisions} collisions without progress of time among {}, the last of disks {} and {} \
          near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
-        named(cluster), pair[0], pair[1], place[0], place[1]
+        named(cluster), pair[0], pair[1], place[0], place[1],
+        time = brief(*time)
     )]
     InelasticCollapse {
         /// When \[time\].

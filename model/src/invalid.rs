@@ -1,8 +1,10 @@
 //! What constructors refuse.
 
+use crate::brief;
+
 /// A number that a law, a size or a box cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{quantity} is {found}; allowed: {allowed}")]
+#[error("{quantity} is {found}; allowed: {allowed}", found = brief(*found))]
 #[non_exhaustive]
 pub struct Invalid {
     /// What is wrong.

@@ -19,6 +19,7 @@
 //! Engines are dimensionless. The command line scales a case so that the mean diameter, the mean mass
 //! and the initial temperature are one; nothing here relies on it except where a comment says so.
 
+mod brief;
 pub mod clusters;
 pub mod collision;
 pub mod domain;
@@ -44,6 +45,7 @@ pub mod surface;
 pub mod transport;
 pub mod walls;
 
+pub use brief::brief;
 pub use clusters::Clusters;
 pub use collision::{After, Collision, Encounter, bounce, collide};
 pub use domain::Domain;

@@ -1,5 +1,7 @@
 //! What can go wrong with a gas without positions.
 
+use stosszahl_model::brief;
+
 /// Why a gas cannot be made or cannot go on.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -19,7 +21,7 @@ pub enum GasError {
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
     /// A number out of range.
-    #[error("{name} is {value}: allowed is {allowed}")]
+    #[error("{name} is {value}: allowed is {allowed}", value = brief(*value))]
     BadNumber {
         /// Which.
         name: &'static str,
@@ -30,7 +32,8 @@ pub enum GasError {
     },
     /// A pair met more often than its bound allows: an error of the selection.
     #[error(
-        "a pair's collision rate, {rate}, exceeds the bound by which it was selected, {bound}, at time {time}"
+        "a pair's collision rate, {rate}, exceeds the bound by which it was selected, {bound}, at time {time}",
+        rate = brief(*rate), bound = brief(*bound), time = brief(*time)
     )]
     BoundExceeded {
         /// Its rate.

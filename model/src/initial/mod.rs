@@ -17,6 +17,7 @@ pub use overlap::{Overlap, first_overlap};
 pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition, sequential_addition_of};
 pub use velocities::{maxwellian, rescale, thermal_spins};
 
+use crate::brief;
 use nalgebra::Vector2;
 
 use crate::domain::Domain;
@@ -50,9 +51,9 @@ pub struct Placement {
 pub enum PlacementError {
     /// Disks of several sizes do not fit.
     #[error(
-        "{count} disks of several sizes do not fit into a box of {:.6} x {:.6} when placed at random one by one, the large \
+        "{count} disks of several sizes do not fit into a box of {} x {} when placed at random one by one, the large \
          ones first; a lower packing fraction or a larger box may do",
-        lengths[0], lengths[1]
+        brief(lengths[0]), brief(lengths[1])
     )]
     Jammed {
         /// Number of disks.
@@ -62,10 +63,9 @@ pub enum PlacementError {
     },
     /// The lattice that fits into the box is too tight.
     #[error(
-        "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {:.6} x {:.6}: \
-         the closest lattice sites are {spacing:.6} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
-        lengths[0], lengths[1]
-    )]
+        "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {} x {}: \
+         the closest lattice sites are {spacing} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
+        brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter), spacing = brief(*spacing))]
     TooDense {
         /// `square` or `hexagonal`.
         lattice: &'static str,

@@ -11,6 +11,7 @@ mod obstacle;
 mod rebound;
 mod vibration;
 
+use crate::brief;
 use serde::{Deserialize, Serialize};
 
 pub use feature::{Edge, Feature, Flight, Hit, Round};
@@ -95,7 +96,7 @@ pub enum WallError {
         axis: usize,
     },
     /// A number out of range.
-    #[error("axis {axis}, side {side}: {name} is {value}; allowed is {allowed}")]
+    #[error("axis {axis}, side {side}: {name} is {value}; allowed is {allowed}", value = brief(*value))]
     BadNumber {
         /// Which, from 0.
         axis: usize,

@@ -1,5 +1,6 @@
 //! What stands inside the box, in the plane: discs, segments, polylines and polygons.
 
+use crate::brief;
 use nalgebra::Vector2;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::{Pose, Vector};
@@ -89,7 +90,7 @@ pub enum ObstacleError {
         least: usize,
     },
     /// A number out of range.
-    #[error("{name} is {value}; allowed is {allowed}")]
+    #[error("{name} is {value}; allowed is {allowed}", value = brief(*value))]
     BadNumber {
         /// What.
         name: &'static str,

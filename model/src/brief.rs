@@ -1,0 +1,29 @@
+//! Numbers in messages.
+
+/// A number as it would be typed, or with seven digits where that is longer than twelve characters.
+///
+/// ```
+/// use stosszahl_model::brief;
+///
+/// assert_eq!(brief(-0.25), "-0.25");
+/// assert_eq!(brief(1.0000001), "1.0000001");
+/// assert_eq!(brief(1.0 / 3.0), "0.3333333");
+/// assert_eq!(brief(1e300), "1e300");
+/// assert_eq!(brief(f64::MAX), "1.797693e308");
+/// assert_eq!(brief(f64::NAN), "NaN");
+/// ```
+pub fn brief(value: f64) -> String {
+    /// Characters that a reader takes in.
+    const LONGEST: usize = 12;
+    let [plain, exponent] = [format!("{value}"), format!("{value:e}")];
+    if plain.len() <= LONGEST {
+        plain
+    } else if exponent.len() <= LONGEST {
+        exponent
+    } else if (1e-3..1e6).contains(&value.abs()) {
+        let before = value.abs().log10().floor().max(0.0) as usize + 1;
+        format!("{value:.*}", 8 - before.min(7))
+    } else {
+        format!("{value:.6e}")
+    }
+}
