@@ -165,7 +165,7 @@ pub enum Stress {
     Walls(StressCases),
 }
 
-/// Which hard cases are run, and how they are told.
+/// Which hard cases are run, and how they are reported.
 #[derive(Clone, Debug, Args)]
 pub struct StressCases {
     /// Only this case; may be repeated, or name several with commas between them.

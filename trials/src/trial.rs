@@ -70,7 +70,7 @@ pub struct Effort {
     pub collisions: Option<u64>,
     /// Schemes that are validated.
     pub methods: Vec<Method>,
-    /// Whether progress is told on standard error.
+    /// Whether progress is shown on standard error.
     pub tell: bool,
     /// What is done with the line of each claim.
     pub say: Option<fn(&str)>,

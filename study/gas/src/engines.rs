@@ -27,7 +27,7 @@ impl EventDriven {
         })
     }
 
-    /// Runs elastically until each disk has collided so many times, then restores the temperature and sets the time back.
+    /// Runs elastically until each disk has collided this many times, then restores the temperature and sets the time back.
     ///
     /// # Errors
     /// [`GasError`] if the gas cannot be run.

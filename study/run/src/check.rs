@@ -74,7 +74,7 @@ impl<'a> Planned<'a> {
         })
     }
 
-    /// What it costs on so many threads.
+    /// What it costs on this many threads.
     pub fn cost(&self, threads: usize) -> Cost {
         let kept = |engine: &EnginePlan| {
             let count = (self.plan.count() * engine.copies()) as f64;
@@ -92,7 +92,7 @@ impl<'a> Planned<'a> {
         self.plan.cost(threads, &kept)
     }
 
-    /// What it means on so many threads.
+    /// What it means on this many threads.
     pub fn outline(&self, threads: usize) -> Outline {
         Outline {
             title: self.plan.case.title.clone(),

@@ -16,7 +16,7 @@ pub trait Progress: Sync {
     /// A point of a sweep, or the only one, begins: its name or title, and the number of its parts.
     fn begin(&self, _point: usize, _name: &str, _parts: usize) {}
 
-    /// A part has done a share of its work, and this many collisions since it last told.
+    /// A part has done a share of its work, and this many collisions since its last report.
     fn tell(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
 
     /// A point is finished.

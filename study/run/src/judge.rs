@@ -343,7 +343,7 @@ pub fn by_parts(holds: bool, parts: usize) -> (VerdictKind, String) {
     }
 }
 
-/// The verdict on points against a theory within a tolerance, told at the worst of them; `subject` begins the sentence:
+/// The verdict on points against a theory within a tolerance, stated at the worst of them; `subject` begins the sentence:
 /// "The temperature of species 2".
 pub fn against_theory(
     topic: impl Into<String>,

@@ -46,7 +46,7 @@ pub struct Options<'a> {
     pub force_memory: bool,
     /// Raised to stop within a second.
     pub stop: &'a Interrupt,
-    /// Who is told.
+    /// Who sees the progress.
     pub progress: &'a dyn Progress,
 }
 

@@ -461,7 +461,7 @@ impl Preparation {
     }
 }
 
-/// Pair collisions of so many collisions per particle.
+/// Pair collisions that make up a number of collisions per particle.
 fn pairs(plan: &Plan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }

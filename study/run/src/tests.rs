@@ -182,7 +182,7 @@ fn gases_without_positions_resume_to_the_same_bytes() {
     );
 }
 
-/// Raises an interrupt when so many collisions were seen.
+/// Raises an interrupt after a number of collisions.
 struct Raising {
     interrupt: Interrupt,
     left: u64,

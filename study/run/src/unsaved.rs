@@ -55,7 +55,7 @@ pub(crate) fn measures(names: &[&str]) -> Vec<&'static dyn Measure> {
     all.filter(|one| names.contains(&one.name())).collect()
 }
 
-/// The case with so many equal particles at a packing fraction; as it is where it says its particles otherwise.
+/// The case with this many equal particles at a packing fraction; as it is where it says its particles otherwise.
 pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case {
     let mut case = case.clone();
     match (&mut case.species[..], &mut case.gas.number) {

@@ -27,10 +27,10 @@ fn elastic(log: &mut Findings) -> Done {
     };
     let collisions = log.effort.collisions.unwrap_or(collisions);
     let gas = disordered(1000, 0.4, 1.0, 5)?;
-    let mut told = 0;
+    let mut shown = 0;
     let course = gas.run_in_legs(f64::INFINITY, collisions, LEG, |end, ledger| {
-        if ledger.collisions - told >= 20_000_000 {
-            told = ledger.collisions;
+        if ledger.collisions - shown >= 20_000_000 {
+            shown = ledger.collisions;
             let share = ledger.collisions as f64 / collisions as f64;
             log.progress(share, &format!("at time {:.4e}", end.state.time));
         }

@@ -221,7 +221,7 @@ impl Sums {
     }
 }
 
-/// Largest relative error of a sum over so many simulators after so many collisions, `share` being the largest share of the
+/// Largest relative error of a sum over simulators after a number of collisions, `share` being the largest share of the
 /// sum that a pair has.
 pub(super) fn rounding(simulators: usize, collisions: u64, share: f64) -> f64 {
     EACH_COLLISION * (collisions as f64 * share).max(1.0) + EACH_ADDITION * simulators as f64

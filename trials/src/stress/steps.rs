@@ -76,8 +76,8 @@ fn long_step(log: &mut Findings) -> Done {
         let usual = even.tally().busiest_cell;
         let [own, ten, hundred] = busiest;
         log.about(setup.name);
-        let told = ten.min(hundred) >= 2.0 * usual;
-        must!(log, told; "busiest cells {ten} and {hundred}, usually {usual}");
+        let seen = ten.min(hundred) >= 2.0 * usual;
+        must!(log, seen; "busiest cells {ten} and {hundred}, usually {usual}");
         found_of_it!(log; "{usual:.1} without a cluster, {own:.1}, {ten:.1}, {hundred:.1}");
     }
     Ok(())

@@ -261,7 +261,7 @@ fn wedge(log: &mut Findings) -> Done {
     points.advance(200.0, Unlimited, &mut ())?;
     let far = (only(&*points).0 - rest).norm();
     log.at_most("Monte Carlo: distance from the bottom", far, 1e-2);
-    found!(log; "{off:.1e} and {far:.1e} from the bottom, exact and Monte Carlo; collapse told of without a contact time");
+    found!(log; "{off:.1e} and {far:.1e} from the bottom, exact and Monte Carlo; collapse reported without a contact time");
     Ok(())
 }
 
@@ -284,7 +284,7 @@ fn floor(log: &mut Findings) -> Done {
         log.at_most("Monte Carlo: height", (at[1] - 0.5).abs(), 1e-9);
         log.at_most("Monte Carlo: speed", speed, 1e-9);
     }
-    log.found("collapse told of; with a contact time, and in Monte Carlo, at rest");
+    log.found("collapse reported; with a contact time, and in Monte Carlo, at rest");
     Ok(())
 }
 

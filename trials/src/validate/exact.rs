@@ -19,7 +19,7 @@ use crate::{Done, Findings, Trouble};
 /// (2006).
 pub const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
 
-/// Z from the virial, and the collision rate over `4 (Z - 1)/√π` of the same run, over blocks of so many collisions.
+/// Z from the virial, and the collision rate over `4 (Z - 1)/√π` of the same run, over blocks of a number of collisions.
 #[derive(Clone, Copy, Debug)]
 pub struct EquationOfState {
     /// Compressibility factor.
@@ -61,7 +61,7 @@ fn place(setting: &str, packing: f64, began: Instant) -> Place {
     Place::new("exact", "event-driven", setting, packing, seconds)
 }
 
-/// The largest distance of disks from where they started, after so many collisions forward and the same time back.
+/// The largest distance of disks from where they started, after a number of collisions forward and the same time back.
 fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble> {
     let start = disordered(disks, packing, 3)?;
     let before = particles_of(&start);

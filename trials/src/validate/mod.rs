@@ -1,7 +1,7 @@
 //! Claims about accuracy, over replicas, with error bars and verdicts.
 //!
 //! `stosszahl-trials validate` measures everything that is claimed, as one table. A part is left out only by name or when
-//! the time is up, and both are said. Rows are told as they come and the table is written after each part, so that a run
+//! the time is up, and both are said. Rows are printed as they come and the table is written after each part, so that a run
 //! that is stopped leaves what it had. The end is `pass` only if every claim of every part passed.
 //!
 //! `stosszahl-trials validate dsmc` measures the Monte Carlo schemes against kinetic theory and against exact dynamics.

@@ -63,7 +63,7 @@ impl Measured {
         }
     }
 
-    /// The quantity of a kind whose total error is largest with so many replicas, and its accuracy; none if one of the kind
+    /// The quantity of a kind whose total error is largest with this many replicas, and its accuracy; none if one of the kind
     /// has none.
     pub(crate) fn worst(
         &self,

@@ -2,7 +2,7 @@
 //!
 //! Each sequence of settings is fitted with `limit + slope h^order`, the order being theory's, and with the order free. The
 //! runs of a sequence share their starts, so their common noise goes into the limit, and the fit of the differences is at
-//! worst too careful. Where the order of theory describes only the finer settings, the fit is told of those.
+//! worst too careful. Where the order of theory describes only the finer settings, the fit is to those.
 
 use stosszahl_analysis::fit::{self, Line, Point};
 use stosszahl_results::{Estimate, Table, table};
@@ -149,7 +149,7 @@ fn row(
         points.pop();
     }
     if fit::richardson(&points, order).is_ok_and(|line| is_bad(&line)) {
-        // Not even then: all of them are told.
+        // Not even then: all of them are reported.
         points = all;
     }
     let mut line = fit::richardson(&points, order).ok()?;

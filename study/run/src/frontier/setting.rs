@@ -77,7 +77,7 @@ impl Setting {
         matches!(self.engine.kind, EngineKind::EventDriven { .. })
     }
 
-    /// Whether it is what an ensemble of a case of so many disks is made of.
+    /// Whether it is what an ensemble of a case of this many disks is made of.
     pub(crate) fn is_reference(&self, disks: usize) -> bool {
         self.engine.kind == event_driven(0.0) && self.disks == disks
     }

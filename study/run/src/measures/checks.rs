@@ -366,7 +366,7 @@ impl<'a> Found<'a> {
     fn caveat(&self, quantity: Quantity, rows: &[&Row], orders: usize) -> &'static str {
         let masses = || self.plan.species.iter().map(|one| one.mass);
         let lightest = masses().fold(f64::INFINITY, f64::min);
-        let unlike = masses().fold(0.0, f64::max) > 4.0 * lightest;
+        let disparate = masses().fold(0.0, f64::max) > 4.0 * lightest;
         let differs = |number| {
             let mut rows = rows.iter();
             rows.any(|row| row.kind == VerdictKind::Differ && row.species == Some(number))
@@ -387,14 +387,14 @@ impl<'a> Found<'a> {
             };
         }
         match quantity.needs_correlations() {
-            true if unlike => {
+            true if disparate => {
                 " First Sonine order takes velocities for Maxwellian and their correlations for exponential, and is off by up \
                  to 15 % for light particles among heavy ones, by more for heavy ones among very many light ones."
             }
             true => {
                 " First Sonine order takes velocities for Maxwellian and their correlations for exponential."
             }
-            false if unlike => {
+            false if disparate => {
                 " The equations take all velocities for Maxwellian; fourth cumulants show how far they are from it."
             }
             false => "",
@@ -434,7 +434,7 @@ fn table(rows: &[Row]) -> Table {
         NAME, "Each comparison with theory at its worst time";
         key "quantity", "", "What is compared";
         key "species", "1", "Number of the species, from 1; empty for the gas as a whole";
-        note "time", "unit of time", "Time of the largest deviation that can be told from chance, or else of the largest one";
+        note "time", "unit of time", "Time of the largest deviation that is not chance, or else of the largest one";
         value "measured", "", "Measured";
         note "measured_se", "", "Its standard error";
         note "theory", "", "By theory";

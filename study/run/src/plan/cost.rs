@@ -70,14 +70,14 @@ pub struct EngineCost {
 pub type Kept = [f64; 2];
 
 impl Cost {
-    /// Time on so many threads \[s\].
+    /// Time on this many threads \[s\].
     pub fn seconds(&self, threads: usize) -> f64 {
         self.core_seconds / threads.clamp(1, self.jobs.max(1)) as f64
     }
 }
 
 impl Plan {
-    /// Cost on so many threads, with what is kept of each engine, in their order.
+    /// Cost on this many threads, with what is kept of each engine, in their order.
     pub fn cost(&self, threads: usize, kept: &[Kept]) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;

@@ -165,7 +165,7 @@ impl<'a> Theory<'a> {
         }
     }
 
-    /// Displacements averaged over time by group and lag up to a time \[time\], in so many Sonine orders; in the first only
+    /// Displacements averaged over time by group and lag up to a time \[time\], in this many Sonine orders; in the first only
     /// for a gas that starts in its cooling state.
     pub fn time_averaged(
         &self,
