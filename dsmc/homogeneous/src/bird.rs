@@ -52,7 +52,7 @@ impl Bird {
 
 impl<P: Grains> Selection<P> for Bird {
     type Draw = Pair;
-    const NAME: &'static str = "bird";
+    const NAME: &'static str = "single-majorant";
 
     fn new() -> Self {
         Self {

@@ -83,7 +83,7 @@ impl Slots {
 
 impl<P: Grains> Selection<P> for Slots {
     type Draw = Places;
-    const NAME: &'static str = "own";
+    const NAME: &'static str = "alias-tables";
 
     fn new() -> Self {
         Self {
