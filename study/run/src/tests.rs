@@ -336,8 +336,8 @@ impl Measure for Eager {
 /// that is said; and exact dynamics tries none.
 #[test]
 fn slow_schemes_are_called_slow() {
-    let text = "format = 2\ntitle = \"a test\"\nreplicas = 1\n[gas]\nnumber = 1000\nrestitution = 0.9\n[[species]]\nshare = 0.99\n\
-                [[species]]\nshare = 0.01\ndiameter = DIAMETER\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n\
+    let text = "format = 2\ntitle = \"a test\"\nreplicas = 1\n[gas]\nnumber = 1000\nrestitution = 0.9\n[[species]]\nshare = 0.999\n\
+                [[species]]\nshare = 0.001\ndiameter = DIAMETER\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n\
                 [engine.dsmc-esmc]\n";
     for (diameter, slow) in [("1.5", false), ("100", true)] {
         let text = text.replace("DIAMETER", diameter);

@@ -11,7 +11,7 @@ use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
 use stosszahl_model::GrainSizes;
 
-use super::data::{EngineKind, EnginePlan, Plan};
+use super::data::{Class, EngineKind, EnginePlan, Plan};
 
 /// Collisions and simulator steps a second that the estimate of the time assumes.
 const COLLISIONS_PER_SECOND: f64 = 4e5;
@@ -33,7 +33,12 @@ const COPIES: f64 = 3.0;
 /// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
 const FITTING: f64 = 91.0;
 
-/// Most kinds of particles whose pairs are summed.
+/// What a cell takes \[bytes\], and in flows, where collisions are counted by cell; and its time in a step, in simulators.
+const CELL: f64 = 8.0;
+const COUNTED_CELL: f64 = 24.0;
+const CELL_STEPS: f64 = 0.3;
+
+/// Most classes of particles whose pairs are summed.
 const MOST_KINDS: usize = 200;
 /// Particles of each species whose trajectories are kept where the case does not say.
 const PATHS: i64 = 1000;
@@ -150,7 +155,18 @@ impl Plan {
             EngineKind::Homogeneous(_) => (vector + 13.0, vector + 4.0, FITTING),
         };
         let paths = self.paths(engine);
-        held * count + kept + paths + (look * count).max(COPIES * (saved * count + kept + paths))
+        let cells = match &engine.kind {
+            EngineKind::MonteCarlo(parameters) if self.kind == Kind::Flow => {
+                COUNTED_CELL * self.cells(parameters)
+            }
+            EngineKind::MonteCarlo(parameters) => CELL * self.cells(parameters),
+            _ => 0.0,
+        };
+        held * count
+            + cells
+            + kept
+            + paths
+            + (look * count).max(COPIES * (saved * count + kept + paths))
     }
 
     /// Bytes of whole trajectories, and of displacements, without positions.
@@ -205,27 +221,24 @@ impl Plan {
                 TRIALS[usize::from(parameters.scheme.is_across())]
             }
         };
-        // Diameter, square of the speed, and share.
-        let kinds: Vec<[f64; 3]> = match &self.grains.sizes {
+        // Diameter, square of the speed, and share of each class; the largest of all particles may exceed its class.
+        let largest = match &self.grains.sizes {
             GrainSizes::Equal(_) => return Some(trials),
-            GrainSizes::Each(all) => {
-                let kind =
-                    |&(radius, mass): &(f64, f64)| [2.0 * radius, self.temperature / mass, 1.0];
-                sampled(all.pairs()).map(kind).collect()
-            }
-            GrainSizes::Species(_) => (self.species.iter())
-                .map(|one| {
-                    [
-                        2.0 * one.radius,
-                        one.temperature / one.mass,
-                        one.count as f64,
-                    ]
-                })
-                .collect(),
+            GrainSizes::Each(all) => all
+                .pairs()
+                .iter()
+                .map(|one| 2.0 * one.0)
+                .fold(0.0, f64::max),
+            GrainSizes::Species(_) => 0.0,
+        };
+        let kind = |one: &Class| [one.diameter, one.temperature / one.mass, one.count as f64];
+        let most = |index: usize| {
+            let all = self.classes.iter().map(|one| kind(one)[index]);
+            all.fold(if index == 0 { largest } else { 0.0 }, f64::max)
         };
         let power = self.dimension as i32 - 1;
-        let most = |index: usize| kinds.iter().map(|one| one[index]).fold(0.0, f64::max);
         let bound = most(0).powi(power) * (2.0 * most(1)).sqrt();
+        let kinds: Vec<[f64; 3]> = sampled(&self.classes).map(kind).collect();
         let pairs = kinds.iter().flat_map(|a| kinds.iter().map(move |b| (a, b)));
         let (mut sum, mut weight) = (0.0, 0.0);
         for (a, b) in pairs {
@@ -252,7 +265,8 @@ impl Plan {
                     0.0
                 };
                 across.max(tried)
-                    + self.expected_steps(parameters) * particles * copies
+                    + self.expected_steps(parameters)
+                        * (particles * copies + CELL_STEPS * self.cells(parameters))
                         / SIMULATOR_STEPS_PER_SECOND
             }
             EngineKind::Homogeneous(selection) => {
@@ -264,6 +278,12 @@ impl Plan {
                 (pairs / rate).max(tried)
             }
         }
+    }
+
+    /// Cells of a Monte Carlo engine.
+    fn cells(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
+        let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
+        self.volume / cell
     }
 
     /// Time steps of a Monte Carlo engine up to the end of the run, about.
