@@ -250,6 +250,11 @@ pub(crate) fn brief(value: &toml::Value) -> String {
     let text = match value {
         // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
         toml::Value::Float(number) if number.is_finite() => format!("{number:?}"),
+        toml::Value::Array(all) => {
+            // More than the width of a line is cut below.
+            let all: Vec<String> = all.iter().take(WIDTH).map(brief).collect();
+            format!("[{}]", all.join(", "))
+        }
         toml::Value::String(text) => {
             let start: String = text.chars().take(WIDTH).collect();
             format!("\"{}\"", start.escape_debug())

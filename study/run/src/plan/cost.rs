@@ -31,7 +31,9 @@ const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
 /// Copies of what is saved while a checkpoint is written.
 const COPIES: f64 = 3.0;
 /// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
-const FITTING: f64 = 91.0;
+const FITTING: f64 = 60.0;
+/// Without positions the gas is copied before it is written, and buffers grow by doubling.
+const COPIES_WITHOUT_POSITIONS: f64 = 5.0;
 
 /// What a cell takes \[bytes\], and in flows, where collisions are counted by cell; and its time in a step, in simulators.
 const CELL: f64 = 8.0;
@@ -152,7 +154,11 @@ impl Plan {
                 PARTICLE,
             ),
             EngineKind::MonteCarlo(_) => (1.4 * (moving + tag), moving + tag, PARTICLE),
-            EngineKind::Homogeneous(_) => (vector + 13.0, vector + 4.0, FITTING),
+            EngineKind::Homogeneous(_) => (2.0 * (vector + 13.0) + FITTING, vector + 4.0, 0.0),
+        };
+        let copies = match &engine.kind {
+            EngineKind::Homogeneous(_) => COPIES_WITHOUT_POSITIONS,
+            _ => COPIES,
         };
         let paths = self.paths(engine);
         let cells = match &engine.kind {
@@ -166,7 +172,7 @@ impl Plan {
             + cells
             + kept
             + paths
-            + (look * count).max(COPIES * (saved * count + kept + paths))
+            + (look * count).max(copies * (saved * count + kept + paths))
     }
 
     /// Bytes of whole trajectories, and of displacements, without positions.
