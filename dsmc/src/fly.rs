@@ -81,9 +81,7 @@ where
             }
         }
         let (scene, grid, duration) = (flight.scene, flight.grid, flight.duration);
-        let Scratch {
-            sorted, leavers, ..
-        } = scratch;
+        let (sorted, leavers) = (&mut scratch.sorted, &mut scratch.leavers);
         leavers.clear();
         outbox.far.clear();
         let total = sorted.len();

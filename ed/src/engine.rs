@@ -217,10 +217,8 @@ where
         } else {
             Vec::new()
         };
-        let tags = names
-            .iter()
-            .map(|&name| scene.sizes().tag(name as usize))
-            .collect();
+        let tag = |&name: &u32| scene.sizes().tag(name as usize);
+        let tags = names.iter().map(tag).collect();
         let mut engine = Self {
             scene,
             dissipation,

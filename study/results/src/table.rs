@@ -351,13 +351,17 @@ impl Cells for Estimate {
 
 impl<T: Cells> Cells for Vec<T> {
     fn fill(self, table: &mut Table) {
-        self.into_iter().for_each(|cells| cells.fill(table));
+        for cells in self {
+            cells.fill(table);
+        }
     }
 }
 
 impl<T: Cells, const N: usize> Cells for [T; N] {
     fn fill(self, table: &mut Table) {
-        self.into_iter().for_each(|cells| cells.fill(table));
+        for cells in self {
+            cells.fill(table);
+        }
     }
 }
 

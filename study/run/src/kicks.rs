@@ -27,12 +27,11 @@ impl Kicks {
         let Some(drive) = plan.drive()? else {
             return Ok(None);
         };
-        let sizes = match &plan.grains.sizes {
-            GrainSizes::Equal(one) => Which::Equal(*one),
-            _ => {
-                let failed = |error: Invalid| PlanError::new("drive", error.found, error.allowed);
-                Which::Each(Polydisperse::new(plan.radii_and_masses()).map_err(failed)?)
-            }
+        let sizes = if let GrainSizes::Equal(one) = &plan.grains.sizes {
+            Which::Equal(*one)
+        } else {
+            let failed = |error: Invalid| PlanError::new("drive", error.found, error.allowed);
+            Which::Each(Polydisperse::new(plan.radii_and_masses()).map_err(failed)?)
         };
         Ok(Some(Self {
             drive,

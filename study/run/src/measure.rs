@@ -356,12 +356,9 @@ impl<'a> Runs<'a> {
     /// # Panics
     /// If the probe keeps another type of record, which is an error of the program.
     pub fn records<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
-        let probes = self.finished[engine]
-            .iter()
-            .map(|one| &one.probes[self.measure]);
-        let record = |probe: &'a Box<dyn Probe>| probe.record().downcast_ref();
-        probes
-            .map(|probe| record(probe).expect("the record of this probe"))
+        let record = |one: &'a Finished| one.probes[self.measure].record().downcast_ref();
+        let all = self.finished[engine].iter().map(record);
+        all.map(|record| record.expect("the record of this probe"))
             .collect()
     }
 

@@ -158,13 +158,13 @@ fn touches(gas: &dyn Simulation, name: &str) -> f64 {
 }
 
 /// Faces of a box, by axis and side.
-fn faces(faces: [[Face<Volume>; 2]; 2]) -> Result<Walls<Volume>, Trouble> {
-    Ok(Walls::new(&faces)?)
+fn faces(faces: &[[Face<Volume>; 2]; 2]) -> Result<Walls<Volume>, Trouble> {
+    Ok(Walls::new(faces)?)
 }
 
 /// A box of walls.
 fn walled(wall: Wall<Volume>) -> Result<Walls<Volume>, Trouble> {
-    faces([[Face::Wall(wall); 2]; 2])
+    faces(&[[Face::Wall(wall); 2]; 2])
 }
 
 /// A law that keeps a share of the normal speed and all of the tangential.
@@ -316,7 +316,7 @@ fn fast_wall(log: &mut Findings) -> Done {
     // Amplitude 1 in half a period of 1e-3: speed 1000.
     floor.vibration = Some(Vibration::new(1.0, 2e-3)?);
     let top = Wall::still(Rebound::Diffuse { temperature: 1.0 });
-    let walls = faces([[Face::Periodic; 2], [Face::Wall(floor), Face::Wall(top)]])?;
+    let walls = faces(&[[Face::Periodic; 2], [Face::Wall(floor), Face::Wall(top)]])?;
     let place = |index: i32| {
         let (x, y) = (f64::from(index % 5), f64::from(index / 5));
         (vector![1.0 + 2.0 * x, 2.0 + 2.0 * y], vector![0.1, -1.0])
@@ -371,7 +371,7 @@ fn channel(
     stream: Option<[f64; 2]>,
     parameters: Parameters,
 ) -> Result<Box<dyn Simulation>, Trouble> {
-    let walls = faces([[Face::Open; 2], [Face::Wall(Wall::specular()); 2]])?;
+    let walls = faces(&[[Face::Open; 2], [Face::Wall(Wall::specular()); 2]])?;
     let mut setting = Setting::new(walls, [length, width], [1.0, 0.0], &[])?;
     setting.boundaries.clearance = Clearance::default();
     let inflow = |[density, speed]: [f64; 2]| Inflow {

@@ -64,7 +64,7 @@ fn temperature(courses: &[Course], time: usize) -> Result<Estimate, Trouble> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }
 
-/// At t_0 a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
+/// At `t_0` a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
 fn mean_cumulant(courses: &[Course]) -> Result<Estimate, Trouble> {
     let cumulants = courses.iter().map(|course| &course.cumulants);
     mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))
