@@ -63,7 +63,7 @@ pub(crate) fn law(restitution: f64) -> Result<Constant, Trouble> {
 /// Unit disks with a restitution.
 ///
 /// # Errors
-/// As [`law`].
+/// As `law`.
 pub fn disks(restitution: f64) -> Result<Disks, Trouble> {
     Ok(particles(law(restitution)?, UNIT))
 }
@@ -203,7 +203,7 @@ pub(crate) fn fluid(
 /// A disordered gas in a square box.
 ///
 /// # Errors
-/// As [`fluid`].
+/// As `fluid`.
 pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>, Trouble> {
     fluid(Arrangement::Disordered, disks, packing, 1.0, seed)
 }
