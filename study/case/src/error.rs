@@ -255,6 +255,11 @@ pub(crate) fn brief(value: &toml::Value) -> String {
             let all: Vec<String> = all.iter().take(WIDTH).map(brief).collect();
             format!("[{}]", all.join(", "))
         }
+        toml::Value::Table(all) => {
+            let entry = |(key, value)| format!("{key} = {}", brief(value));
+            let all: Vec<String> = all.iter().take(WIDTH).map(entry).collect();
+            format!("{{ {} }}", all.join(", "))
+        }
         toml::Value::String(text) => {
             let start: String = text.chars().take(WIDTH).collect();
             format!("\"{}\"", start.escape_debug())
