@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector, memory};
 
 use super::alias::split;
-use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
+use super::classes::{Bounds, bring_to_rest, joined, raised};
+use super::gas::{GONE, Gas, Grains, size_key};
 use super::selection::{Candidate, Selection, Standing};
 
 /// Two particles.
@@ -19,17 +20,10 @@ pub struct Pair {
     second: u32,
 }
 
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Class {
-    key: u32,
-    radius: f64,
-    square: f64,
-}
-
 /// See the module.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bird {
-    classes: Vec<Class>,
+    classes: Vec<Bounds>,
     majorant: f64,
     rate: f64,
     listed: u32,
@@ -70,23 +64,13 @@ impl<P: Grains> Selection<P> for Bird {
             let radius = gas.scene.sizes().radius(particle.tag);
             let key = size_key(radius);
             if self.classes.last().is_none_or(|class| class.key != key) {
-                self.classes.push(Class {
-                    key,
-                    radius,
-                    square: 0.0,
-                });
+                self.classes.push(Bounds::new(key));
             }
             let number = self.classes.len() - 1;
-            let class = &mut self.classes[number];
-            class.radius = class.radius.max(radius);
-            class.square = class.square.max(particle.velocity.square());
+            self.classes[number].admit(radius, particle.velocity.square());
             particle.mark = number as u32;
         }
-        if self.classes.iter().all(|class| class.square < COLDEST) {
-            for class in &mut self.classes {
-                class.square = 0.0;
-            }
-        }
+        bring_to_rest(&mut self.classes);
         self.majorant = 0.0;
         self.rate = 0.0;
         for number in 0..self.classes.len() {
@@ -130,35 +114,19 @@ impl<P: Grains> Selection<P> for Bird {
 
     #[inline]
     fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
-        let particle = &gas.particles[index as usize];
-        let number = particle.mark as usize;
-        let square = particle.velocity.square();
-        if square <= self.classes[number].square {
+        let Some(number) = raised(gas, index, &mut self.classes) else {
             return Standing::Kept;
-        }
-        self.classes[number].square = square;
+        };
         self.raise(gas, number);
         Standing::Changed
     }
 
     fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
-        if 4 * gas.gone > gas.particles.len() {
-            return Standing::Outdated;
-        }
-        let particle = &mut gas.particles[index as usize];
-        let radius = gas.scene.sizes().radius(particle.tag);
-        let key = size_key(radius);
-        let number = self.classes.partition_point(|class| class.key < key);
-        let Some(class) = self
-            .classes
-            .get_mut(number)
-            .filter(|class| class.key == key)
-        else {
+        let Some((number, radius)) = joined(gas, index, &self.classes) else {
             return Standing::Outdated;
         };
-        particle.mark = number as u32;
-        class.radius = class.radius.max(radius);
-        class.square = class.square.max(particle.velocity.square());
+        let square = gas.particles[index as usize].velocity.square();
+        self.classes[number].admit(radius, square);
         self.raise(gas, number);
         Standing::Changed
     }
@@ -168,6 +136,6 @@ impl<P: Grains> Selection<P> for Bird {
     }
 
     fn bytes(&self) -> usize {
-        self.classes.capacity() * size_of::<Class>()
+        self.classes.capacity() * size_of::<Bounds>()
     }
 }

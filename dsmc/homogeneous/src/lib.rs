@@ -22,6 +22,7 @@
 mod alias;
 mod bird;
 mod checkpoint;
+mod classes;
 mod contact;
 mod engine;
 mod error;

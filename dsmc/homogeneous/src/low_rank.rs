@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector, memory};
 
 use super::alias::split;
-use super::gas::{COLDEST, GONE, Gas, Grains, size_key};
+use super::classes::{Bounds, bring_to_rest, joined, raised};
+use super::gas::{GONE, Gas, Grains, size_key};
 use super::kernel::powers;
 use super::selection::{Candidate, Selection, Standing};
 use super::tree::SumTree;
@@ -25,12 +26,22 @@ pub struct Members {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Class {
-    key: u32,
-    /// Upper bounds of radius and squared speed.
-    radius: f64,
-    square: f64,
+    bounds: Bounds,
     members: Vec<u32>,
+    /// Whether all have the radius of the bound.
     exact: bool,
+}
+
+impl AsRef<Bounds> for Class {
+    fn as_ref(&self) -> &Bounds {
+        &self.bounds
+    }
+}
+
+impl AsMut<Bounds> for Class {
+    fn as_mut(&mut self) -> &mut Bounds {
+        &mut self.bounds
+    }
 }
 
 /// See the module.
@@ -51,8 +62,8 @@ impl LowRank {
     fn weigh_class(&mut self, number: usize) {
         let class = &self.classes[number];
         let count = class.members.len() as f64;
-        for (power, weight) in powers(class.radius).into_iter().enumerate() {
-            self.first[power].set(number, count * class.square.sqrt() * weight);
+        for (power, weight) in powers(class.bounds.radius).into_iter().enumerate() {
+            self.first[power].set(number, count * class.bounds.square.sqrt() * weight);
             self.second[power].set(number, count * weight);
         }
     }
@@ -90,28 +101,25 @@ impl<P: Grains> Selection<P> for LowRank {
         for (index, particle) in gas.particles.iter_mut().enumerate() {
             let radius = gas.scene.sizes().radius(particle.tag);
             let key = size_key(radius);
-            if self.classes.last().is_none_or(|class| class.key != key) {
+            if self
+                .classes
+                .last()
+                .is_none_or(|class| class.bounds.key != key)
+            {
                 self.classes.push(Class {
-                    key,
-                    radius: 0.0,
-                    square: 0.0,
+                    bounds: Bounds::new(key),
                     members: Vec::new(),
                     exact: true,
                 });
             }
             let number = self.classes.len() - 1;
             let class = &mut self.classes[number];
-            class.exact &= class.members.is_empty() || class.radius == radius;
-            class.radius = class.radius.max(radius);
-            class.square = class.square.max(particle.velocity.square());
+            class.exact &= class.members.is_empty() || class.bounds.radius == radius;
+            class.bounds.admit(radius, particle.velocity.square());
             class.members.push(index as u32);
             particle.mark = number as u32;
         }
-        if self.classes.iter().all(|class| class.square < COLDEST) {
-            for class in &mut self.classes {
-                class.square = 0.0;
-            }
-        }
+        bring_to_rest(&mut self.classes);
         for tree in self.first.iter_mut().chain(&mut self.second) {
             *tree = SumTree::new(self.classes.len());
         }
@@ -176,11 +184,14 @@ impl<P: Grains> Selection<P> for LowRank {
         if (first == second) || gone(first) || gone(second) {
             return None;
         }
-        let mut bound = classes[0].square.sqrt() + classes[1].square.sqrt();
+        let mut bound = classes[0].bounds.square.sqrt() + classes[1].bounds.square.sqrt();
         if !(classes[0].exact & classes[1].exact) {
             let radius = |index: u32| gas.radius(&gas.particles[index as usize]);
             let pair = gas.kernel.of(radius(first), radius(second));
-            bound *= gas.kernel.of(classes[0].radius, classes[1].radius) / pair;
+            bound *= gas
+                .kernel
+                .of(classes[0].bounds.radius, classes[1].bounds.radius)
+                / pair;
         }
         Some(Candidate {
             first,
@@ -191,37 +202,22 @@ impl<P: Grains> Selection<P> for LowRank {
 
     #[inline]
     fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
-        let particle = &gas.particles[index as usize];
-        let number = particle.mark as usize;
-        let square = particle.velocity.square();
-        if square <= self.classes[number].square {
+        let Some(number) = raised(gas, index, &mut self.classes) else {
             return Standing::Kept;
-        }
-        self.classes[number].square = square;
+        };
         self.weigh_class(number);
         self.weigh_terms(gas);
         Standing::Changed
     }
 
     fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
-        if 4 * gas.gone > gas.particles.len() {
-            return Standing::Outdated;
-        }
-        let particle = &mut gas.particles[index as usize];
-        let radius = gas.scene.sizes().radius(particle.tag);
-        let key = size_key(radius);
-        let number = self.classes.partition_point(|class| class.key < key);
-        let Some(class) = self
-            .classes
-            .get_mut(number)
-            .filter(|class| class.key == key)
-        else {
+        let Some((number, radius)) = joined(gas, index, &self.classes) else {
             return Standing::Outdated;
         };
-        particle.mark = number as u32;
-        class.exact &= class.radius == radius;
-        class.radius = class.radius.max(radius);
-        class.square = class.square.max(particle.velocity.square());
+        let square = gas.particles[index as usize].velocity.square();
+        let class = &mut self.classes[number];
+        class.exact &= class.bounds.radius == radius;
+        class.bounds.admit(radius, square);
         class.members.push(index);
         self.weigh_class(number);
         self.weigh_terms(gas);

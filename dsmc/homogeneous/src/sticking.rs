@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Clusters, Invalid, Physics, Sizes, Space, Vector, VectorOf};
 
-use super::contact::{Contacts, Meeting, Outcome, bounce};
+use super::contact::{Bounce, Contacts, Meeting, Outcome};
 use super::gas::{Gas, Grains, Particle};
 
 /// Which part of the energy of the relative motion decides.
@@ -204,16 +204,7 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
                 gas.particles.extend(whole);
                 Outcome::Replaced { from }
             }
-            Fate::Bounce => {
-                let (velocities, restitution) = bounce(gas, meeting);
-                for (index, velocity) in meeting.pair.into_iter().zip(velocities) {
-                    gas.particles[index as usize].velocity = velocity;
-                }
-                Outcome::Bounced {
-                    changed: [true; 2],
-                    restitution,
-                }
-            }
+            Fate::Bounce => Bounce.meet(gas, meeting, stream),
         }
     }
 }

@@ -1,0 +1,97 @@
+//! Classes of like size with one bound of speed each, as selections keep them that know no groups of like speed.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Sizes, Vector};
+
+use super::gas::{COLDEST, Gas, Grains, size_key};
+
+/// Upper bounds of the particles of one class.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Bounds {
+    /// What [`size_key`] gives.
+    pub(crate) key: u32,
+    pub(crate) radius: f64,
+    /// Of the squared speed.
+    pub(crate) square: f64,
+}
+
+impl Bounds {
+    /// The bounds of an empty class.
+    pub(crate) fn new(key: u32) -> Self {
+        Self {
+            key,
+            radius: 0.0,
+            square: 0.0,
+        }
+    }
+
+    /// Admits a particle.
+    pub(crate) fn admit(&mut self, radius: f64, square: f64) {
+        self.radius = self.radius.max(radius);
+        self.square = self.square.max(square);
+    }
+
+    /// Admits a new speed; whether the bound rose.
+    #[inline]
+    pub(crate) fn rises(&mut self, square: f64) -> bool {
+        if square <= self.square {
+            return false;
+        }
+        self.square = square;
+        true
+    }
+}
+
+impl AsRef<Bounds> for Bounds {
+    fn as_ref(&self) -> &Bounds {
+        self
+    }
+}
+
+impl AsMut<Bounds> for Bounds {
+    fn as_mut(&mut self) -> &mut Bounds {
+        self
+    }
+}
+
+/// Sets all speeds to zero where all are so small that rates of them underflow.
+pub(crate) fn bring_to_rest<C: AsRef<Bounds> + AsMut<Bounds>>(classes: &mut [C]) {
+    if classes.iter().all(|class| class.as_ref().square < COLDEST) {
+        for class in classes {
+            class.as_mut().square = 0.0;
+        }
+    }
+}
+
+/// The class that a new particle joins, and its radius; the particle is marked with it. None if no class has its size, or if
+/// so many particles are gone that the list should be built anew.
+pub(crate) fn joined<P: Grains, C: AsRef<Bounds>>(
+    gas: &mut Gas<P>,
+    index: u32,
+    classes: &[C],
+) -> Option<(usize, f64)> {
+    if 4 * gas.gone > gas.particles.len() {
+        return None;
+    }
+    let particle = &mut gas.particles[index as usize];
+    let radius = gas.scene.sizes().radius(particle.tag);
+    let key = size_key(radius);
+    let number = classes
+        .binary_search_by_key(&key, |class| class.as_ref().key)
+        .ok()?;
+    particle.mark = number as u32;
+    Some((number, radius))
+}
+
+/// The bound of the squared speed of a class after one of its particles collided; none if it stands.
+#[inline]
+pub(crate) fn raised<P: Grains, C: AsMut<Bounds>>(
+    gas: &Gas<P>,
+    index: u32,
+    classes: &mut [C],
+) -> Option<usize> {
+    let particle = &gas.particles[index as usize];
+    let number = particle.mark as usize;
+    let square = particle.velocity.square();
+    classes[number].as_mut().rises(square).then_some(number)
+}
