@@ -1,6 +1,7 @@
 //! The engine: disks, their events, and the loop over them.
 
 use nalgebra::Vector2;
+use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
     Body, Domain, Field, Interrupt, Observer, Physics, Plane, Recorder, Sizes, SpinOf, State,
@@ -70,9 +71,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) progress: Progress,
     /// Own time in which a typical disk moves by its diameter, since the last fresh start.
     pub(crate) unit: f64,
-    pub(crate) interrupt: Interrupt,
-    /// Whether an advance was broken off.
-    pub(crate) interrupted: bool,
+    /// Breaks an advance off.
+    pub(crate) stop: Interruption,
 }
 
 impl<P, Q> Engine<P, Q>
@@ -246,8 +246,7 @@ where
             progress: Progress::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
-            interrupt: Interrupt::default(),
-            interrupted: false,
+            stop: Interruption::default(),
         };
         for disk in 0..count as u32 {
             engine.look_around(disk);
@@ -278,7 +277,7 @@ where
         let mut recorder = Recorder::new(observer);
         self.progress.be_patient();
         let last = self.tally.collisions.saturating_add(most_collisions);
-        while self.tally.collisions < last && !self.interrupted {
+        while self.tally.collisions < last && !self.stop.has_ended() {
             if self.tally.collisions >= self.refresh || self.now >= self.horizon {
                 self.start_afresh(until)?;
             }
@@ -291,13 +290,13 @@ where
 
     /// Breaks an advance off when this is raised, after some hundred events.
     pub fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.interrupt = interrupt.clone();
+        self.stop.on(interrupt);
     }
 
     /// Whether an advance was broken off. The state is that of a moment, and the engine advances no further; but a run that
     /// is to have the same bytes goes on from the checkpoint before that advance, as it would have begun no leg here.
     pub fn is_interrupted(&self) -> bool {
-        self.interrupted
+        self.stop.has_ended()
     }
 
     /// Goes on as a new engine from the present checkpoint.
@@ -311,10 +310,10 @@ where
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
         let boundaries = self.surroundings.take();
         let scene = self.scene.clone();
-        let interrupt = self.interrupt.clone();
+        let stop = self.stop.clone();
         *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries)?;
         self.progress = progress;
-        self.interrupt = interrupt;
+        self.stop = stop;
         Ok(())
     }
 

@@ -58,8 +58,7 @@ where
         let mut events: u32 = 0;
         while self.tally.collisions < last && self.now < self.horizon {
             events = events.wrapping_add(1);
-            if events.is_multiple_of(BETWEEN_LOOKS) && self.interrupt.is_raised() {
-                self.interrupted = true;
+            if events.is_multiple_of(BETWEEN_LOOKS) && self.stop.ends() {
                 break;
             }
             let Some(entry) = self.calendar.pop(end, &self.disks) else {

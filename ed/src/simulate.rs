@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3, vector};
 use serde::{Deserialize, Serialize};
+use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::{
     Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
     Particle, Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _,
@@ -138,8 +139,7 @@ impl Begin<'_> {
             stage,
             origin,
             bytes: 0,
-            interrupt: Interrupt::default(),
-            interrupted: false,
+            stop: Interruption::default(),
         }))
     }
 }
@@ -161,8 +161,7 @@ struct Disks<P: Physics<Space = Plane>> {
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
-    interrupt: Interrupt,
-    interrupted: bool,
+    stop: Interruption,
 }
 
 /// Where the gas is kept.
@@ -269,7 +268,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         budget: Budget,
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure> {
-        if self.interrupted {
+        if self.stop.has_ended() {
             return Ok(false);
         }
         let most = match budget {
@@ -280,25 +279,25 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
             Budget::Collisions(most) => most,
             Budget::Unlimited => u64::MAX,
         };
-        let interrupt = self.interrupt.clone();
+        let stop = self.stop.clone();
         let engine = self.take_off().map_err(Failure::new)?;
-        engine.stop_on(&interrupt);
+        engine.stop = stop;
         let reached = engine.advance(until, most, observer);
-        let interrupted = engine.is_interrupted();
+        let stop = engine.stop.clone();
         // Also where it cannot go on: that state is what one wants to see.
-        if (budget == Budget::Leg && !interrupted) || reached.is_err() {
+        if (budget == Budget::Leg && !stop.has_ended()) || reached.is_err() {
             self.land();
         }
-        self.interrupted |= interrupted;
+        self.stop = stop;
         reached.map_err(Failure::new)
     }
 
     fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.interrupt = interrupt.clone();
+        self.stop.on(interrupt);
     }
 
     fn is_interrupted(&self) -> bool {
-        self.interrupted
+        self.stop.has_ended()
     }
 
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {

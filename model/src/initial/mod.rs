@@ -89,7 +89,7 @@ pub enum PlacementError {
 ///
 /// # Errors
 /// [`PlacementError::Jammed`] if one finds no place; [`PlacementError::Interrupted`].
-pub fn place_unlike(
+pub fn place_unequal(
     radii: &[f64],
     domain: &Domain<Plane>,
     streams: &Streams,

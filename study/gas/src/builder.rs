@@ -282,7 +282,7 @@ impl GasBuilder {
             )?
         } else {
             let radii: Vec<f64> = (0..count).map(|i| sizes.radius(sizes.tag(i))).collect();
-            initial::place_unlike(&radii, &domain, &streams, &Interrupt::default())?
+            initial::place_unequal(&radii, &domain, &streams, &Interrupt::default())?
         };
         let scene = Scene {
             space: Plane,

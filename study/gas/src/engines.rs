@@ -46,24 +46,6 @@ impl EventDriven {
         self.simulation = exact(&self.gas, &particles, Dissipation::Scene)?;
         Ok(())
     }
-
-    /// The gas as it is now: another engine can start from it.
-    pub fn state(&self) -> Gas {
-        Gas {
-            particles: self.simulation.particles(),
-            ..self.gas.clone()
-        }
-    }
-
-    /// Advances to a time; the observer sees all collisions until then.
-    ///
-    /// # Errors
-    /// [`GasError::Failure`] if the gas cannot go on, as in inelastic collapse.
-    pub fn advance(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), GasError> {
-        self.simulation
-            .advance(until, Budget::Unlimited, observer)?;
-        Ok(())
-    }
 }
 
 fn exact(
@@ -158,50 +140,50 @@ impl MonteCarlo {
             gas: gas.clone(),
         })
     }
+}
 
-    /// The gas as it is now: one particle for each simulator.
-    pub fn state(&self) -> Gas {
-        Gas {
-            particles: self.simulation.particles(),
-            ..self.gas.clone()
+/// What both engines share.
+macro_rules! is_a_simulation {
+    ($engine:ty) => {
+        impl $engine {
+            /// The gas as it is now, one particle for each simulator: another engine can start from it.
+            pub fn state(&self) -> Gas {
+                Gas {
+                    particles: self.simulation.particles(),
+                    ..self.gas.clone()
+                }
+            }
+
+            /// Advances to a time; the observer sees all collisions until then.
+            ///
+            /// # Errors
+            /// [`GasError::Failure`] if the gas cannot go on, as in inelastic collapse.
+            pub fn advance(
+                &mut self,
+                until: f64,
+                observer: &mut dyn Observer,
+            ) -> Result<(), GasError> {
+                self.simulation
+                    .advance(until, Budget::Unlimited, observer)?;
+                Ok(())
+            }
         }
-    }
 
-    /// Advances to a time; the observer sees all collisions until then.
-    ///
-    /// # Errors
-    /// [`GasError::Failure`] if the gas cannot go on.
-    pub fn advance(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), GasError> {
-        self.simulation
-            .advance(until, Budget::Unlimited, observer)?;
-        Ok(())
-    }
+        impl Deref for $engine {
+            type Target = dyn Simulation;
+
+            fn deref(&self) -> &Self::Target {
+                &*self.simulation
+            }
+        }
+
+        impl DerefMut for $engine {
+            fn deref_mut(&mut self) -> &mut Self::Target {
+                &mut *self.simulation
+            }
+        }
+    };
 }
 
-impl Deref for EventDriven {
-    type Target = dyn Simulation;
-
-    fn deref(&self) -> &Self::Target {
-        &*self.simulation
-    }
-}
-
-impl DerefMut for EventDriven {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut *self.simulation
-    }
-}
-
-impl Deref for MonteCarlo {
-    type Target = dyn Simulation;
-
-    fn deref(&self) -> &Self::Target {
-        &*self.simulation
-    }
-}
-
-impl DerefMut for MonteCarlo {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut *self.simulation
-    }
-}
+is_a_simulation!(EventDriven);
+is_a_simulation!(MonteCarlo);

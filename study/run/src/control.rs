@@ -41,18 +41,18 @@ pub struct Control<'a, T> {
     content: PhantomData<fn(T)>,
 }
 
-/// A net to fall back to is made at most so often \[s\], and so that making it takes at most this share of the time.
-const NET_SECONDS: f64 = 1.0;
-const NET_SHARE: f64 = 0.02;
+/// What to roll back to is kept at most so often \[s\], and so that keeping it takes at most this share of the time.
+const ROLLBACK_SECONDS: f64 = 1.0;
+const ROLLBACK_SHARE: f64 = 0.02;
 
-/// What a leg that is broken off falls back to: what was saved before it, in memory.
-pub struct Net<T> {
+/// What a leg that is broken off is rolled back to: what was saved before it, in memory.
+pub struct Rollback<T> {
     saved: Option<T>,
     since: Instant,
     cost: f64,
 }
 
-impl<T> Default for Net<T> {
+impl<T> Default for Rollback<T> {
     fn default() -> Self {
         Self {
             saved: None,
@@ -129,21 +129,21 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     ///
     /// # Errors
     /// Those of `gather`.
-    pub fn spread<E>(
+    pub fn keep<E>(
         &self,
-        net: &mut Net<T>,
+        rollback: &mut Rollback<T>,
         gather: impl FnOnce() -> Result<T, E>,
     ) -> Result<(), E> {
-        let due = NET_SECONDS.max(net.cost / NET_SHARE);
-        if self.path.is_none() || net.since.elapsed().as_secs_f64() < due {
+        let due = ROLLBACK_SECONDS.max(rollback.cost / ROLLBACK_SHARE);
+        if self.path.is_none() || rollback.since.elapsed().as_secs_f64() < due {
             return Ok(());
         }
         // Never two at a time.
-        net.saved = None;
+        rollback.saved = None;
         let began = Instant::now();
-        net.saved = Some(gather()?);
-        net.cost = began.elapsed().as_secs_f64();
-        net.since = Instant::now();
+        rollback.saved = Some(gather()?);
+        rollback.cost = began.elapsed().as_secs_f64();
+        rollback.since = Instant::now();
         Ok(())
     }
 
@@ -151,8 +151,8 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     ///
     /// # Errors
     /// As [`Self::save`].
-    pub fn fall_back(&self, net: &mut Net<T>) -> Result<Interrupted, SnapshotError> {
-        if let Some(saved) = net.saved.take() {
+    pub fn roll_back(&self, rollback: &mut Rollback<T>) -> Result<Interrupted, SnapshotError> {
+        if let Some(saved) = rollback.saved.take() {
             let _hold = self.stop.hold();
             self.save(&saved)?;
         }
@@ -166,7 +166,7 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     /// Those of `gather` and of [`Self::save`]; [`Interrupted`] when asked to stop.
     pub fn pause<E: From<SnapshotError> + From<Interrupted>>(
         &self,
-        net: &mut Net<T>,
+        rollback: &mut Rollback<T>,
         gather: impl FnOnce() -> Result<T, E>,
     ) -> Result<(), E> {
         let stop = self.stop.is_raised();
@@ -180,7 +180,7 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         };
         if self.path.is_some() && (stop || due) {
             let _hold = self.stop.hold();
-            *net = Net::default();
+            *rollback = Rollback::default();
             self.save(&gather()?)?;
         }
         if stop {
@@ -195,7 +195,7 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
 mod tests {
     use super::*;
 
-    /// A leg that is broken off falls back to what was kept before it, which is then on disk; and nothing is kept twice.
+    /// A leg that is broken off is rolled back to what was kept before it, which is then on disk; and nothing is kept twice.
     #[test]
     fn what_was_kept_before_a_leg_becomes_the_checkpoint() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -203,19 +203,25 @@ mod tests {
         let control: Control<'_, u64> = Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
         let gather = |number| move || Ok::<u64, SnapshotError>(number);
         let long_ago = Instant::now().checked_sub(Duration::from_secs(5));
-        let mut net = Net {
+        let mut rollback = Rollback {
             since: long_ago.expect("a machine that is up"),
-            ..Net::default()
+            ..Rollback::default()
         };
         control.save(&1).expect("saved");
-        control.spread(&mut net, gather(2)).expect("kept");
+        control.keep(&mut rollback, gather(2)).expect("kept");
         // Too early for another one.
-        control.spread(&mut net, gather(3)).expect("kept");
+        control.keep(&mut rollback, gather(3)).expect("kept");
         assert_eq!(control.load().expect("read"), Some(1));
-        assert_eq!(control.fall_back(&mut net).expect("saved"), Interrupted);
+        assert_eq!(
+            control.roll_back(&mut rollback).expect("saved"),
+            Interrupted
+        );
         assert_eq!(control.load().expect("read"), Some(2));
         // With nothing kept, the checkpoint stays.
-        assert_eq!(control.fall_back(&mut net).expect("saved"), Interrupted);
+        assert_eq!(
+            control.roll_back(&mut rollback).expect("saved"),
+            Interrupted
+        );
         assert_eq!(control.load().expect("read"), Some(2));
     }
 }

@@ -12,7 +12,7 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_model::{Budget, Failure, Observer, Particles, Simulation, Work};
 
-use crate::control::{Control, Interrupted, Net};
+use crate::control::{Control, Interrupted, Rollback};
 use crate::engines::{self, BeginError, From as Source};
 use crate::kicks::Kicks;
 use crate::measure::{Finished, Measure, Moment, Needs, Probe, Stop};
@@ -116,7 +116,7 @@ pub fn prepare(
         None => Preparation::new(plan, streams, interrupt)?,
     };
     // A leg that is broken off leaves the preparation as it was before.
-    let mut net = Net::default();
+    let mut rollback = Rollback::default();
     loop {
         match start.leg(plan, streams, interrupt) {
             Ok(true) => break,
@@ -124,7 +124,7 @@ pub fn prepare(
             Err(StartError::Interrupted) => {}
             Err(error) => return Err(error.into()),
         }
-        control.pause(&mut net, || Ok::<_, PartError>(start.clone()))?;
+        control.pause(&mut rollback, || Ok::<_, PartError>(start.clone()))?;
     }
     control.save(&start)?;
     control.tell(1.0, 0);
@@ -245,12 +245,14 @@ impl Part<'_> {
             }
         };
         let drive = Kicks::new(plan, streams)?;
-        let mut net = Net::default();
+        let mut rollback = Rollback::default();
         while let Some(due) = schedule.get(course.next) {
             let before = course.gas.work().collisions;
-            control.spread(&mut net, || course.save(false))?;
+            control.keep(&mut rollback, || course.save(false))?;
             match course.leg(due, drive.as_ref()) {
-                Err(PartError::Interrupted) => return Err(control.fall_back(&mut net)?.into()),
+                Err(PartError::Interrupted) => {
+                    return Err(control.roll_back(&mut rollback)?.into());
+                }
                 done => done?,
             }
             let time = course.gas.time() / plan.time;
@@ -260,7 +262,7 @@ impl Part<'_> {
             );
             if course.next < schedule.len() {
                 course.lap();
-                control.pause(&mut net, || course.save(false))?;
+                control.pause(&mut rollback, || course.save(false))?;
             }
         }
         course.lap();

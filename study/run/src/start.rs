@@ -238,7 +238,7 @@ fn in_plane(
         (Some(file), _) => return Ok((file.positions.clone(), Vec::new(), "file".to_owned())),
         (None, Some(_)) if matches!(plan.grains.sizes, GrainSizes::Each(_)) => {
             let radii: Vec<f64> = (0..plan.count()).map(&radius).collect();
-            let placement = initial::place_unlike(&radii, &domain, &streams, interrupt)?;
+            let placement = initial::place_unequal(&radii, &domain, &streams, interrupt)?;
             (placement, "disordered, large particles first".to_owned())
         }
         (None, arrangement) => {

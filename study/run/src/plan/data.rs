@@ -301,9 +301,6 @@ impl Quantity {
     }
 }
 
-/// Longest number that messages show as it is.
-const MOST_DIGITS: usize = 12;
-
 /// A case that has no meaning as a whole.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key}: {found}; allowed: {allowed}")]
@@ -320,11 +317,7 @@ impl PlanError {
     /// The error.
     pub fn new(key: impl Into<String>, found: impl Display, allowed: impl Into<String>) -> Self {
         let found = found.to_string();
-        // Rust writes 1e300 with three hundred zeros.
-        let found = match found.parse::<f64>() {
-            Ok(number) if found.len() > MOST_DIGITS => format!("{number:.5e}"),
-            _ => found,
-        };
+        let found = found.parse().map_or(found, stosszahl_model::brief);
         Self {
             key: key.into(),
             found,
