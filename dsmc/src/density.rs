@@ -47,8 +47,8 @@ pub enum Scheme {
     /// length; at shorter wavelengths the structure factor is too large (at k d = 0.5 and packing 0.25, 0.53 with one simulator
     /// for each disk and 0.40 with four, where exact disks have 0.335).
     ContactPoint {
-        /// Radius around the point within which all simulators are equally likely; if there is none, the nearest is
-        /// taken \[length\]. None: half the diameter, or a quarter of the mean free path if that is longer.
+        /// Radius around the point within which all simulators are equally likely; if there is none, the nearest in
+        /// the cells around is taken \[length\]. None: half the diameter, or a quarter of the mean free path if that is longer.
         radius: Option<f64>,
     },
 }
@@ -143,6 +143,8 @@ pub(crate) struct Density<S: Space> {
     /// Units in the 2n + 1 cells along the first axis around each cell; integers up to 2^24 are exact. Empty where no
     /// neighbourhood is needed.
     lines: Vec<f32>,
+    /// Units in the whole neighbourhood of each cell.
+    sums: Vec<f32>,
     /// Axes along which the box is not periodic: neighbourhoods stop at its faces.
     bounded: [bool; 3],
     /// By the number of the cell; empty where all is room.
@@ -236,6 +238,7 @@ impl<S: Space> Density<S> {
             mean_packing,
             counts,
             lines: vec![0.0; cells],
+            sums: vec![0.0; cells],
             bounded: gas.bounded,
             crowding: Vec::new(),
             space: std::marker::PhantomData,
@@ -327,6 +330,39 @@ impl<S: Space> Density<S> {
                 line(&mut padded, item);
             }
         }
+        self.add_lines(parallel);
+    }
+
+    /// Adds the sums of the lines around each line.
+    fn add_lines(&mut self, parallel: bool) {
+        let [columns, rows, layers] = self.counts;
+        let [_, reach, depth] = self.reach;
+        let (lines, bounded) = (&self.lines, self.bounded);
+        let add = |(line, sums): (usize, &mut [f32])| {
+            let (row, layer) = (line % rows, line / rows);
+            sums.fill(0.0);
+            for z in 0..=2 * depth {
+                if bounded[2] && is_outside(layer + z, depth, layers) {
+                    continue;
+                }
+                let layer = wrapped(layer + z, depth, layers);
+                for y in 0..=2 * reach {
+                    if bounded[1] && is_outside(row + y, reach, rows) {
+                        continue;
+                    }
+                    let first = columns * (wrapped(row + y, reach, rows) + rows * layer);
+                    for (sum, value) in sums.iter_mut().zip(&lines[first..first + columns]) {
+                        *sum += value;
+                    }
+                }
+            }
+        };
+        if parallel {
+            let sums = self.sums.par_chunks_mut(columns).enumerate();
+            sums.with_min_len(16).for_each(add);
+        } else {
+            self.sums.chunks_mut(columns).enumerate().for_each(add);
+        }
     }
 
     /// Units around a cell, of which the cell itself has `own`.
@@ -335,24 +371,9 @@ impl<S: Space> Density<S> {
         if !self.looks_around() {
             return own;
         }
-        let [columns, rows, layers] = self.counts;
-        let cell = cell.map(|at| at as usize);
-        let [_, reach, depth] = self.reach;
-        let mut sum = 0.0;
-        for z in 0..=2 * depth {
-            if self.bounded[2] && is_outside(cell[2] + z, depth, layers) {
-                continue;
-            }
-            let layer = wrapped(cell[2] + z, depth, layers);
-            for y in 0..=2 * reach {
-                if self.bounded[1] && is_outside(cell[1] + y, reach, rows) {
-                    continue;
-                }
-                let row = wrapped(cell[1] + y, reach, rows);
-                sum += self.lines[cell[0] + columns * (row + rows * layer)];
-            }
-        }
-        f64::from(sum)
+        let [columns, rows, _] = self.counts;
+        let [x, y, z] = cell.map(|at| at as usize);
+        f64::from(self.sums[x + columns * (y + rows * z)])
     }
 
     /// What boundaries leave of the neighbourhood of a cell.
@@ -381,7 +402,7 @@ impl<S: Space> Density<S> {
         if let Some(chi) = self.mean {
             return (chi.min(self.limit), chi > self.limit, self.mean_packing);
         }
-        let known = if units.fract() == 0.0 {
+        let known = if f64::from(units as u32) == units {
             self.table.get(units as usize)
         } else {
             None
@@ -392,9 +413,16 @@ impl<S: Space> Density<S> {
         (chi.min(self.limit), chi >= self.limit, units * self.unit)
     }
 
+    /// Whether chi is limited where this number of units is around.
+    #[inline]
+    pub(crate) fn is_limited(&self, units: f64) -> bool {
+        (self.mean.is_some() || units as usize >= self.table.len()) && self.value_of(units).1
+    }
+
     /// Memory \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        8 * (self.table.capacity() + 2 * self.crowding.capacity()) + 4 * self.lines.capacity()
+        8 * (self.table.capacity() + 2 * self.crowding.capacity())
+            + 4 * (self.lines.capacity() + self.sums.capacity())
     }
 }
 

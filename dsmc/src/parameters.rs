@@ -65,7 +65,7 @@ impl Parameters {
             Scheme::FreeVolume | Scheme::Enskog(_) => (Displacement::Diameter, 4.0, 10.0),
             Scheme::Esmc(_) => (Displacement::None, 8.0, 10.0),
             Scheme::StochasticDisks { .. } => (Displacement::None, 20.0, UNLIMITED),
-            Scheme::ContactPoint { .. } => (Displacement::None, 8.0, 100.0),
+            Scheme::ContactPoint { .. } => (Displacement::None, 4.0, 100.0),
         };
         Self {
             scheme,

@@ -28,7 +28,7 @@ const PER_TILE: usize = 8192;
 /// The same for partners across cells: the larger a tile, the less often the cells around it are looked at. But gases of few
 /// simulators keep enough tiles that threads have enough of each colour.
 const PER_TILE_ACROSS: usize = 3072;
-const TILES_ACROSS: usize = 100;
+const TILES_ACROSS: usize = 25;
 
 /// Everything needed to continue a run to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]

@@ -28,6 +28,8 @@ pub struct Tally {
     pub virial: f64,
     /// Trials across cells that found no partner in reach.
     pub missed: u64,
+    /// Trials that searched for a partner.
+    pub searches: u64,
     /// Largest number of collisions per simulator in one cell and step; of overlapping disks, which collide once in a step at
     /// most, also the largest number that a pair would have had.
     pub busiest_cell: f64,
@@ -54,6 +56,7 @@ impl Tally {
         self.separation += other.separation;
         self.virial += other.virial;
         self.missed += other.missed;
+        self.searches += other.searches;
         self.busiest_cell = self.busiest_cell.max(other.busiest_cell);
     }
 }
@@ -100,8 +103,20 @@ impl<S: Space> Stock<S> {
     /// Notes the simulators of one cell: the largest of their components, and the sum of m v^2.
     #[inline(always)]
     pub(crate) fn note(&mut self, low: S::Vector, high: S::Vector, twice_energy: f64, units: f64) {
+        self.note_speeds(S::vector(|axis| larger(high[axis], -low[axis])));
+        self.add_energy(twice_energy, units);
+    }
+
+    /// Notes components of velocities, without their sign.
+    #[inline(always)]
+    pub(crate) fn note_speeds(&mut self, fastest: S::Vector) {
         let speeds = self.speeds;
-        self.speeds = S::vector(|axis| larger(speeds[axis], larger(high[axis], -low[axis])));
+        self.speeds = S::vector(|axis| larger(speeds[axis], fastest[axis]));
+    }
+
+    /// Adds m v^2.
+    #[inline(always)]
+    pub(crate) fn add_energy(&mut self, twice_energy: f64, units: f64) {
         self.energy = self.energy.saturating_add((twice_energy * units) as u64);
     }
 

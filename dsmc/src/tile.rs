@@ -10,7 +10,7 @@
 
 use stosszahl_model::{Collision, Physics, VectorOf};
 
-use crate::across::Speeds;
+use crate::across::Extent;
 use crate::boundary::Ledgers;
 use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::simulator::{Follow, SimulatorOf};
@@ -114,8 +114,8 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     /// What happened since it was arranged.
     pub(crate) tally: Tally,
     pub(crate) stock: Stock<P::Space>,
-    /// How fast simulators are, where partners are sought across cells.
-    pub(crate) speeds: Speeds<P::Space>,
+    /// Velocities by cell, where partners are sought across cells.
+    pub(crate) extents: Vec<Extent<P::Space>>,
     /// Collisions that somebody wants to look at.
     pub(crate) log: Vec<Collision>,
     /// What happened in each cell, where somebody wants to know.
@@ -176,7 +176,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             lines: vec![0; (place.sides[1] * place.sides[2]) as usize],
             tally: Tally::default(),
             stock: Stock::default(),
-            speeds: Speeds::default(),
+            extents: Vec::new(),
             log: Vec::new(),
             counts: Vec::new(),
             is_even: true,
@@ -373,7 +373,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             + 4 * (self.starts.capacity() + self.lines.capacity())
             + self.log.capacity() * size_of::<Collision>()
             + self.counts.capacity() * size_of::<CellCount>()
-            + self.speeds.bytes()
+            + self.extents.capacity() * size_of::<Extent<P::Space>>()
     }
 }
 

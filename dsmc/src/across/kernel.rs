@@ -2,19 +2,24 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{
-    Collision, Encounter, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
+    Collision, Encounter, Physics, Plane, Restitution, Sizes, Space, Vector, VectorOf, collide,
 };
 
 use super::arm::{self, Arm};
+use super::extents::{Extent, Extents};
 use super::partners::{Aim, Search};
 use super::shared::{Around, At};
-use super::speeds::{Near, note};
 use super::{Bounds, Rates, Report};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered, draw_whole, index, nearest_image};
 use crate::density::{Crowding, Scheme};
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::{Follow, SimulatorOf};
+use crate::tally::smaller;
+
+/// Simulators that a line of cells is to hold, and most cells in one: their trials are drawn together.
+const SIMULATORS_IN_LINE: f64 = 4.0;
+const LONGEST_LINE: f64 = 8.0;
 
 /// What works around a tile.
 pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
@@ -23,23 +28,40 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) arm: &'a Arm,
     /// Of the tile and all next to it together.
     pub(super) bounds: Bounds,
-    pub(super) near: Near<VectorOf<P>>,
+    pub(super) extents: Extents<P::Space>,
     pub(super) around: Around<'b, 'c, P, F>,
+    pub(super) cells: Vec<Cell>,
     pub(super) report: Report,
 }
 
-/// A cell whose simulators look for partners.
+/// Neighbouring cells in a line, whose simulators look for partners together.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    /// The first cell, and its number in the tile.
+    first: [u32; 3],
+    local: usize,
+    cells: usize,
+}
+
+/// A cell of a line.
 #[derive(Clone, Copy)]
 pub(super) struct Cell {
     pub(super) at: [u32; 3],
-    pub(super) tile: u32,
-    begin: u32,
+    /// Where its simulators end.
     end: u32,
-    /// Units around, itself included, what boundaries leave of the room for them, and their packing fraction.
+    count: u32,
+    /// Units around, what boundaries leave of the room for them, and their packing fraction.
     units: f64,
     crowding: Crowding,
     packing: f64,
     limited: bool,
+    /// Cross section times chi of pairs of the largest, over that of the contact distance and the chi of equal ones.
+    ceiling: f64,
+    /// n chi of the simulators that have most, times the ceiling; and the sum of this over the simulators of the line up to here.
+    rate: f64,
+    sum: f64,
+    collisions: u64,
+    virial: f64,
 }
 
 /// A simulator that looks for a partner.
@@ -50,6 +72,8 @@ struct Trial<V> {
     normal: V,
     /// From centre to centre at contact, for a partner of the mean radius \[length\].
     distance: f64,
+    /// Its own speed along the normal.
+    along: f64,
     /// How fast they must approach, of how fast they can.
     threshold: f64,
     majorant: f64,
@@ -74,127 +98,163 @@ where
 {
     /// Collides the simulators of the tile with each other and with those around it.
     pub(super) fn collide(mut self) -> Report {
-        let number = self.around.middle();
         let kernel = self.kernel;
         let mut search = Search::new(
             kernel.grid,
             kernel.partner_radius,
             kernel.scene.sizes(),
             kernel.mean_radius,
+            self.extents.ranges(),
         );
-        let home = self.around.tile(number);
-        let place = home.place;
-        if !kernel.density.scheme().bounds_trials() {
-            for local in 0..home.cells() {
-                if kernel.stop.is_raised() {
-                    break;
-                }
-                self.collide_in(number, local, &mut search);
-            }
-            return self.report;
-        }
-        for block in home.speeds.blocks(&place) {
-            self.near = Near::new(&self.around, block);
-            for [begin, end] in block.lines(&place) {
+        let place = self.around.home().place;
+        let [columns, rows, layers] = place.sides.map(|side| side as usize);
+        let home = self.around.home();
+        let each = home.simulators.len() as f64 / home.cells() as f64;
+        let cells = (SIMULATORS_IN_LINE / each).clamp(1.0, LONGEST_LINE) as usize;
+        let pieces = columns.div_ceil(cells);
+        for row in 0..rows * layers {
+            for piece in 0..pieces {
                 if kernel.stop.is_raised() {
                     return self.report;
                 }
-                for local in begin..end {
-                    self.collide_in(number, local, &mut search);
+                let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
+                let local = columns * row + from;
+                let home = self.around.home();
+                let [begin, end] = [home.starts[local], home.starts[local + to - from]];
+                if begin == end {
+                    continue;
                 }
+                let line = Line {
+                    first: home.cell_at(local),
+                    local,
+                    cells: to - from,
+                };
+                self.collide_line(line, &mut search);
             }
         }
         self.report
     }
 
-    /// Collides the simulators of a cell of a tile, by its number there.
-    fn collide_in(&mut self, tile: u32, local: usize, search: &mut Search<'_, P>) {
-        let Some(cell) = self.cell(tile, local) else {
-            return;
-        };
+    /// Collides the simulators of a line of cells.
+    fn collide_line(&mut self, line: Line, search: &mut Search<'_, P>) {
         let kernel = self.kernel;
-        let mut stream = kernel.streams.at(u64::from(kernel.grid.number(cell.at)));
-        let (before, virial) = (self.report.tally.collisions, self.report.tally.virial);
+        self.look_at_cells(line);
+        let number = kernel.grid.number(line.first);
+        let mut stream = kernel.streams.at(u64::from(number));
         match kernel.density.scheme() {
-            Scheme::ContactPoint { .. } => self.around_points(cell, search, &mut stream),
-            Scheme::Esmc(_) => self.in_cells(cell, &mut stream),
+            Scheme::ContactPoint { .. } => self.around_points(line, search, &mut stream),
+            Scheme::Esmc(_) => self.in_cells(line, &mut stream),
             Scheme::StochasticDisks { stiffness } => {
-                self.overlapping(cell, stiffness, &mut stream);
+                for cell in 0..line.cells {
+                    if self.cells[cell].count == 0 {
+                        continue;
+                    }
+                    let before = (self.report.tally.collisions, self.report.tally.virial);
+                    self.overlapping(self.cells[cell], stiffness, &mut stream);
+                    self.cells[cell].collisions = self.report.tally.collisions - before.0;
+                    self.cells[cell].virial = self.report.tally.virial - before.1;
+                }
             }
             _ => {}
         }
-        let tally = &mut self.report.tally;
-        let collisions = tally.collisions - before;
-        if collisions == 0 {
-            return;
+        for (local, cell) in (line.local..).zip(&self.cells) {
+            let tally = &mut self.report.tally;
+            if cell.collisions > 0 {
+                if cell.limited {
+                    tally.limited_collisions += cell.collisions;
+                }
+                let each = 2.0 * cell.collisions as f64;
+                let count = f64::from(cell.count);
+                if each > tally.busiest_cell * count {
+                    tally.busiest_cell = each / count;
+                }
+                let weighed = kernel.weight * cell.collisions as f64;
+                let home = self.around.middle();
+                self.around.count(home, local, weighed, cell.virial);
+            }
         }
-        if cell.limited {
-            tally.limited_collisions += collisions;
-        }
-        let each = 2.0 * collisions as f64;
-        let count = f64::from(cell.end - cell.begin);
-        if each > tally.busiest_cell * count {
-            tally.busiest_cell = each / count;
-        }
-        let virial = tally.virial - virial;
-        (self.around).count(tile, local, kernel.weight * collisions as f64, virial);
     }
 
-    /// A cell of a tile, if it is not empty.
-    fn cell(&mut self, tile: u32, local: usize) -> Option<Cell> {
+    /// Looks at the cells of a line, as they are before any of them collides.
+    fn look_at_cells(&mut self, line: Line) {
         let kernel = self.kernel;
-        let home = self.around.tile(tile);
-        let (begin, end) = (home.starts[local], home.starts[local + 1]);
-        if begin == end {
-            return None;
+        let sizes = kernel.scene.sizes();
+        let home = self.around.home();
+        let largest = 2.0 * sizes.largest_radius();
+        self.cells.clear();
+        let mut at = line.first;
+        for local in line.local..line.local + line.cells {
+            let (begin, end) = (home.starts[local], home.starts[local + 1]);
+            let count = end - begin;
+            if count == 0 {
+                self.cells.push(Cell::empty(at, end));
+                at[0] += 1;
+                continue;
+            }
+            let own = if kernel.density.looks_around() {
+                0.0
+            } else {
+                covered::<P, F>(sizes, home.members(local))
+            };
+            let units = kernel.density.around(at, own);
+            let crowding = kernel.density.crowding(at);
+            let covered = units * crowding.bodies;
+            let (packing, limited) = (
+                covered * kernel.density.unit(),
+                kernel.density.is_limited(covered),
+            );
+            self.report.tally.active_cells += 1;
+            self.report.tally.limited_cells += u64::from(limited);
+            let ceiling = if P::Sizes::UNIFORM {
+                1.0
+            } else {
+                pair_share(kernel, packing, [largest; 2], largest).max(1.0)
+            };
+            self.cells.push(Cell {
+                count,
+                units,
+                crowding,
+                packing,
+                limited,
+                ceiling,
+                ..Cell::empty(at, end)
+            });
+            at[0] += 1;
         }
-        let at = home.cell_at(local);
-        let own = covered::<P, F>(kernel.scene.sizes(), home.members(local));
-        let units = kernel.density.around(at, own);
-        let crowding = kernel.density.crowding(at);
-        let (_, limited, packing) = kernel.density.value_of(units * crowding.bodies);
-        self.report.tally.active_cells += 1;
-        self.report.tally.limited_cells += u64::from(limited);
-        Some(Cell {
-            at,
-            tile,
-            begin,
-            end,
-            units,
-            crowding,
-            packing,
-            limited,
-        })
     }
 
-    /// Draws one of the simulators of a cell, a line of centres, and the speed along it that a partner must exceed.
+    /// Draws a line of centres for a simulator, and the speed along it that a partner must exceed.
     ///
-    /// A partner of velocity v' is met at the rate ((v - v') . k)+. With speeds against the middle, none beyond `fastest` R, that
-    /// is at most R + v . k: so the line has the density R + v . k, and a partner is accepted with ((v - v') . k)+/(R + v . k).
-    /// A line k that is uniform, turned into -k with the probability (R - v . k)/(2 R), has that density, and its mean rate is R
-    /// whatever v. What is left of the number that turns it is uniform too: the threshold.
-    fn propose(&self, cell: Cell, fastest: f64, stream: &mut impl Rng) -> Trial<VectorOf<P>> {
-        let first = At {
-            tile: cell.tile,
-            index: stream.random_range(cell.begin..cell.end),
-        };
+    /// A partner of velocity u is met at the rate ((v - u) . k)+, at most w(k) = h(k) + v . k, where h(k) is the largest -u . k of
+    /// the box that holds all u. The two ends of a line together have w(k) + w(-k) = h(k) + h(-k), which is the sum of the sides
+    /// of the box times `|k_i|`, whatever v: so the line is drawn with that density, one of its ends by the shares of the two, and
+    /// a partner is accepted with ((v - u) . k)+/w(k). What is left of the number that chose the end is uniform too: the threshold.
+    fn propose(
+        &self,
+        first: At,
+        extent: &Extent<P::Space>,
+        sides: VectorOf<P>,
+        stream: &mut impl Rng,
+    ) -> Trial<VectorOf<P>> {
         let simulator = self.around.read(first);
-        let normal = line::<P::Space>(stream);
-        let along = (simulator.velocity - self.near.middle).inner(&normal);
-        let number = 2.0 * fastest * stream.random::<f64>();
+        let normal = line_of_centres::<P::Space>(sides, stream);
+        let both: f64 = (0..P::Space::DIMENSION)
+            .map(|axis| sides[axis] * normal[axis].abs())
+            .sum();
+        let number = both * stream.random::<f64>();
+        let along = simulator.velocity.inner(&normal);
+        let one = extent.against(normal) + along;
         // Without a branch, which nobody could foresee.
-        let turns = number >= fastest + along;
+        let turns = number >= one;
         let sign = 1.0 - 2.0 * f64::from(u8::from(turns));
-        let normal = normal * sign;
-        let majorant = fastest + sign * along;
-        let threshold = number - f64::from(u8::from(turns)) * (fastest + along);
         Trial {
             first,
             position: simulator.position,
-            normal,
+            normal: normal * sign,
             distance: self.kernel.scene.sizes().radius(simulator.tag) + self.kernel.mean_radius,
-            threshold,
-            majorant,
+            along: along * sign,
+            threshold: if turns { number - one } else { number },
+            majorant: if turns { both - one } else { one },
         }
     }
 
@@ -202,16 +262,15 @@ where
     /// cross section lets them. Returns how far apart they were along the line of centres, in contact distances.
     fn try_pair(
         &mut self,
-        cell: Cell,
+        cell: usize,
         trial: &Trial<VectorOf<P>>,
         second: At,
-        [largest, ceiling]: [f64; 2],
         stream: &mut impl Rng,
     ) -> Option<f64> {
         let places = [trial.first, second];
         let pair = places.map(|at| self.around.read(at));
         let speed = (pair[0].velocity - pair[1].velocity).inner(&trial.normal);
-        self.report.tally.majorant_violations += u64::from(speed > trial.majorant);
+        self.report.tally.majorant_violations += u64::from(speed > trial.majorant * (1.0 + 1e-12));
         if speed <= trial.threshold {
             return None;
         }
@@ -219,51 +278,95 @@ where
         let contact = sizes.radius(pair[0].tag) + sizes.radius(pair[1].tag);
         if !P::Sizes::UNIFORM {
             let diameters = pair.map(|simulator| 2.0 * sizes.radius(simulator.tag));
-            let share = self.pair_share(cell, diameters, largest) / ceiling;
+            let Cell {
+                packing, ceiling, ..
+            } = self.cells[cell];
+            let largest = 2.0 * sizes.largest_radius();
+            let share = pair_share(self.kernel, packing, diameters, largest) / ceiling;
             if stream.random::<f64>() >= share {
                 return None;
             }
         }
+        let virial = self.report.tally.virial;
         let apart = self.strike(places, &pair, trial.normal, contact);
+        self.cells[cell].collisions += 1;
+        self.cells[cell].virial += self.report.tally.virial - virial;
         Some(-apart.inner(&trial.normal) / contact)
     }
 
+    /// Sets the rates of the cells of a line, and draws the number of their trials in a step, for partners of these velocities.
+    fn trials(
+        &mut self,
+        sides: VectorOf<P>,
+        rate: impl Fn(&Cell) -> f64,
+        stream: &mut impl Rng,
+    ) -> u64 {
+        let kernel = self.kernel;
+        let mut sum = 0.0;
+        for cell in &mut self.cells {
+            if cell.count > 0 {
+                cell.rate = cell.ceiling * rate(cell);
+                sum += cell.rate * f64::from(cell.count);
+            }
+            cell.sum = sum;
+        }
+        let largest = 2.0 * kernel.scene.sizes().largest_radius();
+        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
+        // The mean of h(k).
+        let mean = 0.5 * MEAN_COMPONENT[P::Space::DIMENSION - 2] * total::<P::Space>(sides);
+        let each = 0.5 * P::Space::SOLID_ANGLE * section * mean;
+        let trials = draw_whole(sum * each * kernel.step, stream);
+        self.report.tally.trials += trials;
+        trials
+    }
+
+    /// Draws a simulator of a line by the rates of their cells: the number of the cell, and where it is.
+    #[inline]
+    fn draw_first(&self, stream: &mut impl Rng) -> (usize, At) {
+        let sum = self.cells.last().map_or(0.0, |cell| cell.sum);
+        // Below the sum also where the product rounds up to it: so there is a cell, and it is not empty.
+        let pick = smaller(sum * stream.random::<f64>(), sum.next_down());
+        let number = self.cells.iter().filter(|cell| cell.sum <= pick).count();
+        let cell = &self.cells[number];
+        let left = ((cell.sum - pick) / cell.rate) as u32;
+        let first = At {
+            tile: self.around.middle(),
+            index: cell.end - 1 - left.min(cell.count - 1),
+        };
+        (number, first)
+    }
+
     /// Partners around the point of contact, at the rate of Enskog's theory.
-    fn around_points(&mut self, cell: Cell, search: &mut Search<'_, P>, stream: &mut impl Rng) {
+    fn around_points(&mut self, line: Line, search: &mut Search<'_, P>, stream: &mut impl Rng) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
-        // Room for rounding.
-        let fastest = self.near.spread * (1.0 + 1e-12);
-        let largest = 2.0 * sizes.largest_radius();
-        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
-        // Of pairs over pairs of the largest with the chi of equal ones.
-        let ceiling = self.pair_ceiling(cell, largest);
-        let most = self.rates.most(cell.units, cell.crowding);
-        let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * most;
-        let count = f64::from(cell.end - cell.begin);
-        let trials = draw_whole(count * rate * fastest * kernel.step, stream);
-        self.report.tally.trials += trials;
-        let class = arm::class(cell.packing, cell.crowding == Crowding::NONE);
-        let reach = self.arm.reach(class);
+        let extent = self.extents.along(line.first, line.cells);
+        let sides = extent.sides();
+        let rates = self.rates;
+        let most = |cell: &Cell| rates.most(cell.units, cell.crowding);
+        let trials = self.trials(sides, most, stream);
         for number in 0..trials {
             if kernel.stop.is_raised_at(number) {
                 break;
             }
-            let trial = self.propose(cell, fastest, stream);
+            let (number, first) = self.draw_first(stream);
+            let trial = self.propose(first, &extent, sides, stream);
             let Trial {
-                first,
                 position,
                 normal,
                 distance,
                 ..
             } = trial;
+            let cell = &self.cells[number];
             if !P::Sizes::UNIFORM {
                 let share = sizes.radius(self.around.read(first).tag) / sizes.largest_radius();
-                if stream.random::<f64>() * most >= self.rates.at(cell.units, cell.crowding, share)
-                {
+                let rate = cell.ceiling * self.rates.at(cell.units, cell.crowding, share);
+                if stream.random::<f64>() * cell.rate >= rate {
                     continue;
                 }
             }
+            let class = arm::class(cell.packing, cell.crowding == Crowding::NONE);
+            let reach = self.arm.reach(class);
             let aim = Aim {
                 point: position + normal * (reach * distance),
                 along: normal * reach,
@@ -272,41 +375,42 @@ where
             if !kernel.has_room(position + normal * distance) {
                 continue;
             }
+            // Nobody there is fast enough.
+            if let Some(near) = self.extents.at(search.cell(aim.point))
+                && near.against(normal) + trial.along <= trial.threshold
+            {
+                continue;
+            }
+            self.report.tally.searches += 1;
             let Some(second) = search.partner(&self.around, aim, first, stream) else {
                 self.report.tally.missed += 1;
                 continue;
             };
-            if let Some(arm) = self.try_pair(cell, &trial, second, [largest, ceiling], stream) {
+            if let Some(arm) = self.try_pair(number, &trial, second, stream) {
                 self.report.distances.note(class, arm);
             }
         }
     }
 
     /// Partners from the cell of the point of contact.
-    fn in_cells(&mut self, cell: Cell, stream: &mut impl Rng) {
+    fn in_cells(&mut self, line: Line, stream: &mut impl Rng) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
-        // Room for rounding.
-        let fastest = self.near.spread * (1.0 + 1e-12);
-        let largest = 2.0 * sizes.largest_radius();
-        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
-        let ceiling = self.pair_ceiling(cell, largest);
         let Bounds { crowd, chi, .. } = self.bounds;
         // Cells that walls cut are denser than their number says.
         let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
         let density = f64::from(crowd) * kernel.weight / (least * kernel.grid.cell_volume());
-        let rate = 0.5 * P::Space::SOLID_ANGLE * section * ceiling * chi * density;
-        let count = f64::from(cell.end - cell.begin);
-        let trials = draw_whole(count * rate * fastest * kernel.step, stream);
-        self.report.tally.trials += trials;
+        let extent = self.extents.along(line.first, line.cells);
+        let sides = extent.sides();
+        let trials = self.trials(sides, |_| chi * density, stream);
         for number in 0..trials {
             if kernel.stop.is_raised_at(number) {
                 break;
             }
-            let trial = self.propose(cell, fastest, stream);
+            let (number, first) = self.draw_first(stream);
+            let trial = self.propose(first, &extent, sides, stream);
             let slot = stream.random_range(0..crowd);
             let Trial {
-                first,
                 position,
                 normal,
                 distance,
@@ -346,26 +450,8 @@ where
             if chi * stream.random::<f64>() >= there {
                 continue;
             }
-            self.try_pair(cell, &trial, second, [largest, ceiling], stream);
+            self.try_pair(number, &trial, second, stream);
         }
-    }
-
-    /// Cross section times chi of the pairs of largest particles, over `largest^(D-1)` and the chi of equal ones.
-    fn pair_ceiling(&self, cell: Cell, largest: f64) -> f64 {
-        if P::Sizes::UNIFORM {
-            1.0
-        } else {
-            self.pair_share(cell, [largest; 2], largest).max(1.0)
-        }
-    }
-
-    /// The same of pairs of given diameters.
-    fn pair_share(&self, cell: Cell, diameters: [f64; 2], largest: f64) -> f64 {
-        let chi = P::Space::contact_value(cell.packing.min(0.9));
-        let pair = self
-            .kernel
-            .pair_factor(chi, cell.packing.min(0.9), diameters);
-        pair / (P::Space::cross_section(largest) * chi)
     }
 
     /// Collides a pair along `normal`, from the first to the second, and returns the vector from the second to the first.
@@ -397,10 +483,8 @@ where
         for (number, (place, velocity)) in places.into_iter().zip(after).enumerate() {
             self.around.set(place, velocity, outcome.spins[number]);
             let cell = kernel.grid.cell_at(pair[number].position);
-            if kernel.density.scheme().bounds_trials() {
-                note(&mut self.around, place, cell, velocity);
-                self.near.note(velocity);
-            }
+            self.around.note(place, cell, velocity);
+            self.extents.note(cell, velocity);
         }
         let tally = &mut self.report.tally;
         tally.collisions += 1;
@@ -423,32 +507,84 @@ where
     }
 }
 
-/// A random unit vector along a line of any direction, all equally likely; which of its two ends it points to does not matter.
-///
-/// In the plane without a branch or a call: sine and cosine of half the angle by their series to 1e-9, and a step of Newton's
-/// to length one, which leaves the square of that.
-#[inline]
-fn line<S: Space>(stream: &mut impl Rng) -> S::Vector {
-    if S::DIMENSION != 2 {
-        return S::random_direction(stream);
+/// Mean size of a component of a random unit vector, in the plane and in space.
+const MEAN_COMPONENT: [f64; 2] = [std::f64::consts::FRAC_2_PI, 0.5];
+
+/// The sum of the components.
+fn total<S: Space>(vector: S::Vector) -> f64 {
+    (0..S::DIMENSION).map(|axis| vector[axis]).sum()
+}
+
+/// Cross section times chi of pairs of given diameters, over `largest^(D-1)` and the chi of equal ones.
+fn pair_share<P: Physics>(
+    kernel: &Kernel<'_, P>,
+    packing: f64,
+    diameters: [f64; 2],
+    largest: f64,
+) -> f64 {
+    let packing = packing.min(0.9);
+    let chi = P::Space::contact_value(packing);
+    kernel.pair_factor(chi, packing, diameters) / (P::Space::cross_section(largest) * chi)
+}
+
+/// A random line of centres k whose density is the sum of these sides times `|k_i|`: of one of the axes, by their share, the
+/// component has the density `|k_i|`, so that its square is uniform in space, and the other component in the plane.
+#[inline(always)]
+pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng) -> S::Vector {
+    let pick = total::<S>(sides) * stream.random::<f64>();
+    if S::DIMENSION == 2 {
+        // What is left of the number that chose the axis is uniform too, from -1 to 1.
+        let is_first = pick < sides[0];
+        let (left, side) = if is_first {
+            (pick, sides[0])
+        } else {
+            (pick - sides[0], sides[1])
+        };
+        let other = (2.0 * left / side - 1.0).clamp(-1.0, 1.0);
+        let along = (1.0 - other * other).sqrt();
+        return S::vector(|axis| {
+            if (axis == 0) == is_first {
+                along
+            } else {
+                other
+            }
+        });
     }
-    // Half of an angle up to a right one.
-    let x = std::f64::consts::FRAC_PI_4 * (2.0 * stream.random::<f64>() - 1.0);
-    let s = x * x;
-    let sine = x * (1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0))));
-    let cosine =
-        1.0 - s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0))));
-    let (a, b) = (cosine * cosine - sine * sine, 2.0 * sine * cosine);
-    let scale = 1.5 - 0.5 * (a * a + b * b);
-    S::vector(|axis| scale * if axis == 0 { a } else { b })
+    let chosen = if pick < sides[0] {
+        0
+    } else if pick < sides[0] + sides[1] {
+        1
+    } else {
+        2
+    };
+    let square: f64 = stream.random();
+    let around = Plane::random_direction(stream) * (1.0 - square).sqrt();
+    S::vector(|axis| match (axis + 3 - chosen) % 3 {
+        0 => square.sqrt(),
+        other => around[other - 1],
+    })
 }
 
 impl Cell {
-    /// The places of its simulators.
-    pub(super) fn places(self) -> impl Iterator<Item = At> + Clone {
-        (self.begin..self.end).map(move |index| At {
-            tile: self.tile,
-            index,
-        })
+    fn empty(at: [u32; 3], end: u32) -> Self {
+        Self {
+            at,
+            end,
+            count: 0,
+            units: 0.0,
+            crowding: Crowding::NONE,
+            packing: 0.0,
+            limited: false,
+            ceiling: 0.0,
+            rate: 0.0,
+            sum: 0.0,
+            collisions: 0,
+            virial: 0.0,
+        }
+    }
+
+    /// The places of its simulators in a tile.
+    pub(super) fn places(self, tile: u32) -> impl Iterator<Item = At> + Clone {
+        (self.end - self.count..self.end).map(move |index| At { tile, index })
     }
 }

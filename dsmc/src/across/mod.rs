@@ -5,12 +5,13 @@
 //! together with its neighbours, colour after colour ([`shared`]), and the pairs of a tile one after the other.
 
 mod arm;
+mod extents;
 mod kernel;
 mod overlap;
 mod partners;
 mod rate;
 mod shared;
-mod speeds;
+
 #[cfg(test)]
 mod tests;
 
@@ -18,16 +19,17 @@ use rayon::prelude::*;
 use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
 pub(crate) use arm::Arm;
+pub(crate) use extents::Extent;
 pub(crate) use rate::{Rates, Spread};
-pub(crate) use speeds::Speeds;
 
 use crate::collide::Kernel;
 use crate::density::Scheme;
+use crate::grid::Grid;
 use crate::simulator::Follow;
 use crate::tally::Tally;
 use crate::tile::Tile;
 use arm::Distances;
-use speeds::Near;
+use extents::{Extents, Ranges};
 
 /// What the cells of a tile have in common, before the collisions of a step.
 #[derive(Clone, Copy)]
@@ -79,14 +81,22 @@ where
         };
         let grid = self.grid;
         let learnt = &*arm;
+        let scheme = self.density.scheme();
+        let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
+        let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius);
         let mut reports = shared::sweep_around(parallel, grid, tiles, |number, around| {
             let worker = kernel::Worker {
                 kernel: self,
                 rates,
                 arm: learnt,
                 bounds: kernel::around(grid, &bounds, number),
-                near: Near::nobody(),
+                extents: if scheme.bounds_trials() {
+                    Extents::new(&around, grid, ranges)
+                } else {
+                    Extents::unknown()
+                },
                 around,
+                cells: Vec::new(),
                 report: Report::default(),
             };
             worker.collide()
@@ -107,6 +117,9 @@ where
         let mut bounds = Bounds { crowd: 0, chi: 0.0 };
         let mut stock = crate::tally::Stock::default();
         let sizes = self.scene.sizes();
+        let mut extents = std::mem::take(&mut tile.extents);
+        extents.clear();
+        let bounds_trials = self.density.scheme().bounds_trials();
         for cell in 0..tile.cells() {
             let members = tile.members(cell);
             bounds.crowd = bounds.crowd.max(members.len() as u32);
@@ -115,17 +128,51 @@ where
                 let (chi, ..) = self.density.contact_value(tile.cell_at(cell), own);
                 bounds.chi = bounds.chi.max(chi);
             }
+            let mut extent = Extent::nobody();
             for member in members {
-                let v = member.velocity;
-                stock.note(v, v, sizes.mass(member.tag) * v.square(), self.units);
+                extent.note(member.velocity);
+                let twice_energy = sizes.mass(member.tag) * member.velocity.square();
+                stock.add_energy(twice_energy, self.units);
+            }
+            stock.note_speeds(extent.fastest());
+            if bounds_trials {
+                extents.push(extent);
             }
         }
+        tile.extents = extents;
         tile.stock = stock;
-        if self.density.scheme().bounds_trials() {
-            let (place, starts, simulators) = (&tile.place, &tile.starts, &tile.simulators);
-            tile.speeds
-                .look::<P, F>(self.grid, place, starts, simulators);
-        }
         bounds
+    }
+}
+
+/// How far from a simulator its partners are, in cells; `radius`: within which all are equally likely \[length\].
+fn ranges<P: Physics>(
+    scheme: Scheme,
+    grid: &Grid<P::Space>,
+    sizes: &P::Sizes,
+    mean_radius: f64,
+    radius: f64,
+) -> Ranges {
+    let narrowest = grid.narrowest();
+    let cells = |distance: f64| (distance / narrowest).ceil() as usize;
+    let largest = sizes.largest_radius();
+    let longest = largest + mean_radius;
+    if let Scheme::ContactPoint { .. } = scheme {
+        let spread = if P::Sizes::UNIFORM {
+            0.0
+        } else {
+            mean_radius.max(largest - mean_radius)
+        };
+        Ranges {
+            point: cells(Arm::LONGEST * longest),
+            near: cells(radius).max(1),
+            far: partners::WIDEST as usize,
+            shift: cells(Arm::LONGEST * spread),
+        }
+    } else {
+        Ranges {
+            point: cells(longest),
+            ..Ranges::default()
+        }
     }
 }

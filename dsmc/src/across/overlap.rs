@@ -25,7 +25,8 @@ where
             };
             let starts = &self.around.tile(tile).starts;
             let range = starts[local]..starts[local + 1];
-            for (done, first) in cell.places().enumerate() {
+            let home = self.around.middle();
+            for (done, first) in cell.places(home).enumerate() {
                 if self.kernel.stop.is_raised() {
                     return;
                 }

@@ -3,10 +3,12 @@
 use rand::{Rng, RngExt};
 use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
+use super::extents::Ranges;
 use super::shared::{Around, At};
 use crate::grid::Grid;
 use crate::simulator::{Follow, SimulatorOf};
 use crate::tally::smaller;
+use crate::tile::Tile;
 
 /// Simulators that lie next to each other in one tile.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +22,7 @@ struct Run {
 const DRAWS: u32 = 12;
 
 /// Simulators around that are looked at once, for one within the radius and for the nearest: their numbers have six bits.
-const FEW: u32 = 64;
+const FEW: u64 = 64;
 
 /// Widest search for the nearest, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
@@ -40,10 +42,12 @@ pub(super) struct Search<'a, P: Physics> {
     radius: f64,
     sizes: &'a P::Sizes,
     mean_radius: f64,
-    /// How far the radius of a particle is from the mean, at most.
-    spread: f64,
+    /// How many cells on each side hold all within the radius, at least one, and how many more do where sizes differ.
+    near: i64,
+    shift: i64,
     /// Narrowest side of a cell, and cells for each unit of length along each axis.
     narrowest: f64,
+    widths: VectorOf<P>,
     scale: VectorOf<P>,
     runs: Vec<Run>,
 }
@@ -55,27 +59,143 @@ impl<'a, P: Physics> Search<'a, P> {
         radius: f64,
         sizes: &'a P::Sizes,
         mean_radius: f64,
+        ranges: Ranges,
     ) -> Self {
-        let spread = if P::Sizes::UNIFORM {
-            0.0
-        } else {
-            mean_radius.max(sizes.largest_radius() - mean_radius)
-        };
         Self {
             grid,
             radius,
             sizes,
             mean_radius,
-            spread,
+            near: ranges.near as i64,
+            shift: ranges.shift as i64,
             narrowest: grid.narrowest(),
+            widths: grid.width(),
             scale: P::Space::vector(|axis| 1.0 / grid.width()[axis]),
             runs: Vec::new(),
         }
     }
 
     /// A simulator other than `who` around its point of the aim, in the box or a little outside: any within the radius, all
-    /// equally likely; if there is none, the nearest; none if that is farther than a few cells.
+    /// equally likely; if there is none, the nearest in the cells around; none if nobody is within a few cells.
+    #[inline]
     pub(super) fn partner<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, '_, P, F>,
+        aim: Aim<VectorOf<P>>,
+        who: At,
+        stream: &mut impl Rng,
+    ) -> Option<At> {
+        // Nearly always: two cells along each axis, or three.
+        if P::Sizes::UNIFORM && self.near == 1 {
+            let home = around.home();
+            let found = self.closest::<F, 2>(home, aim.point, who.index, stream);
+            let found = found.or_else(|| self.closest::<F, 3>(home, aim.point, who.index, stream));
+            if let Some(index) = found {
+                return Some(At {
+                    tile: around.middle(),
+                    index,
+                });
+            }
+        }
+        self.partner_around(around, aim, who, stream)
+    }
+
+    /// The same among equal ones in the few cells along each axis that are nearest to the point, if these are in the tile and
+    /// show who it is.
+    #[inline]
+    fn closest<F: Follow<P::Space>, const CELLS: u64>(
+        &self,
+        home: &Tile<P, F>,
+        point: VectorOf<P>,
+        own: u32,
+        stream: &mut impl Rng,
+    ) -> Option<u32> {
+        let place = &home.place;
+        let mut low = [0; 3];
+        let mut reach = f64::MAX;
+        for (axis, low) in low.iter_mut().enumerate().take(P::Space::DIMENSION) {
+            let at = point[axis] * self.scale[axis];
+            let first = floor(at - 0.5 * (CELLS - 1) as f64);
+            let local = (first - i64::from(place.first[axis])) as u64;
+            let most = u64::from(place.sides[axis]).checked_sub(CELLS)?;
+            if local > most {
+                return None;
+            }
+            *low = local as usize;
+            if CELLS == 2 {
+                let below = at - first as f64;
+                reach = smaller(reach, smaller(below, 2.0 - below) * self.widths[axis]);
+            }
+        }
+        if self.radius > reach {
+            return None;
+        }
+        let [columns, rows, _] = place.sides.map(|side| side as usize);
+        let first = low[0] + columns * (low[1] + rows * low[2]);
+        let cells = CELLS as usize;
+        let lines = if P::Space::DIMENSION == 2 {
+            cells
+        } else {
+            cells * cells
+        };
+        let line = |number: usize| {
+            let row = if P::Space::DIMENSION == 2 {
+                number
+            } else {
+                number % cells + rows * (number / cells)
+            };
+            let cell = first + columns * row;
+            let [begin, end] = [home.starts[cell], home.starts[cell + cells]];
+            (begin, &home.simulators[begin as usize..end as usize])
+        };
+        let square = |simulator: &SimulatorOf<P, F>| (simulator.position - point).square();
+        let limit = self.radius * self.radius;
+        // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
+        // squares are not negative, so that their bits have their order, and the last six are none that matter.
+        let (mut best, mut near, mut number) = (u64::MAX, 0, 0_u64);
+        for (begin, simulators) in (0..lines).map(line) {
+            for (index, simulator) in (begin..).zip(simulators) {
+                let square = square(simulator);
+                let square = if index == own { f64::MAX } else { square };
+                near += u32::from(square < limit);
+                best = best.min((square.to_bits() & !(FEW - 1)) | number);
+                number += 1;
+            }
+        }
+        if number > FEW {
+            return None;
+        }
+        let mut skip = if near > 1 {
+            stream.random_range(0..near)
+        } else if f64::from_bits(best) > reach * reach {
+            return None;
+        } else {
+            // The one that is within the radius, or the nearest.
+            let mut number = (best & (FEW - 1)) as u32;
+            for (begin, simulators) in (0..lines).map(line) {
+                let count = simulators.len() as u32;
+                if number < count {
+                    return Some(begin + number);
+                }
+                number -= count;
+            }
+            return None;
+        };
+        for (begin, simulators) in (0..lines).map(line) {
+            for (index, simulator) in (begin..).zip(simulators) {
+                if index != own && square(simulator) < limit {
+                    if skip == 0 {
+                        return Some(index);
+                    }
+                    skip -= 1;
+                }
+            }
+        }
+        None
+    }
+
+    #[inline(never)]
+    fn partner_around<F: Follow<P::Space>>(
         &mut self,
         around: &Around<'_, '_, P, F>,
         aim: Aim<VectorOf<P>>,
@@ -86,52 +206,39 @@ impl<'a, P: Physics> Search<'a, P> {
             point: self.wrap(aim.point),
             ..aim
         };
-        // Few: all of the next two cells along each axis are looked at once, and where nobody is near, of the next three.
-        let (first, reach) = self.corner(aim);
-        if self.radius <= reach {
-            let total = self.collect(around, first, [2; 3]);
-            if total <= FEW
-                && let Some(found) = self.look(around, aim, who, reach, stream)
-            {
-                return Some(found);
+        let total = self.gather(around, aim, self.near);
+        if u64::from(total) <= FEW {
+            let found = self.look(around, aim, who, stream);
+            if found.is_some() {
+                return found;
             }
-        }
-        if self.radius <= self.narrowest {
-            let total = self.gather(around, aim, self.narrowest);
-            if total <= FEW {
-                return match self.look(around, aim, who, self.narrowest, stream) {
-                    None => self.nearest(around, aim, who, 2),
-                    found => found,
-                };
-            }
-        }
-        if self.radius > 0.0 {
-            let total = self.gather(around, aim, self.radius);
-            if total > 0
+        } else {
+            if self.radius > 0.0
                 && let Some(found) = self.draw(around, aim, who, total, stream)
             {
                 return Some(found);
             }
+            return self.nearest(around, aim, who, total, f64::INFINITY);
         }
-        self.nearest(around, aim, who, 1)
+        for cells in self.near + 1..=WIDEST {
+            let total = self.gather(around, aim, cells);
+            let reach = cells as f64 * self.narrowest;
+            let found = self.nearest(around, aim, who, total, reach);
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
     }
 
-    /// The first of the two cells along each axis that are nearest to a point, and the distance within which they hold all
-    /// that is there.
+    /// The cell of a point, which may be beyond an edge of the box.
     #[inline]
-    fn corner(&self, aim: Aim<VectorOf<P>>) -> ([i64; 3], f64) {
-        let (mut first, mut reach) = ([0; 3], f64::MAX);
-        for (axis, first) in first.iter_mut().enumerate().take(P::Space::DIMENSION) {
-            let at = aim.point[axis] * self.scale[axis];
-            let low = floor(at - 0.5);
-            *first = low;
-            let below = at - low as f64;
-            reach = smaller(reach, smaller(below, 2.0 - below) / self.scale[axis]);
+    pub(super) fn cell(&self, point: VectorOf<P>) -> [i64; 3] {
+        let mut cell = [0; 3];
+        for (axis, cell) in cell.iter_mut().enumerate().take(P::Space::DIMENSION) {
+            *cell = floor(point[axis] * self.scale[axis]);
         }
-        if !P::Sizes::UNIFORM {
-            reach -= self.spread * aim.along.square().sqrt();
-        }
-        (first, reach)
+        cell
     }
 
     /// A point in the box, or the same in it.
@@ -146,41 +253,32 @@ impl<'a, P: Physics> Search<'a, P> {
         }
     }
 
-    /// Of what was gathered, any simulator within the radius, all equally likely; or else the nearest, if it is within reach.
+    /// Of what was gathered, any simulator within the radius, all equally likely; or else the nearest.
     fn look<F: Follow<P::Space>>(
         &self,
         around: &Around<'_, '_, P, F>,
         aim: Aim<VectorOf<P>>,
         who: At,
-        reach: f64,
         stream: &mut impl Rng,
     ) -> Option<At> {
         let limit = self.radius * self.radius;
-        // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
-        // squares are not negative, so that their bits have their order, and the last six are none that matter.
-        let (mut best, mut near, mut number) = (u64::MAX, 0, 0);
+        let (mut best, mut near) = ((f64::MAX, None), 0);
         for &Run { tile, begin, end } in &self.runs {
             let run = &around.tile(tile).simulators[begin as usize..end as usize];
-            let own = if tile == who.tile {
-                who.index
-            } else {
-                u32::MAX
-            };
             for (index, simulator) in (begin..).zip(run) {
+                let at = At { tile, index };
                 let square = self.distance_square::<F>(aim, simulator);
-                let square = if index == own { f64::MAX } else { square };
+                let square = if at == who { f64::MAX } else { square };
                 near += u32::from(square < limit);
-                best = best.min((square.to_bits() & !63) | number);
-                number += 1;
+                if square < best.0 {
+                    best = (square, Some(at));
+                }
             }
         }
         if near > 1 {
             return self.choose(around, aim, who, stream.random_range(0..near));
         }
-        if best > (reach * reach).to_bits() {
-            return None;
-        }
-        Some(self.nth((best & 63) as u32))
+        best.1
     }
 
     /// Of what was gathered, the simulator within the radius that comes after this number of others.
@@ -242,31 +340,25 @@ impl<'a, P: Physics> Search<'a, P> {
         found
     }
 
-    /// The nearest simulator to its point of the aim, sought in `first` cells on each side, and then in more.
+    /// Of what was gathered, the nearest to its point of the aim, if it is within reach.
     fn nearest<F: Follow<P::Space>>(
-        &mut self,
+        &self,
         around: &Around<'_, '_, P, F>,
         aim: Aim<VectorOf<P>>,
         who: At,
-        first: i64,
+        total: u32,
+        reach: f64,
     ) -> Option<At> {
-        for cells in first..=WIDEST {
-            let reach = cells as f64 * self.narrowest;
-            let total = self.gather(around, aim, reach);
-            let mut best = (f64::MAX, None);
-            for number in 0..total {
-                let at = self.nth(number);
-                let simulator = &around.tile(at.tile).simulators[at.index as usize];
-                let square = self.distance_square::<F>(aim, simulator);
-                if square < best.0 && at != who {
-                    best = (square, Some(at));
-                }
-            }
-            if best.0 <= reach * reach {
-                return best.1;
+        let mut best = (f64::MAX, None);
+        for number in 0..total {
+            let at = self.nth(number);
+            let simulator = &around.tile(at.tile).simulators[at.index as usize];
+            let square = self.distance_square::<F>(aim, simulator);
+            if square < best.0 && at != who {
+                best = (square, Some(at));
             }
         }
-        None
+        best.1.filter(|_| best.0 <= reach * reach)
     }
 
     #[inline(always)]
@@ -308,26 +400,19 @@ impl<'a, P: Physics> Search<'a, P> {
         At { tile: 0, index: 0 }
     }
 
-    /// Gathers the runs of all cells that balls around the points of an aim touch, and returns how many simulators they hold.
+    /// Gathers the runs of this many cells on each side of the point of an aim, and as many more as partners of other sizes
+    /// need; returns how many simulators they hold.
     fn gather<F: Follow<P::Space>>(
         &mut self,
         around: &Around<'_, '_, P, F>,
         aim: Aim<VectorOf<P>>,
-        radius: f64,
+        cells: i64,
     ) -> u32 {
-        let point = aim.point;
-        let radius = if P::Sizes::UNIFORM {
-            radius
-        } else {
-            radius + self.spread * aim.along.square().sqrt()
-        };
-        let (mut first, mut span) = ([0; 3], [1; 3]);
-        for axis in 0..P::Space::DIMENSION {
-            let scale = self.scale[axis];
-            first[axis] = floor((point[axis] - radius) * scale);
-            let last = floor((point[axis] + radius) * scale);
-            span[axis] = (last - first[axis] + 1) as u32;
-        }
+        let cells = cells + self.shift;
+        let is_used = |axis: usize| i64::from(axis < P::Space::DIMENSION);
+        let at = self.cell(aim.point);
+        let first = [0, 1, 2].map(|axis| at[axis] - cells * is_used(axis));
+        let span = [0, 1, 2].map(|axis| 1 + (2 * cells * is_used(axis)) as u32);
         self.collect(around, first, span)
     }
 
@@ -422,7 +507,7 @@ impl<'a, P: Physics> Search<'a, P> {
 
 /// The largest whole number that is not above `x`, of moderate size.
 #[inline]
-fn floor(x: f64) -> i64 {
+pub(super) fn floor(x: f64) -> i64 {
     let whole = x as i64;
     whole - i64::from((whole as f64) > x)
 }

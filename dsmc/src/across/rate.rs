@@ -127,7 +127,9 @@ impl<S: Space> Rates<S> {
     pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {
         match self.spread {
             None => match self.table.get(units as usize) {
-                Some(known) if crowding == Crowding::NONE && units.fract() == 0.0 => *known,
+                Some(known) if crowding == Crowding::NONE && f64::from(units as u32) == units => {
+                    *known
+                }
                 _ => self.compute(units, crowding, [1.0; 2]),
             },
             Some(spread) => {

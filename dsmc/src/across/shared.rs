@@ -62,6 +62,12 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         u32::from(self.slots[OFFSETS / 2])
     }
 
+    /// The tile in the middle.
+    #[inline]
+    pub(super) fn home(&self) -> &Tile<P, F> {
+        self.tile(self.middle())
+    }
+
     /// Which of the tiles at hand a cell belongs to, and its number there. Cells beyond the next tiles belong to none.
     #[inline]
     pub(super) fn find(&self, cell: [u32; 3]) -> Option<(u32, usize)> {
@@ -77,18 +83,6 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         &self.tiles[slot as usize]
     }
 
-    /// The same, to be changed.
-    #[inline]
-    pub(super) fn tile_mut(&mut self, slot: u32) -> &mut Tile<P, F> {
-        &mut self.tiles[slot as usize]
-    }
-
-    /// The tile at a step of -1, 0 or 1 along each axis from the one in the middle.
-    pub(super) fn next(&self, step: [i32; 3]) -> &Tile<P, F> {
-        let number = step.iter().rev().fold(0, |sum, &one| 3 * sum + one + 1);
-        self.tile(u32::from(self.slots[number as usize]))
-    }
-
     /// A copy of a simulator.
     #[inline]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {
@@ -100,6 +94,16 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         if let Some(count) = self.tiles[tile as usize].counts.get_mut(cell) {
             count.collisions += collisions;
             count.virial += virial;
+        }
+    }
+
+    /// A simulator of a cell has another velocity from now on: partners are bounded by it.
+    #[inline]
+    pub(super) fn note(&mut self, at: At, cell: [u32; 3], velocity: VectorOf<P>) {
+        let tile = &mut self.tiles[at.tile as usize];
+        let local = tile.number(cell);
+        if let Some(extent) = tile.extents.get_mut(local) {
+            extent.note(velocity);
         }
     }
 
