@@ -105,6 +105,23 @@ pub struct RunArguments {
     /// Start even if the case needs more memory than is free.
     #[arg(long)]
     pub force_memory: bool,
+    /// What to print at the end.
+    #[command(flatten)]
+    pub printed: Printed,
+}
+
+/// What a run prints at its end: the conclusions that come first, unless something else is asked for.
+#[derive(Debug, Args)]
+pub struct Printed {
+    /// Print all conclusions, choices and warnings.
+    #[arg(long, short, conflicts_with_all = ["quiet", "json"])]
+    pub verbose: bool,
+    /// Print only where the report is.
+    #[arg(long, short, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Print conclusions, choices and warnings of all points as JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `stosszahl frontier`.

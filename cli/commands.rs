@@ -6,14 +6,15 @@ use std::process::{self, ExitCode};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use serde_json::json;
 use stosszahl::case::format::share;
 use stosszahl::case::{CaseError, CaseFile};
 use stosszahl::model::Interrupt;
 use stosszahl::report::{Listing, ReportError, listing, write_report};
-use stosszahl::results::{Existing, ResultsError, Verdict, write_file};
+use stosszahl::results::{Existing, ResultsError, Verdict, headlines, write_file};
 use stosszahl::study::frontier::{self, FrontierError, frontier};
 use stosszahl::study::plan::{EngineCost, available_threads};
-use stosszahl::study::{self, Options, RunError, check, run_case};
+use stosszahl::study::{self, Options, PointSummary, RunError, check, run_case};
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
 use crate::progress::Display;
@@ -274,34 +275,86 @@ fn run(arguments: &RunArguments) -> Result<(), CommandError> {
             return Err(error.into());
         }
     };
-    for point in &summary.points {
+    let report = |folder: &Path| -> Result<String, CommandError> {
+        Ok(write_report(folder)?.display().to_string())
+    };
+    if summary.is_sweep {
+        for point in &summary.points {
+            report(&point.folder)?;
+        }
+    }
+    let page = report(&summary.folder)?;
+    if arguments.printed.json {
+        return Ok(say(&as_json(&summary.points, &page))?);
+    }
+    for point in summary.points.iter().filter(|_| !arguments.printed.quiet) {
         if !point.name.is_empty() {
             say(&format!("\n{}", point.name))?;
         }
         if point.was_complete {
             say("complete already")?;
         }
-        for verdict in &point.verdicts {
-            say(&line(verdict))?;
-        }
-        for text in point.choices.iter().chain(&point.warnings) {
-            say(&format!("note       {text}"))?;
+        for line in lines(point, arguments.printed.verbose) {
+            say(&line)?;
         }
     }
-    if summary.is_sweep {
-        for point in &summary.points {
-            write_report(&point.folder)?;
-        }
-    }
-    Ok(say(&format!(
-        "{}",
-        write_report(&summary.folder)?.display()
-    ))?)
+    Ok(say(&page)?)
 }
 
-/// A verdict as one line.
-fn line(verdict: &Verdict) -> String {
-    format!("{:<10} {}", verdict.kind.name(), verdict.sentence)
+/// What a point says: all of it, or the conclusions that come first and how many more there are.
+fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
+    let first = headlines(&point.verdicts);
+    let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
+    let others = point.choices.iter().chain(&point.warnings);
+    if verbose {
+        let verdicts = point.verdicts.iter().map(told);
+        return verdicts
+            .chain(others.map(|text| line("note", text)))
+            .collect();
+    }
+    let mut lines: Vec<String> = first.iter().map(|one| told(one)).collect();
+    let more = point.verdicts.len() - first.len() + others.count();
+    if more > 0 {
+        let what = match more {
+            1 => "1 more line".to_owned(),
+            more => format!("{more} more lines"),
+        };
+        lines.push(line(
+            "",
+            &format!("{what} with --verbose, and in the report"),
+        ));
+    }
+    lines
+}
+
+/// A word, and a sentence beside it that ends where the terminal does.
+fn line(word: &str, text: &str) -> String {
+    const INDENT: &str = "           ";
+    let word = format!("{word:<10} ");
+    // To a file or another program it goes as it is.
+    if !io::stdout().is_terminal() {
+        return format!("{word}{text}");
+    }
+    let width = textwrap::termwidth().max(40);
+    let options = textwrap::Options::new(width).initial_indent(&word);
+    textwrap::fill(text, options.subsequent_indent(INDENT))
+}
+
+/// Conclusions, choices and warnings of all points as JSON.
+fn as_json(points: &[PointSummary], report: &str) -> String {
+    let points = points.iter().map(|point| {
+        json!({
+            "name": point.name,
+            "folder": point.folder,
+            "complete_already": point.was_complete,
+            "seconds": point.seconds,
+            "verdicts": point.verdicts,
+            "choices": point.choices,
+            "warnings": point.warnings,
+        })
+    });
+    let points: Vec<_> = points.collect();
+    format!("{:#}", json!({ "report": report, "points": points }))
 }
 
 fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {

@@ -435,6 +435,27 @@ fn a_folder_that_cannot_be_written_is_named() {
     }
 }
 
+/// At the end of a run the first conclusions are printed; all of them, the place of the report alone, or JSON, where asked for.
+#[test]
+fn a_run_says_as_much_as_is_asked_for() {
+    let desk = Desk::new(COOLING);
+    let first = desk.done("run case.toml").out;
+    let verdicts = manifest(&desk.path("results/case")).verdicts;
+    let all = desk.done("run case.toml --force --verbose").out;
+    let quiet = desk.done("run case.toml --force --quiet").out;
+    let json = desk.done("run case.toml --force --json").out;
+    assert_eq!(quiet.lines().count(), 1);
+    assert!(quiet.contains("report.html"));
+    // At most four conclusions, how many more there are, and where the report is.
+    assert!((2..=6).contains(&first.lines().count()), "{first}");
+    assert!(first.contains(" with --verbose"), "{first}");
+    assert!(all.lines().count() > verdicts.len(), "{all}");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let told = &json["points"][0]["verdicts"];
+    assert_eq!(told, &serde_json::to_value(&verdicts).expect("JSON"));
+    desk.refused("run case.toml --quiet --verbose", &["--quiet", "--verbose"]);
+}
+
 /// Starts the program and waits until it has its folder, which it locks before it marks it.
 fn begun(desk: &Desk, line: &str, out: &str) -> Child {
     let mut child = desk.command(line);

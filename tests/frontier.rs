@@ -216,6 +216,7 @@ fn accuracy_is_chosen_by_a_pilot() {
             text(&out),
             "--threads",
             threads,
+            "--verbose",
         ]);
         assert!(
             done.status.success(),

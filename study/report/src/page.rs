@@ -140,6 +140,11 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
     }
 }
 
+/// The conclusion that answers the question of a case.
+pub(crate) fn headline(verdict: &Verdict) -> Markup {
+    html! { p.headline { (kind(verdict.kind)) " " (verdict.sentence) } }
+}
+
 /// The kind of a conclusion as a word with a sign, in its colour.
 pub(crate) fn kind(kind: VerdictKind) -> Markup {
     let sign = match kind {
@@ -148,6 +153,7 @@ pub(crate) fn kind(kind: VerdictKind) -> Markup {
         VerdictKind::Undecided => "?",
         VerdictKind::Warning => "!",
         VerdictKind::Note => "·",
+        VerdictKind::Void => "∅",
     };
     html! { span.kind.(kind.name()) { (sign) " " (kind.name()) } }
 }

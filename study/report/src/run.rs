@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
-use stosszahl_results::{Manifest, REPORT_FILE, Stored, VerdictKind, engine_title};
+use stosszahl_results::{Manifest, REPORT_FILE, Stored, Verdict, engine_title, headlines};
 
 use crate::ReportError;
 use crate::figure::draw;
@@ -15,7 +15,7 @@ use crate::words::number;
 pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportError> {
     let manifest = &stored.manifest;
     let frames = viewer::frames(folder, manifest)?;
-    let (figures, drawn) = figures(stored);
+    let (first, figures, drawn) = figures(stored);
     let rest: Vec<_> = stored
         .tables
         .iter()
@@ -29,7 +29,7 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportErro
             @if !manifest.snapshots.is_empty() { a href="#snapshots" { "Snapshots" } }
             a href="#tables" { "Numbers" } a href="#provenance" { "Case and provenance" }
         }
-        (summary(stored, &frames))
+        (summary(stored, &frames, &first))
         section id="figures" { h2 { "Figures" } (figures) }
         (snapshots(&frames, manifest))
         section id="tables" {
@@ -43,22 +43,25 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportErro
 }
 
 /// What was run, in a few sentences, and what follows.
-fn summary(stored: &Stored, frames: &Frames) -> Markup {
+fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
     let manifest = &stored.manifest;
     let engines: Vec<&str> = manifest
         .engines
         .iter()
         .map(|one| engine_title(&one.engine))
         .collect();
-    let (urgent, verdicts): (Vec<_>, Vec<_>) = manifest
+    let first = headlines(&manifest.verdicts);
+    let rest: Vec<&Verdict> = manifest
         .verdicts
         .iter()
-        .partition(|one| one.kind == VerdictKind::Warning);
+        .filter(|one| !first.contains(one))
+        .collect();
     let uneven = manifest
         .start
         .iter()
         .filter(|start| !start.equilibrated)
         .count();
+    // What may void everything below.
     let mut warnings: Vec<Markup> = Vec::new();
     if uneven > 0 {
         warnings.push(html! {
@@ -72,15 +75,34 @@ fn summary(stored: &Stored, frames: &Frames) -> Markup {
     for file in &frames.missing {
         warnings.push(html! { "The snapshot " code { (file) } " is missing." });
     }
-    warnings.extend(
-        urgent
-            .iter()
-            .map(|one| html! { strong { (one.topic) } ": " (one.sentence) }),
-    );
-    warnings.extend(manifest.warnings.iter().map(|text| html! { (text) }));
     html! {
         section id="verdicts" {
-            p.lead {
+            (page::warnings(&warnings))
+            @match first.first() {
+                Some(first) => { (page::headline(first)) }
+                None if rest.is_empty() => { p.absent { "This run has no verdict." } }
+                None => {}
+            }
+            (figure)
+            @if first.len() > 1 { (page::verdicts(&first[1..])) }
+            @if !rest.is_empty() {
+                @if first.is_empty() { (page::verdicts(&rest)) } @else {
+                    details { summary { "More conclusions and numbers, " (rest.len()) } (page::verdicts(&rest)) }
+                }
+            }
+            @if !manifest.warnings.is_empty() {
+                details {
+                    summary { "What to read with care, " (manifest.warnings.len()) }
+                    ul { @for text in &manifest.warnings { li { (text) } } }
+                }
+            }
+            @if !manifest.choices.is_empty() {
+                details {
+                    summary { "What the program chose, " (manifest.choices.len()) }
+                    ul { @for choice in &manifest.choices { li { (choice) } } }
+                }
+            }
+            p {
                 @match engines.as_slice() {
                     [] => {}
                     [one] => { "Engine: " (one) ". " }
@@ -93,29 +115,28 @@ fn summary(stored: &Stored, frames: &Frames) -> Markup {
                 }
                 "."
             }
-            @if verdicts.is_empty() { p.absent { "This run has no verdict." } } @else { (page::verdicts(&verdicts)) }
-            (page::warnings(&warnings))
-            @if !manifest.choices.is_empty() {
-                p { "The program chose:" }
-                ul { @for choice in &manifest.choices { li { (choice) } } }
-            }
         }
     }
 }
 
-/// All figures, each with its table below, and which tables have one.
-fn figures(stored: &Stored) -> (Markup, Vec<bool>) {
-    let mut count = 0;
+/// The first figure; all others, each with its table below; and which tables have one.
+fn figures(stored: &Stored) -> (Markup, Markup, Vec<bool>) {
+    let (mut first, mut count) = (html! {}, 0);
     let mut parts = Vec::new();
     let mut shown = Vec::new();
     for table in &stored.tables {
         for figure in &table.figures {
-            parts.push(if let Some(drawn) = draw(table, figure) {
+            if let Some(drawn) = draw(table, figure) {
                 count += 1;
-                page::drawn(count, &figure.title, &figure.caption, &drawn)
+                let drawn = page::drawn(count, &figure.title, &figure.caption, &drawn);
+                if count == 1 {
+                    first = drawn;
+                } else {
+                    parts.push(drawn);
+                }
             } else {
-                html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } }
-            });
+                parts.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+            }
         }
         if !table.figures.is_empty() {
             parts.push(page::folded(table));
@@ -126,7 +147,7 @@ fn figures(stored: &Stored) -> (Markup, Vec<bool>) {
         @if parts.is_empty() { p.absent { "No table of this run is drawn." } }
         @for part in parts { (part) }
     };
-    (markup, shown)
+    (first, markup, shown)
 }
 
 /// The viewer of the particles.

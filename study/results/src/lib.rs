@@ -27,4 +27,4 @@ pub use manifest::{
     TimeUnit,
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
-pub use verdict::{Verdict, VerdictKind};
+pub use verdict::{Verdict, VerdictKind, headlines};

@@ -27,6 +27,22 @@ pub enum VerdictKind {
     Warning,
     /// Nothing is compared: a number, for information.
     Note,
+    /// What was compared is known not to stand for what it should; the sentence says why.
+    Void,
+}
+
+/// The conclusion that answers the question of a case, and up to three that come next, of those in the order of the judge; numbers
+/// for information and warnings are none.
+pub fn headlines(verdicts: &[Verdict]) -> Vec<&Verdict> {
+    let rank = |verdict: &&Verdict| match verdict.kind {
+        VerdictKind::Agree | VerdictKind::Differ | VerdictKind::Undecided => Some(0),
+        VerdictKind::Void => Some(1),
+        VerdictKind::Note | VerdictKind::Warning => None,
+    };
+    let mut all: Vec<_> = verdicts.iter().filter(|one| rank(one).is_some()).collect();
+    all.sort_by_key(rank);
+    all.truncate(4);
+    all
 }
 
 impl VerdictKind {
@@ -38,6 +54,7 @@ impl VerdictKind {
             Self::Undecided => "undecided",
             Self::Warning => "warning",
             Self::Note => "note",
+            Self::Void => "void",
         }
     }
 }

@@ -28,7 +28,7 @@ pub use check::{Planned, check, format};
 pub use control::Progress;
 pub use measure::{Measure, Moment, Probe, Runs};
 pub use plan::Plan;
-pub use run::{Options, RunError, Summary, run_case, run_planned};
+pub use run::{Options, PointSummary, RunError, Summary, run_case, run_planned};
 
 #[cfg(test)]
 mod tests;
