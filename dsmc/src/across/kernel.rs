@@ -263,6 +263,10 @@ where
                 {
                     continue;
                 }
+                // A search among the small for the partner of a large one may look at ten thousands.
+                if kernel.stop.is_raised() {
+                    break;
+                }
             }
             let aim = Aim {
                 point: position + normal * (reach * distance),
