@@ -39,6 +39,10 @@ fn every_case_is_valid_and_asks_a_question() {
             assert_eq!(times.last(), Some(&point.case.run.until), "{name}");
             assert!(times.is_sorted_by(|a, b| a < b), "{name}");
         }
+        // With an earlier end, times beyond it are left out.
+        let half = format!("run.until={}", 0.5 * file.points[0].case.run.until);
+        let earlier = CaseFile::read(&path, &[half]).map(drop);
+        earlier.unwrap_or_else(|error| panic!("{error}"));
         desk.write("case.toml", &file.text);
         let said = desk.done("check case.toml");
         assert!(said.out.contains("memory"), "{name}: {}", said.out);

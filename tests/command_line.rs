@@ -5,10 +5,11 @@ mod support;
 
 use std::fmt::Write as _;
 use std::fs;
+use std::io::Write as _;
 use std::process::{Child, Command, Stdio};
 
 use support::program::{
-    COOLING, Columns, Desk, MIXTURE, SMALL, WALLS, assert_same, files, manifest,
+    COOLING, Columns, Desk, INFLOW, MIXTURE, SMALL, WALLS, assert_same, files, manifest,
 };
 
 /// Disks from `start.csv`.
@@ -199,6 +200,8 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     (WALLS, "radius = 2 }", "radius = 12 }", &["obstacle.1"]),
     (WALLS, "samples = 40", "samples = 41", &["run.samples", "10"]),
     (WALLS, "[[0, 4]]", "[[0, 40]]", &["measure.fields.windows"]),
+    (INFLOW, "size = [24, 12]", "size = [6, 4]", &["box.size", "at most 0.9069", "1.963"]),
+    (INFLOW, "[0.4]", "[2.5]", &["inflow.1.number_density", "1.963", "at most 0.9069"]),
     (WALLS, "sliding = [0.5, 0]", "sliding = [0.5, 1]", &["walls.top.sliding"]),
 ];
 
@@ -414,6 +417,22 @@ fn check_schema_and_help_teach() {
     assert!(schema["properties"]["measure"]["properties"]["impact_parameters"].is_object());
     assert!(desk.done("--help").out.contains("cases/quick.toml"));
     assert!(desk.done("run --help").out.contains("--resume"));
+}
+
+/// A case may come through a pipe.
+#[cfg(unix)]
+#[test]
+fn a_case_is_read_from_a_pipe() {
+    let desk = Desk::new("");
+    let mut child = desk.command("check /dev/stdin");
+    let child = child.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    let mut child = child.expect("the program starts");
+    let mut pipe = child.stdin.take().expect("a pipe");
+    pipe.write_all(COOLING.as_bytes()).expect("written");
+    drop(pipe);
+    let output = child.wait_with_output().expect("an end");
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stdout).contains("haff time"));
 }
 
 #[cfg(unix)]

@@ -136,6 +136,9 @@ pub enum Error {
     /// A histogram without bins was asked for.
     #[error("a histogram needs at least one bin")]
     HistogramEmpty,
+    /// It was broken off.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 /// Refuses a box with a side that is not positive and finite.

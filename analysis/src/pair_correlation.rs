@@ -24,8 +24,9 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
+use stosszahl_model::Interrupt;
 
 use crate::Error;
 use crate::error::{check_lengths, check_positions, is_positive};
@@ -52,7 +53,7 @@ pub struct PairCorrelation {
     pub bins: Vec<Bin>,
 }
 
-/// Measures g(r) of points in a periodic box, in the plane or in space.
+/// Measures g(r) of points in a periodic box in the plane.
 ///
 /// `lengths`, `diameter` and `range` are lengths in the unit of the positions, which are taken modulo the box.
 /// The diameter is only the unit of the distances reported. The range ends the last of the `bins`.
@@ -60,27 +61,56 @@ pub struct PairCorrelation {
 /// # Errors
 /// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::HistogramEmpty`]; [`Error::RangeInvalid`] when
 /// the range is not positive or above half the shortest side; [`Error::PointsTooFew`] below two points;
-/// [`Error::PositionInvalid`].
+/// [`Error::PositionInvalid`]; [`Error::Interrupted`].
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use stosszahl_analysis::pair_correlation::measure;
+/// use stosszahl_analysis::pair_correlation::of_disks;
+/// use stosszahl_model::Interrupt;
 ///
 /// // Two pairs, each 1 apart, one of them across the edge. Of 6 pairs, 6 · 3 pi / 100 are expected in 1 ..= 2.
 /// let points = [(0.5, 1.0), (9.5, 1.0), (5.0, 5.0), (5.0, 6.0)].map(|(x, y)| Vector2::new(x, y));
-/// let correlation = measure(&points, [10.0, 10.0], 1.0, 3.0, 3)?;
+/// let correlation = of_disks(&points, [10.0, 10.0], 1.0, 3.0, 3, &Interrupt::default())?;
 /// let pairs: Vec<u64> = correlation.bins.iter().map(|bin| bin.pairs).collect();
 /// assert_eq!(pairs, [0, 2, 0]);
 /// assert!((correlation.bins[1].g - 2.0 / (0.18 * std::f64::consts::PI)).abs() < 1e-14);
 /// assert!((correlation.bins[1].r_over_d - 14.0 / 9.0).abs() < 1e-15);
 /// # Ok::<(), stosszahl_analysis::Error>(())
 /// ```
-pub fn measure<const D: usize>(
+pub fn of_disks(
+    positions: &[Vector2<f64>],
+    lengths: [f64; 2],
+    diameter: f64,
+    range: f64,
+    bins: usize,
+    interrupt: &Interrupt,
+) -> Result<PairCorrelation, Error> {
+    measure(positions, lengths, diameter, range, bins, interrupt)
+}
+
+/// [`of_disks`] in space.
+///
+/// # Errors
+/// As [`of_disks`].
+pub fn of_spheres(
+    positions: &[Vector3<f64>],
+    lengths: [f64; 3],
+    diameter: f64,
+    range: f64,
+    bins: usize,
+    interrupt: &Interrupt,
+) -> Result<PairCorrelation, Error> {
+    measure(positions, lengths, diameter, range, bins, interrupt)
+}
+
+/// Not public, so that it is compiled here, as fast code, and not where it is used.
+fn measure<const D: usize>(
     positions: &[SVector<f64, D>],
     lengths: [f64; D],
     diameter: f64,
     range: f64,
     bins: usize,
+    interrupt: &Interrupt,
 ) -> Result<PairCorrelation, Error> {
     check_lengths(lengths)?;
     if !is_positive(diameter) {
@@ -99,7 +129,7 @@ pub fn measure<const D: usize>(
     check_positions(positions, 2)?;
 
     let mut histogram = Histogram::new(lengths, range, bins);
-    count_by_cells(positions, &mut histogram);
+    count_by_cells(positions, &mut histogram, interrupt)?;
     let count = positions.len() as f64;
     let width = range / bins as f64;
     let pairs_per_volume = 0.5 * count * (count - 1.0) / lengths.iter().product::<f64>();
@@ -168,7 +198,11 @@ impl<const D: usize> Histogram<D> {
 }
 
 /// Adds all pairs in range to the histogram, cell by cell.
-fn count_by_cells<const D: usize>(positions: &[SVector<f64, D>], histogram: &mut Histogram<D>) {
+fn count_by_cells<const D: usize>(
+    positions: &[SVector<f64, D>],
+    histogram: &mut Histogram<D>,
+    interrupt: &Interrupt,
+) -> Result<(), Error> {
     let lengths = histogram.lengths;
     let counts = lengths.map(|length| cells_along::<D>(length, histogram.range, positions.len()));
     let cell_of = |position: &SVector<f64, D>| {
@@ -196,23 +230,26 @@ fn count_by_cells<const D: usize>(positions: &[SVector<f64, D>], histogram: &mut
     }
     let inside = |cell: usize| &sorted[starts[cell]..starts[cell + 1]];
 
+    let mut others = Vec::new();
     for here in 0..total {
+        others.clear();
+        // Each pair of cells is met from both sides.
+        others.extend(around(here, counts).filter(|&there| there > here));
         for (i, one) in inside(here).iter().enumerate() {
+            if interrupt.is_raised() {
+                return Err(Error::Interrupted);
+            }
             for other in &inside(here)[i + 1..] {
                 histogram.add(one, other);
             }
-        }
-        for there in around(here, counts) {
-            // Each pair of cells is met from both sides.
-            if there > here {
-                for one in inside(here) {
-                    for other in inside(there) {
-                        histogram.add(one, other);
-                    }
+            for &there in &others {
+                for other in inside(there) {
+                    histogram.add(one, other);
                 }
             }
         }
     }
+    Ok(())
 }
 
 /// Number of cells along a side: at least as wide as the range, one instead of two, where the neighbours on both
@@ -247,11 +284,22 @@ fn around<const D: usize>(cell: usize, counts: [usize; D]) -> impl Iterator<Item
 mod tests {
     use super::*;
     use crate::statistics::{Estimate, student_t_test};
-    use nalgebra::{Vector2, Vector3};
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// Measures without an interrupt.
+    fn measure<const D: usize>(
+        positions: &[SVector<f64, D>],
+        lengths: [f64; D],
+        diameter: f64,
+        range: f64,
+        bins: usize,
+    ) -> Result<PairCorrelation, Error> {
+        let never = Interrupt::default();
+        super::measure(positions, lengths, diameter, range, bins, &never)
+    }
 
     fn all_pairs(
         positions: &[Vector2<f64>],
@@ -459,5 +507,9 @@ mod tests {
             Err(Error::PositionInvalid { index: 1, .. })
         ));
         assert!(measure(&two, [8.0, 9.0], 1.0, allowed, 4).is_ok());
+        let now = Interrupt::default();
+        now.raise();
+        let ended = of_disks(&two, [8.0, 9.0], 1.0, allowed, 4, &now);
+        assert_eq!(ended, Err(Error::Interrupted));
     }
 }

@@ -3,14 +3,17 @@
 
 mod support;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
     Boundaries, Clearance, Engine, Inflow, Neighbourhood, Parameters, Scheme, Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Constant, Domain, Face, Free, Interrupt, Plane, Polydisperse, Scene, Smooth, State, Wall,
-    Walls,
+    Body, Constant, Domain, Face, Free, Interrupt, Plane, Polydisperse, Restitution, Scene, Smooth,
+    State, Wall, Walls,
 };
 use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 
@@ -212,4 +215,38 @@ fn a_long_step_can_be_broken_off() {
         assert!(!engine.advance(1e6, u64::MAX, &mut ()));
         assert_eq!(engine.tally().steps, steps);
     }
+}
+
+/// An elastic law that raises an interrupt at the tenth collision.
+#[derive(Clone, Debug, Default)]
+struct Tenth(Interrupt, Arc<AtomicU64>);
+
+impl Restitution for Tenth {
+    fn normal(&self, _approach: f64) -> f64 {
+        if self.1.fetch_add(1, Ordering::Relaxed) == 9 {
+            self.0.raise();
+        }
+        1.0
+    }
+}
+
+/// A search for the partner of a large disk takes long: none begins once the interrupt is raised.
+#[test]
+fn no_partner_of_unequal_disks_is_sought_after_an_interrupt() {
+    let sizes = (0..400).map(|i| (if i == 0 { 5.0 } else { 0.5 }, 1.0));
+    let law = Tenth::default();
+    let scene = Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: law.clone(),
+        sizes: Polydisperse::new(sizes.collect()).expect("sizes"),
+        field: Free,
+    };
+    let domain = Domain::periodic(vector![60.0, 60.0]).expect("a box");
+    let state = gas(&scene, domain, 0.0, 400, 1.0, 3);
+    let mut engine: Engine<Scene<_, _, _, _, _>> =
+        Engine::new(&scene, ACROSS, &state, Streams::new(1, 0)).expect("an engine");
+    engine.stop_on(&law.0);
+    assert!(!engine.advance(1e6, u64::MAX, &mut ()));
+    assert_eq!(law.1.load(Ordering::Relaxed), 10);
 }

@@ -364,6 +364,10 @@ where
                 if stream.random::<f64>() * cell.rate >= rate {
                     continue;
                 }
+                // A search among the small for the partner of a large one may look at ten thousands.
+                if kernel.stop.is_raised() {
+                    break;
+                }
             }
             let class = arm::class(cell.packing, cell.crowding == Crowding::NONE);
             let reach = self.arm.reach(class);

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
 use stosszahl_model::snapshot::SnapshotError;
-use stosszahl_model::{Budget, Failure, Observer, Particles, Simulation, Work};
+use stosszahl_model::{Budget, Failure, Interrupt, Observer, Particles, Simulation, Work};
 
 use crate::control::{Control, Interrupted, Rollback};
 use crate::engines::{self, BeginError, From as Source};
@@ -164,6 +164,7 @@ pub struct Part<'a> {
 /// What moves while a part is followed.
 struct Course<'a> {
     part: &'a Part<'a>,
+    interrupt: &'a Interrupt,
     gas: Box<dyn Simulation>,
     probes: Vec<Box<dyn Probe>>,
     next: usize,
@@ -202,10 +203,9 @@ impl Part<'_> {
         let (plan, streams) = (self.plan, self.streams());
         let schedule = schedule(plan, self.measures);
         let mut probes = self.probes();
-        let begin = |source| {
-            let interrupt = control.interrupt();
-            engines::begin(plan, self.engine, streams, self.needs(), source, interrupt)
-        };
+        let interrupt = control.interrupt();
+        let begin =
+            |source| engines::begin(plan, self.engine, streams, self.needs(), source, interrupt);
         let mut course = if let Some(saved) = control.load()? {
             for (probe, record) in probes.iter_mut().zip(&saved.records) {
                 probe.load(record)?;
@@ -216,6 +216,7 @@ impl Part<'_> {
             };
             Course {
                 part: self,
+                interrupt,
                 gas: begin(Source::Checkpoint(engine))?,
                 probes,
                 next: saved.next,
@@ -234,6 +235,7 @@ impl Part<'_> {
             }
             Course {
                 part: self,
+                interrupt,
                 bytes: gas.bytes(),
                 gas,
                 probes,
@@ -350,9 +352,13 @@ impl Course<'_> {
         self.stop(None);
         let mut moment = Moment::new(due.time, &mut *self.gas);
         moment.heated = self.heated;
+        moment.interrupt = self.interrupt.clone();
         for &number in &due.measures {
             if self.part.replica == 0 || !self.part.measures[number].only_first_replica() {
                 self.probes[number].sample(&mut moment);
+            }
+            if self.interrupt.is_raised() {
+                return Err(PartError::Interrupted);
             }
         }
         Ok(())

@@ -8,7 +8,7 @@ use std::cell::OnceCell;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Observer, Particles, Simulation};
+use stosszahl_model::{Interrupt, Observer, Particles, Simulation};
 use stosszahl_results::{Snapshot, Table, Verdict};
 
 use crate::plan::{EnginePlan, Plan};
@@ -302,6 +302,8 @@ pub struct Moment<'a> {
     pub simulation: &'a mut dyn Simulation,
     /// Kinetic energy that a thermostat has put in since the start \[energy\].
     pub heated: f64,
+    /// Breaks long work off; what a probe leaves then is thrown away.
+    pub interrupt: Interrupt,
     particles: OnceCell<Particles>,
 }
 
@@ -312,6 +314,7 @@ impl<'a> Moment<'a> {
             time,
             simulation,
             heated: 0.0,
+            interrupt: Interrupt::default(),
             particles: OnceCell::new(),
         }
     }

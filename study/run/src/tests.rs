@@ -13,6 +13,7 @@ use crate::follow::{Part, PartError};
 use crate::measure::{
     Finished, Measure, Moment, Needs, NoOptions, Probe, Stop, described, keeps_record,
 };
+use crate::measures::ALL;
 use crate::plan::{EnginePlan, Plan};
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
@@ -301,7 +302,42 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
     }
 }
 
-/// Raises an interrupt after a number of collisions, as a measure.
+/// What a measurement leaves that is broken off, here between two of them, is no result: it is made again.
+#[test]
+fn a_measurement_that_is_broken_off_is_made_again() {
+    let plan = plan(ALL_ENGINES[0]);
+    let never = Interrupt::default();
+    let start = placed(&plan, 0, Streams::new(plan.case.seed, 0), &never)
+        .expect("a start")
+        .0;
+    let mut all = ALL.iter().copied();
+    let pairs = all.find(|one| one.name() == "pair_correlation");
+    let pairs = pairs.expect("a measure");
+    let run = |eager: &'static Eager, path: &Path, stop: &Interrupt| {
+        let part = Part {
+            plan: &plan,
+            engine: &plan.engines[1],
+            measures: &[&Everything, eager, pairs],
+            replica: 0,
+            start: Some(&start),
+        };
+        let path = Some(path.to_owned());
+        part.run(&Control::new(path, [1; 32], 1e9, stop, &|_, _| {}))
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let eager = |interrupt: &Interrupt| Box::leak(Box::new(Eager(interrupt.clone(), 0)));
+    let [path, other] = ["part", "whole"].map(|name| folder.path().join(name));
+    let stop = Interrupt::default();
+    let ended = run(eager(&stop), &path, &stop);
+    assert!(matches!(ended, Err(PartError::Interrupted)));
+    let [last, whole] = [path, other].map(|path| {
+        let finished = run(eager(&Interrupt::default()), &path, &never).expect("a run");
+        finished.probes[2].save().expect("bytes")
+    });
+    assert!(last == whole);
+}
+
+/// Raises an interrupt after a number of collisions, as a measure; after none, when it looks.
 struct Eager(Interrupt, u64);
 
 struct EagerProbe(Raising);
@@ -310,7 +346,11 @@ impl Probe for EagerProbe {
     fn observer(&mut self) -> Option<&mut dyn Observer> {
         Some(&mut self.0)
     }
-    fn sample(&mut self, _moment: &mut Moment<'_>) {}
+    fn sample(&mut self, _moment: &mut Moment<'_>) {
+        if self.0.left == 0 {
+            self.0.interrupt.raise();
+        }
+    }
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
         Ok(Vec::new())
     }
@@ -324,6 +364,10 @@ impl Probe for EagerProbe {
 
 impl Measure for Eager {
     described!("eager", "Ends the run early", NoOptions);
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        plan.sample_times()
+    }
 
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(EagerProbe(Raising {

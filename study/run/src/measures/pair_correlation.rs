@@ -72,12 +72,13 @@ impl Measure for PairCorrelations {
             let range = (sides.iter()).fold(range, |range, side| range.min(0.499_999 * side));
             let bins = ((range / (BIN * d)).round() as usize).max(1);
             let all = particles.all.iter();
+            let stop = &moment.interrupt;
             let found = if particles.dimension == 2 {
                 let positions: Vec<Vector2<f64>> = all.map(|one| one.position.xy()).collect();
-                pair_correlation::measure(&positions, [x, y], d, range, bins)
+                pair_correlation::of_disks(&positions, [x, y], d, range, bins, stop)
             } else {
                 let positions: Vec<_> = all.map(|one| one.position).collect();
-                pair_correlation::measure(&positions, [x, y, z], d, range, bins)
+                pair_correlation::of_spheres(&positions, [x, y, z], d, range, bins, stop)
             };
             record.push((moment.time, found.ok()));
         }))

@@ -192,12 +192,19 @@ impl Plan {
             short(self.packing_fraction)
         );
         let allowed = format!("at most {closest:.4}, close packing");
-        PlanError::unless(
-            self.kind == Kind::Homogeneous || !hard || fits,
-            "box",
-            found,
-            allowed,
-        )
+        let fine = self.kind == Kind::Homogeneous || !hard;
+        PlanError::unless(fine || fits, "box", found, &allowed)?;
+        for (index, inflow) in self.case.inflow.iter().enumerate() {
+            let kinds = inflow.number_density.iter().flatten().zip(&self.species);
+            let covered = |(density, one): (&f64, &SpeciesPlan)| {
+                density * in_space!(self.dimension, S => S::ball(one.radius))
+            };
+            let share: f64 = kinds.map(covered).sum();
+            let found = format!("particles cover {} of the stream", short(share));
+            let key = format!("inflow.{}.number_density", index + 1);
+            PlanError::unless(fine || share <= closest, key, found, &allowed)?;
+        }
+        Ok(())
     }
 }
 
