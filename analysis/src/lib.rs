@@ -12,6 +12,7 @@
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
+//! | [`replicas`] | what do few replicas leave open, and how many does it take? | jackknife, Student, Hotelling, power | O(values) |
 //! | [`fields`] | where is a flow dense, fast, hot? | sums over cells, batch means | O(N) a sample |
 //! | [`steady`] | from when on is it steady? | marginal standard error rule | O(values) |
 //! | [`accuracy`] | how far is one run from the truth, and how many does a target take? | means, Student and chi-squared intervals | O(values) |
@@ -40,6 +41,7 @@ pub mod impact;
 pub mod modes;
 pub mod pair_correlation;
 pub mod relaxation;
+pub mod replicas;
 pub mod statistics;
 pub mod steady;
 pub mod structure_factor;

@@ -13,7 +13,9 @@
 //! Spheres have 8 T/m in place of 6 T/m and 1/2 in place of 2/3. Impact parameters are uniform on the disk that the
 //! partners show each other, so (b/d)^(D-1) is uniform under chaos: b/d of disks, its square of spheres.
 //!
-//! So any difference between two engines at the same temperature splits into these four. All are taken relative
+//! So any difference between two engines at the same temperature splits into these four. T is that of the *total* kinetic energy:
+//! in a gas that flows, most of it can be flow, and a speed factor far below one then says that partners share the flow, not that
+//! chaos fails. (The local temperature at contact is what [`crate::contacts`] measures against.) All are taken relative
 //! to the temperature *at the moment of each collision*, which the observer knows from the energy lost so far, so
 //! windows in which the gas cools by decades mix nothing.
 
@@ -68,18 +70,40 @@ impl Window {
         }
     }
 
+    /// Adds what happened in the same window of another replica.
+    pub fn merge(&mut self, other: &Self) {
+        for (count, more) in self.bins.iter_mut().zip(&other.bins) {
+            *count += more;
+        }
+        self.collisions += other.collisions;
+        self.physical_collisions += other.physical_collisions;
+        self.impact += other.impact;
+        self.impact_square += other.impact_square;
+        self.impact_fourth += other.impact_fourth;
+        self.square += other.square;
+        self.normal_square += other.normal_square;
+        self.root_temperature += other.root_temperature;
+    }
+
     /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1): s = 12 (`<u>` - 1/2). Positive where
     /// grazing collisions are in excess.
     pub fn slope(&self) -> Option<f64> {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] from the spread of independent collisions.
+    /// Standard error of [`Self::slope`] if collisions were independent, which those of one clustered gas are not: what the
+    /// spread over replicas is compared with.
     pub fn slope_error(&self) -> Option<f64> {
         let n = self.collisions as f64;
         let [mean, square] = self.uniform().map(|sum| sum / n);
         let variance = (square - mean * mean).max(0.0);
         (self.collisions > 0).then(|| 12.0 * (variance / n).sqrt())
+    }
+
+    /// Chances of the bins under molecular chaos.
+    pub fn chances(&self) -> Vec<f64> {
+        let bins = self.bins.len();
+        (0..bins).map(|bin| self.chaos(bin) / bins as f64).collect()
     }
 
     /// Density of |b|/d in a bin under molecular chaos: 1 of disks, 2 b/d of spheres.
@@ -92,7 +116,8 @@ impl Window {
     }
 
     /// The factors of the dissipation identity; `theory` is the collision rate of molecular chaos per particle
-    /// and unit of sqrt(T/m), as `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number.
+    /// and unit of sqrt(T/m), as `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number in
+    /// one replica.
     pub fn dissipation(&self, theory: f64, disks: usize) -> Option<Dissipation> {
         if self.collisions == 0 || self.root_temperature <= 0.0 {
             return None;

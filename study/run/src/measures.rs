@@ -72,6 +72,7 @@ pub(crate) fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
     Estimate {
         value: mean.map(|mean| mean.value),
         standard_error: mean.and_then(|mean| mean.standard_error),
+        replicas: mean.map(|mean| mean.replicas),
         ..Estimate::default()
     }
 }
