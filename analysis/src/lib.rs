@@ -6,6 +6,7 @@
 //! |---|---|---|---|
 //! | [`energy`] | how fast does the gas cool, how Maxwellian is it, what is its pressure? | moments, virial | O(N) a sample |
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
+//! | [`contacts`] | do colliding partners know each other, or share a flow? | local temperature, shuffled partners | O(1) a collision, O(N) a sample |
 //! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
@@ -32,6 +33,7 @@
 
 pub mod accuracy;
 pub mod compare;
+pub mod contacts;
 pub mod energy;
 pub mod equilibrium;
 mod error;

@@ -17,8 +17,9 @@
 use std::fmt::Display;
 
 use stosszahl_analysis::compare::{Quotient, Verdict as Test, quotients};
-use stosszahl_analysis::replicas::{HotellingTest, quantile};
-use stosszahl_analysis::statistics::{TTest, holm, student_t_test};
+use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, quantile, shape};
+use stosszahl_analysis::statistics::{Estimate as Mean, TTest, holm, student_t_test};
+use stosszahl_analysis::windows::{Window, pooled};
 use stosszahl_results::{Estimate, Verdict, VerdictKind};
 
 pub use stosszahl_results::engine_title as title;
@@ -451,6 +452,40 @@ pub struct ImpactTest {
     pub trend: Option<TTest>,
     /// Hotelling's test of as many further shapes as the replicas allow.
     pub shape: Option<HotellingTest>,
+}
+
+/// Most shapes beyond the trend that are tested at once: a contact value or a cluster bends the density, it does not ripple it.
+const SHAPES: usize = 4;
+
+impl ImpactTest {
+    /// Tests one window of all replicas.
+    pub fn of(span: [f64; 2], all: &[&Window]) -> Self {
+        let values = pooled(all, Window::slope);
+        let slope = Mean::over_replicas(&values);
+        // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
+        let orders = (values.len().saturating_sub(1) / 2).clamp(1, SHAPES);
+        let some = all.iter().filter(|window| window.collisions > 0);
+        let shapes = some.map(|window| {
+            let found = shape(&window.bins, &window.chances(), orders + 1);
+            found.into_iter().skip(1).collect()
+        });
+        let shapes: Vec<Vec<f64>> = shapes.collect();
+        Self {
+            window: span,
+            collisions: all.iter().map(|window| window.collisions).sum(),
+            fewest: all
+                .iter()
+                .map(|window| window.collisions)
+                .min()
+                .unwrap_or(0),
+            slope: slope.map_or(Estimate::default(), |slope| Estimate {
+                replicas: Some(slope.replicas),
+                ..Estimate::of(slope.value, slope.standard_error)
+            }),
+            trend: student_t_test(&values, 0.0),
+            shape: hotelling_test(&shapes),
+        }
+    }
 }
 
 /// Largest slope that may stay possible where impact parameters are called uniform: it moves the outer of 20 bins by 2.4 %.

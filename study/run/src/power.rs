@@ -18,6 +18,8 @@ pub struct Spread {
     pub source: String,
     /// A difference that one would like to see.
     pub wanted: f64,
+    /// Tests of the verdict that share its chance of a false alarm.
+    pub tests: usize,
     /// Whether differences are shares, shown in per cent.
     pub relative: bool,
 }
@@ -30,9 +32,10 @@ impl Spread {
             if self.relative {
                 margin(difference)
             } else {
-                format!("{difference:.2}")
+                format!("{difference:.3}")
             }
         };
+        let level = level / self.tests as f64;
         let least = smallest_effect(replicas, level, FOUND) * self.of_one;
         let now = if least.is_finite() {
             format!("{replicas} replicas find a difference of {}", shown(least))
@@ -71,6 +74,7 @@ mod tests {
             of_one: 0.03,
             source: "a guess".into(),
             wanted: 0.05,
+            tests: 1,
             relative: true,
         };
         // Student's test at 1 %: 4 replicas find 4.3 standard deviations, 1.67 of them take 9.

@@ -98,6 +98,8 @@ impl Measure for Energy {
             source: "that of as many independent particles; clusters make it several times wider"
                 .into(),
             wanted: 0.05,
+            // Backwards from the last time, and single times.
+            tests: 2,
             relative: true,
         };
         all.map(spread).collect()

@@ -5,9 +5,9 @@
 //! particles with one coefficient of restitution.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::replicas::{hotelling_test, pseudo_values, shape};
-use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test, student_t_test};
-use stosszahl_analysis::windows::{Dissipation, PairBins, Window, Windows};
+use stosszahl_analysis::replicas::pseudo_values;
+use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test};
+use stosszahl_analysis::windows::{self, Dissipation, PairBins, Window, Windows, merged};
 use stosszahl_case::Kind;
 use stosszahl_model::{Observer, kinetic};
 use stosszahl_results::{Axis, Estimate, Figure, Mark, Table, Verdict, table};
@@ -76,6 +76,33 @@ fn default_windows(until: f64) -> Vec<[f64; 2]> {
     windows
 }
 
+/// The windows of a case, as written or by default.
+pub(super) fn spans(plan: &Plan, written: Option<Spans>) -> Vec<[f64; 2]> {
+    let until = plan.case.run.until;
+    match written {
+        Some(Spans::List(windows)) => windows,
+        None if plan.kind == Kind::Comparison => default_windows(until),
+        _ => vec![[0.0, until]],
+    }
+}
+
+/// Refuses windows beyond the run.
+pub(super) fn check_windows(plan: &Plan, windows: Option<Spans>) -> Result<(), BadOption> {
+    let until = plan.case.run.until;
+    if let Some(Spans::List(windows)) = windows {
+        let allowed = "at least one window, or \"whole-run\"";
+        measure::require(!windows.is_empty(), "windows", allowed)?;
+        for (index, [start, end]) in windows.into_iter().enumerate() {
+            let good = 0.0 <= start && start < end && end <= until;
+            let allowed = format!(
+                "[start, end] with 0 <= start < end <= run.until = {until}; found [{start}, {end}]"
+            );
+            measure::require(good, &format!("windows[{index}]"), allowed)?;
+        }
+    }
+    Ok(())
+}
+
 /// Windows of time and bins of one engine and replica.
 type Record = Windows;
 
@@ -112,13 +139,7 @@ impl Probe for ImpactProbe {
 impl ImpactParameters {
     fn options(&self, plan: &Plan) -> (Vec<[f64; 2]>, usize) {
         let options: Options = measure::chosen(plan, self.name());
-        let until = plan.case.run.until;
-        let windows = match options.windows {
-            Some(Spans::List(windows)) => windows,
-            None if plan.kind == Kind::Comparison => default_windows(until),
-            _ => vec![[0.0, until]],
-        };
-        (windows, options.bins as usize)
+        (spans(plan, options.windows), options.bins as usize)
     }
 }
 
@@ -137,19 +158,7 @@ impl Measure for ImpactParameters {
         let Options { windows, bins } = measure::options(plan, self.name())?;
         let allowed = format!("a whole number from 2 to 1000; found {bins}");
         measure::require((2..=1000).contains(&bins), "bins", allowed)?;
-        let until = plan.case.run.until;
-        if let Some(Spans::List(windows)) = windows {
-            let allowed = "at least one window, or \"whole-run\"";
-            measure::require(!windows.is_empty(), "windows", allowed)?;
-            for (index, [start, end]) in windows.into_iter().enumerate() {
-                let good = 0.0 <= start && start < end && end <= until;
-                let allowed = format!(
-                    "[start, end] with 0 <= start < end <= run.until = {until}; found [{start}, {end}]"
-                );
-                measure::require(good, &format!("windows[{index}]"), allowed)?;
-            }
-        }
-        Ok(())
+        check_windows(plan, windows)
     }
 
     /// The edges of the windows, so that no step of an engine lies across them.
@@ -199,6 +208,8 @@ impl Measure for ImpactParameters {
             of_one: (12.0 / (0.5 * each * (plan.count() * engine.copies()) as f64)).sqrt(),
             source: "that of as many independent collisions as theory expects; clusters make it 2 to 9 times wider".into(),
             wanted: 0.02,
+            // Trend and shape in each window.
+            tests: 2 * self.options(plan).0.len(),
             relative: false,
         }
         };
@@ -236,31 +247,9 @@ fn counts(windows: &[&Window]) -> Vec<u64> {
     (0..bins).map(count).collect()
 }
 
-/// One window of all replicas together, without one of them or with all; `None` of no replicas.
-fn merged(windows: &[&Window], without: Option<usize>) -> Option<Window> {
-    let kept = windows.iter().enumerate();
-    let mut kept = kept
-        .filter(|(index, _)| Some(*index) != without)
-        .map(|(_, one)| *one);
-    let mut sum = kept.next()?.clone();
-    kept.for_each(|one| sum.merge(one));
-    Some(sum)
-}
-
-/// A number that follows from one window of all replicas, with its jackknife error; replicas without it are left out.
-fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> (Estimate, Vec<f64>) {
-    let known: Vec<&Window> = windows
-        .iter()
-        .copied()
-        .filter(|one| of(one).is_some())
-        .collect();
-    let value = |without| {
-        merged(&known, without)
-            .and_then(|window| of(&window))
-            .unwrap_or(f64::NAN)
-    };
-    let values = pseudo_values(known.len(), value);
-    (over(values.iter().map(|&value| Some(value))), values)
+/// A number that follows from one window of all replicas, with its jackknife error.
+fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Estimate {
+    over(windows::pooled(windows, of).into_iter().map(Some))
 }
 
 /// Chi-squared of the collisions of all replicas against chaos, as if they were independent.
@@ -272,37 +261,9 @@ fn against_chaos(windows: &[&Window]) -> Option<ChiSquaredTest> {
     chi_squared_test(&observed, &expected.collect::<Vec<f64>>(), 0).ok()
 }
 
-/// Most shapes beyond the trend that are tested at once: a contact value or a cluster bends the density, it does not ripple it.
-const SHAPES: usize = 4;
-
 /// The tests of all windows of one engine.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
-    let one = |(number, &span): (usize, &[f64; 2])| {
-        let all = window(records, number);
-        let (slope, values) = pooled(&all, Window::slope);
-        // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
-        let orders = (values.len().saturating_sub(1) / 2).clamp(1, SHAPES);
-        let shapes = all
-            .iter()
-            .filter(|window| window.collisions > 0)
-            .map(|window| {
-                let found = shape(&window.bins, &window.chances(), orders + 1);
-                found.into_iter().skip(1).collect()
-            });
-        let shapes: Vec<Vec<f64>> = shapes.collect();
-        ImpactTest {
-            window: span,
-            collisions: all.iter().map(|window| window.collisions).sum(),
-            fewest: all
-                .iter()
-                .map(|window| window.collisions)
-                .min()
-                .unwrap_or(0),
-            slope,
-            trend: student_t_test(&values, 0.0),
-            shape: hotelling_test(&shapes),
-        }
-    };
+    let one = |(number, &span)| ImpactTest::of(span, &window(records, number));
     spans.iter().enumerate().map(one).collect()
 }
 
@@ -369,7 +330,7 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
                 };
                 bins.add((key, edges(bin, counts.len()), count, estimate));
             }
-            let mean = pooled(&windows, Window::mean_impact).0.value;
+            let mean = pooled(&windows, Window::mean_impact).value;
             let pearson = against_chaos(&windows);
             let alone = merged(&windows, None).and_then(|window| window.slope_error());
             let dispersion = one
@@ -416,7 +377,7 @@ fn known_factors(plan: &Plan, window: &Window) -> Option<Dissipation> {
 /// The factors of one window of all replicas.
 fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 5] {
     let windows = window(records, number);
-    FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))).0)
+    FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))))
 }
 
 fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
