@@ -139,8 +139,10 @@ fn schema() -> Result<(), CommandError> {
 fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
     let file = read(arguments)?;
     let threads = available_threads();
-    let outlines: Vec<_> = (check(&file)?.iter())
-        .map(|planned| planned.outline(threads))
+    let planned = check(&file)?;
+    let level = study::check::level(&planned);
+    let outlines: Vec<_> = (planned.iter())
+        .map(|planned| planned.outline(threads, level))
         .collect();
     let mut seconds = 0.0;
     for (number, outline) in outlines.iter().enumerate() {
@@ -168,6 +170,9 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
         ))?;
         for one in &outline.cost.engines {
             say(&format!("    {}", engine_cost(one)))?;
+        }
+        for power in &outline.power {
+            say(&format!("  power: {power}"))?;
         }
         for warning in &outline.warnings {
             say(&format!("  warning: {warning}"))?;

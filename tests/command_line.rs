@@ -67,8 +67,8 @@ fn a_comparison_gives_tables_and_a_report() {
         structure_factor engine,time,k,structure_factor,structure_factor_se,modes\n\
         pair_correlation engine,time,r_over_d,g,g_se\n\
         impact_parameter engine,window_start,window_end,bin_low,bin_high,count,density,density_se,density_theory\n\
-        impact_parameter_summary engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,chi_squared,\
-        degrees_of_freedom,p_value,verdict"
+        impact_parameter_summary engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,\
+        trend_p_value,shape_p_value,over_dispersion,chi_squared,degrees_of_freedom,verdict"
         .lines()
     {
         let (table, columns) = line.split_once(' ').expect("a table and its columns");

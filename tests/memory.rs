@@ -62,7 +62,7 @@ fn the_estimate_is_what_the_process_takes() {
         let desk = Desk::new(&text);
         let file = overridden(&desk.path("case.toml"), &text, &[]);
         let planned = study::check(&file).expect("a plan");
-        let told = planned[0].outline(1).cost.bytes;
+        let told = planned[0].outline(1, 0.01).cost.bytes;
         let found = peak(&desk, "run case.toml --threads 1");
         println!(
             "{name}: {:.0} MiB told, {:.0} MiB found",

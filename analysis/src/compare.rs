@@ -1,9 +1,8 @@
 //! Verdicts: statistical tests with a stated false-alarm probability, and what they say in words.
 
-use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
+use crate::replicas::{of_sums, quantile};
 use crate::statistics::{Estimate, TTest, holm, student_t_test};
+use serde::{Deserialize, Serialize};
 
 /// Smallest difference, as a factor, that a test must have been able to see for "no difference found" to be
 /// called agreement.
@@ -37,7 +36,7 @@ impl Verdict {
 /// a/b at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quotient {
-    /// Geometric mean over replicas of a/b, with its standard error.
+    /// Quotient of the means over replicas, with its jackknife error.
     pub quotient: Estimate,
     /// Normal-equivalent z of log(a/b); `None` for a single replica.
     pub z: Option<f64>,
@@ -52,20 +51,23 @@ pub struct Quotient {
 
 /// Compares two positive quantities at several times; `pairs[t]` holds (a, b) of each replica.
 ///
-/// Replicas are paired, as both engines start from the same state, and log(a/b) is tested by Student's t. The
+/// Replicas are paired, as both engines start from the same state, and the logarithm of the quotient of the means is tested by
+/// Student's t over the pseudo-values of its jackknife ([`crate::replicas`]). The
 /// probability of any false alarm over all times is kept at `false_alarm`, half of it spent on each of two ways to
 /// find a difference: from the last time backwards without any correction until a time shows none (the
 /// fixed-sequence procedure, Maurer, Hothorn & Lehmacher 1995), which asks since when a and b have parted; and at
 /// single times by Holm's step-down. Times at which a and b are identical in every replica (the start) agree and
 /// count as no test. A time that only a test without correction would call different stays undecided.
 pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
-    let logs: Vec<Vec<f64>> = pairs
+    let log = |replicas: &Vec<(f64, f64)>| {
+        let sums: Vec<[f64; 2]> = replicas.iter().map(|&(a, b)| [a, b]).collect();
+        of_sums(&sums, |[a, b]| (a / b).ln())
+    };
+    let logs: Vec<Vec<f64>> = pairs.iter().map(log).collect();
+    let equal = |&(a, b): &(f64, f64)| (a / b - 1.0).abs() < 1e-9;
+    let same: Vec<bool> = pairs
         .iter()
-        .map(|replicas| replicas.iter().map(|(a, b)| (a / b).ln()).collect())
-        .collect();
-    let same: Vec<bool> = logs
-        .iter()
-        .map(|values| values.iter().all(|log| log.abs() < 1e-9))
+        .map(|replicas| replicas.iter().all(equal))
         .collect();
     let tests: Vec<_> = logs
         .iter()
@@ -119,8 +121,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
 
 /// Student's quantile times the standard error.
 fn half_width(log: &Estimate, test: Option<&TTest>, false_alarm: f64) -> Option<f64> {
-    let student = StudentsT::new(0.0, 1.0, test?.degrees_of_freedom as f64).ok()?;
-    Some(student.inverse_cdf(1.0 - 0.5 * false_alarm) * log.standard_error?)
+    Some(quantile(false_alarm, Some(test?.degrees_of_freedom)) * log.standard_error?)
 }
 
 /// Whether a single test without correction finds no difference either, and a difference by

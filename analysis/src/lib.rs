@@ -6,12 +6,14 @@
 //! |---|---|---|---|
 //! | [`energy`] | how fast does the gas cool, how Maxwellian is it, what is its pressure? | moments, virial | O(N) a sample |
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
+//! | [`contacts`] | do colliding partners know each other, or share a flow? | local temperature, shuffled partners | O(1) a collision, O(N) a sample |
 //! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
+//! | [`replicas`] | what do few replicas leave open, and how many does it take? | jackknife, Student, Hotelling, power | O(values) |
 //! | [`fields`] | where is a flow dense, fast, hot? | sums over cells, batch means | O(N) a sample |
 //! | [`steady`] | from when on is it steady? | marginal standard error rule | O(values) |
 //! | [`accuracy`] | how far is one run from the truth, and how many does a target take? | means, Student and chi-squared intervals | O(values) |
@@ -31,6 +33,7 @@
 
 pub mod accuracy;
 pub mod compare;
+pub mod contacts;
 pub mod energy;
 pub mod equilibrium;
 mod error;
@@ -40,6 +43,7 @@ pub mod impact;
 pub mod modes;
 pub mod pair_correlation;
 pub mod relaxation;
+pub mod replicas;
 pub mod statistics;
 pub mod steady;
 pub mod structure_factor;

@@ -13,7 +13,9 @@
 //! Spheres have 8 T/m in place of 6 T/m and 1/2 in place of 2/3. Impact parameters are uniform on the disk that the
 //! partners show each other, so (b/d)^(D-1) is uniform under chaos: b/d of disks, its square of spheres.
 //!
-//! So any difference between two engines at the same temperature splits into these four. All are taken relative
+//! So any difference between two engines at the same temperature splits into these four. T is that of the *total* kinetic energy:
+//! in a gas that flows, most of it can be flow, and a speed factor far below one then says that partners share the flow, not that
+//! chaos fails. (The local temperature at contact is what [`crate::contacts`] measures against.) All are taken relative
 //! to the temperature *at the moment of each collision*, which the observer knows from the energy lost so far, so
 //! windows in which the gas cools by decades mix nothing.
 
@@ -21,6 +23,8 @@ mod pairs;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Observer};
+
+use crate::replicas::pseudo_values;
 
 pub use pairs::{PairBins, PairKind};
 
@@ -68,18 +72,40 @@ impl Window {
         }
     }
 
+    /// Adds what happened in the same window of another replica.
+    pub fn merge(&mut self, other: &Self) {
+        for (count, more) in self.bins.iter_mut().zip(&other.bins) {
+            *count += more;
+        }
+        self.collisions += other.collisions;
+        self.physical_collisions += other.physical_collisions;
+        self.impact += other.impact;
+        self.impact_square += other.impact_square;
+        self.impact_fourth += other.impact_fourth;
+        self.square += other.square;
+        self.normal_square += other.normal_square;
+        self.root_temperature += other.root_temperature;
+    }
+
     /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1): s = 12 (`<u>` - 1/2). Positive where
     /// grazing collisions are in excess.
     pub fn slope(&self) -> Option<f64> {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] from the spread of independent collisions.
+    /// Standard error of [`Self::slope`] if collisions were independent, which those of one clustered gas are not: what the
+    /// spread over replicas is compared with.
     pub fn slope_error(&self) -> Option<f64> {
         let n = self.collisions as f64;
         let [mean, square] = self.uniform().map(|sum| sum / n);
         let variance = (square - mean * mean).max(0.0);
         (self.collisions > 0).then(|| 12.0 * (variance / n).sqrt())
+    }
+
+    /// Chances of the bins under molecular chaos.
+    pub fn chances(&self) -> Vec<f64> {
+        let bins = self.bins.len();
+        (0..bins).map(|bin| self.chaos(bin) / bins as f64).collect()
     }
 
     /// Density of |b|/d in a bin under molecular chaos: 1 of disks, 2 b/d of spheres.
@@ -92,7 +118,8 @@ impl Window {
     }
 
     /// The factors of the dissipation identity; `theory` is the collision rate of molecular chaos per particle
-    /// and unit of sqrt(T/m), as `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number.
+    /// and unit of sqrt(T/m), as `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number in
+    /// one replica.
     pub fn dissipation(&self, theory: f64, disks: usize) -> Option<Dissipation> {
         if self.collisions == 0 || self.root_temperature <= 0.0 {
             return None;
@@ -206,6 +233,32 @@ impl Windows {
         }
         self.last = time;
     }
+}
+
+/// One window of all replicas together, or without one of them; `None` of no replicas.
+pub fn merged(windows: &[&Window], without: Option<usize>) -> Option<Window> {
+    let kept = windows.iter().enumerate();
+    let mut kept = kept
+        .filter(|(index, _)| Some(*index) != without)
+        .map(|(_, one)| *one);
+    let mut sum = kept.next()?.clone();
+    kept.for_each(|one| sum.merge(one));
+    Some(sum)
+}
+
+/// Pseudo-values ([`crate::replicas::pseudo_values`]) of a number that follows from one window of all replicas; those without it
+/// are left out.
+pub fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Vec<f64> {
+    let known: Vec<&Window> = windows
+        .iter()
+        .copied()
+        .filter(|one| of(one).is_some())
+        .collect();
+    pseudo_values(known.len(), |without| {
+        merged(&known, without)
+            .and_then(|window| of(&window))
+            .unwrap_or(f64::NAN)
+    })
 }
 
 impl Observer for Windows {

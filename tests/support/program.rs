@@ -279,11 +279,13 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("kawasaki-1985-sedimentation-4", TWO),
     ("kawasaki-1985-spin", FLOW),
     ("luding-1998", "gas.number=100 run.until=1"),
+    ("luding-1998-fig3b", "gas.number=60 replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),
     ("quick", "gas.number=100 run.until=1"),
     ("rough-disks", "gas.number=50 box.size=[60,60] run.until=5 run.samples=12"),
     ("sedimentation-disks", "gas.number=50 box.size=[30,30] run.until=10 run.samples=20 measure.fields.blocks=10"),
+    ("short-range-correlation", "gas.number=100 run.until=1 measure.contacts.windows=[[0,1]]"),
     ("vibrated-box", "gas.number=30 run.until=2 run.samples=20 measure.fields.blocks=10"),
     ("weak-dissipation", "gas.number=100 run.until=1"),
 ];

@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::bench::{BenchDsmc, BenchEd, BenchMixture};
-use crate::{Trial, validate};
+use crate::{Trial, calibrate, validate};
 
 fn names(trials: &[Trial]) -> PossibleValuesParser {
     let value = |trial: &Trial| PossibleValue::new(trial.name).help(trial.tried);
@@ -48,6 +48,10 @@ pub enum Command {
                       stosszahl-trials stress walls --case floor  only this one"
     )]
     Stress(Stress),
+    /// Ask the judge about replicas of which the truth is known: how often verdicts ring, and how often they find what is there.
+    ///
+    /// Some minutes; seconds with --quick. The exit code is 1 if a rate is not as stated.
+    Calibrate(Calibrate),
     /// Measure everything that the program claims about accuracy, and say what holds.
     ///
     /// Each line states a claim, what was expected, what was found with its standard error, the verdict and the cost; the last
@@ -61,6 +65,17 @@ pub enum Command {
                       stosszahl-trials validate dsmc --quick               every Monte Carlo scheme"
     )]
     Validate(ValidateArguments),
+}
+
+/// `stosszahl-trials calibrate`.
+#[derive(Clone, Debug, Args)]
+pub struct Calibrate {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = names(calibrate::TRIALS))]
+    pub part: Vec<String>,
+    /// Fewer replicas, and 20 elastic cases in place of 200.
+    #[arg(long)]
+    pub quick: bool,
 }
 
 /// `stosszahl-trials validate`, of the whole or of one engine.

@@ -1,4 +1,5 @@
-//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed (`bench`).
+//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed (`bench`); and of the judge, whether
+//! verdicts ring as often as they say ([`calibrate`]).
 //!
 //! They stand on the public interface of the engines, as any other program would, and no user's program contains them.
 //! A [`Trial`] is a row in a table: its name, what is tried, what must hold, and a function that finds out. All
@@ -9,6 +10,7 @@
 mod trial;
 pub mod arguments;
 mod bench;
+pub mod calibrate;
 pub mod commands;
 mod findings;
 pub mod gas;

@@ -308,7 +308,7 @@ pub enum TimeUnit {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Judging {
-    /// Chance of any false alarm in one comparison, all times together.
+    /// Chance of any false alarm in all verdicts of the case, those of all points of a sweep together.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 0.5))]
     pub false_alarm: f64,
     /// Largest deviation from theory that counts as agreement, in gases without positions.
@@ -322,7 +322,7 @@ pub struct Judging {
 impl Default for Judging {
     fn default() -> Self {
         Self {
-            false_alarm: 0.01,
+            false_alarm: 0.05,
             tolerance: 0.02,
             sonine_orders: None,
         }

@@ -31,6 +31,7 @@ fn energy(shift: f64) -> Table {
             let law = (1.0 + time).powi(-2);
             let value = law * (1.0 + (factor - 1.0 + shift) * time / 20.0);
             let estimate = Estimate {
+                replicas: None,
                 value: Some(value),
                 // One error that is as large as the value, and one that is not known.
                 standard_error: (step != 3).then_some(if step == 22 {

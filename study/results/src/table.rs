@@ -73,6 +73,8 @@ pub struct Estimate {
     pub value: Option<f64>,
     /// Its standard error.
     pub standard_error: Option<f64>,
+    /// Replicas that the error is from; none if it is known otherwise.
+    pub replicas: Option<usize>,
     /// What theory says.
     pub theory: Option<f64>,
     /// The error of that.
@@ -102,6 +104,7 @@ impl Estimate {
         Self {
             value: scaled(self.value),
             standard_error: scaled(self.standard_error),
+            replicas: self.replicas,
             theory: scaled(self.theory),
             theory_error: scaled(self.theory_error),
         }

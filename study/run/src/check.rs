@@ -36,6 +36,8 @@ pub struct Outline {
     pub measures: Vec<&'static str>,
     /// Replicas.
     pub replicas: u64,
+    /// What the replicas can tell, as far as their spread is known.
+    pub power: Vec<String>,
     /// Memory and time.
     pub cost: Cost,
     /// What a reader should know.
@@ -92,8 +94,10 @@ impl<'a> Planned<'a> {
         self.plan.cost(threads, &kept)
     }
 
-    /// What it means on this many threads.
-    pub fn outline(&self, threads: usize) -> Outline {
+    /// What it means on this many threads, with verdicts of a chance `level` of a false alarm each.
+    pub fn outline(&self, threads: usize, level: f64) -> Outline {
+        let replicas = self.plan.case.replicas as usize;
+        let spreads = self.measures.iter().flat_map(|one| one.spreads(&self.plan));
         Outline {
             title: self.plan.case.title.clone(),
             point: self.point.name.clone(),
@@ -101,6 +105,7 @@ impl<'a> Planned<'a> {
             engines: self.plan.engines.iter().map(|one| one.name).collect(),
             measures: self.measures.iter().map(|one| one.name()).collect(),
             replicas: self.plan.case.replicas,
+            power: spreads.map(|one| one.power(replicas, level)).collect(),
             cost: self.cost(threads),
             warnings: self.warnings(),
         }
@@ -121,6 +126,20 @@ impl<'a> Planned<'a> {
         });
         self.plan.warnings.iter().cloned().chain(slow).collect()
     }
+}
+
+/// The chance of a false alarm that each verdict of a case has: that of the case, shared by all verdicts of all points of its sweep
+/// (Bonferroni), so that it is known before anything is run.
+pub fn level(planned: &[Planned<'_>]) -> f64 {
+    let tests = |one: &Planned<'_>| {
+        let measures = one.measures.iter();
+        measures
+            .map(|measure| measure.tests(&one.plan))
+            .sum::<usize>()
+    };
+    let all: usize = planned.iter().map(tests).sum();
+    let false_alarm = planned.iter().map(|one| one.plan.case.verdict.false_alarm);
+    false_alarm.fold(1.0, f64::min) / all.max(1) as f64
 }
 
 /// Plans all points of a case.

@@ -1,19 +1,25 @@
 //! The one judge: all tests that end in a verdict, and all of its words.
 //!
-//! Each sentence is short and names its margin. Nothing is called agreement whose error is unknown, and what is compared with
-//! nothing is a [`VerdictKind::Note`]. The tests:
+//! Each sentence is short and names its margin: within what two things are equal, by how much they differ, or below what a
+//! difference stays possible. Nothing is called agreement whose error is unknown, and what is compared with nothing is a
+//! [`VerdictKind::Note`].
 //!
-//! - *two series over paired replicas*, or one against theory: Student's t of log(a/b) at each time, the chance of any
-//!   false alarm kept over all times ([`quotients`]). The margin of agreement is the largest difference that any time
-//!   leaves possible: size of log(a/b) and half the width of its confidence interval;
-//! - *points with errors against theory within a tolerance* ([`Point`]);
-//! - *histograms against a uniform density*: chi-squared, all windows together by Holm ([`ImpactTest`]);
-//! - *numbers that are kept or zero*, within rounding or within three standard errors.
+//! Errors come from few replicas, so all intervals are Student's. The chance of any false alarm in all verdicts of a case, and in
+//! all points of a sweep, is `verdict.false_alarm`; each verdict has an equal share of it, by Bonferroni
+//! ([`Runs::level`](crate::measure::Runs::level)). Within one verdict:
+//!
+//! - *two series over paired replicas*, or one against theory: Student's t of the logarithm of the quotient of means at each time,
+//!   all times together ([`quotients`]). The margin of agreement is the largest difference that any time leaves possible;
+//! - *points with errors against theory within a tolerance* ([`Point`]): Student's t, all points together by Bonferroni;
+//! - *impact parameters against chaos*: the trend over replicas, then their shape, all windows together by Holm ([`ImpactTest`]);
+//! - *numbers that are kept or zero*, within rounding or within Student's interval.
 
 use std::fmt::Display;
 
 use stosszahl_analysis::compare::{Quotient, Verdict as Test, quotients};
-use stosszahl_analysis::statistics::{ChiSquaredTest, holm, student_t_test};
+use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, quantile, shape};
+use stosszahl_analysis::statistics::{Estimate as Mean, TTest, holm, student_t_test};
+use stosszahl_analysis::windows::{Window, pooled};
 use stosszahl_results::{Estimate, Verdict, VerdictKind};
 
 pub use stosszahl_results::engine_title as title;
@@ -25,8 +31,15 @@ const UNKNOWN: &str = "unknown";
 /// From here on numbers are shown with an exponent.
 const LARGE: f64 = 1e6;
 
-/// Standard errors from which a deviation is no chance.
-pub const SIGNIFICANT: f64 = 3.0;
+/// Chance outside the interval of an agreement.
+const OUTSIDE: f64 = 0.05;
+
+/// Half the width of an interval of an estimate that the truth leaves with a chance `level`; none without an error. An estimate over
+/// replicas has Student's, one whose error is known otherwise a normal one.
+fn half_width(found: &Estimate, level: f64) -> Option<f64> {
+    let freedom = found.replicas.map(|replicas| replicas.saturating_sub(1));
+    Some(quantile(level, freedom) * found.standard_error?)
+}
 
 /// A verdict.
 pub fn verdict(
@@ -112,8 +125,11 @@ pub fn percent(deviation: f64, error: Option<f64>) -> String {
 }
 
 /// A margin in per cent, rounded up.
-fn margin(share: f64) -> String {
+pub fn margin(share: f64) -> String {
     let percent = 100.0 * share;
+    if percent.is_nan() || percent >= LARGE {
+        return UNKNOWN.to_owned();
+    }
     let scale = 10_f64.powf((1.0 - percent.log10().floor()).clamp(0.0, 6.0));
     format!("{} %", short((percent * scale - 1e-9).ceil() / scale))
 }
@@ -159,14 +175,14 @@ pub struct Pair<'a> {
     pub quantity: &'a str,
     /// Where.
     pub places: Places<'a>,
-    /// Chance of any false alarm.
-    pub false_alarm: f64,
+    /// Chance of a false alarm, all times together.
+    pub level: f64,
 }
 
 impl Pair<'_> {
     /// Tests the values of the replicas, `pairs[place]` of (a, b), and says what follows; none without places.
     pub fn judge(&self, pairs: &[Vec<(f64, f64)>]) -> Option<Verdict> {
-        self.of(&quotients(pairs, self.false_alarm))
+        self.of(&quotients(pairs, self.level))
     }
 
     /// The verdict on quotients that are tested already.
@@ -213,15 +229,25 @@ impl Pair<'_> {
                 (sentence, VerdictKind::Agree)
             }
         } else {
-            let open = found.iter().filter(|one| one.verdict == Test::Undecided);
-            let widest = open.filter_map(|one| one.half_width).reduce(f64::max);
-            let (at, off) = (self.places.at(last), off(last));
-            let why = match widest {
-                Some(_) => "its error is too wide to tell",
-                None => "one replica has no error",
+            let open = (0..found.len()).filter(|&index| found[index].verdict == Test::Undecided);
+            let reach = |index: usize| Some(size(&found[index]) + found[index].half_width?);
+            let widest = open.filter_map(|index| Some((reach(index)?, index)));
+            let widest = widest.max_by(|x, y| x.0.total_cmp(&y.0));
+            let sentence = match widest {
+                Some((reach, index)) => format!(
+                    "{a} and {b} cannot be told apart in {quantity}: < {} with {} replicas {}; {} {}.",
+                    margin(reach.exp_m1()),
+                    found[index].quotient.replicas,
+                    self.places.at(index),
+                    off(last),
+                    self.places.at(last)
+                ),
+                None => format!(
+                    "Whether {a} and {b} differ in {quantity} is open, one replica has no error: {} {}.",
+                    off(last),
+                    self.places.at(last)
+                ),
             };
-            let sentence =
-                format!("Whether {a} and {b} differ in {quantity} is open, {why}: {off} {at}.");
             (sentence, VerdictKind::Undecided)
         };
         Some(verdict(self.topic, sentence, kind))
@@ -244,6 +270,8 @@ pub struct Point {
     pub measured: f64,
     /// Its standard error.
     pub error: Option<f64>,
+    /// Replicas that the error is from; none if it is known otherwise.
+    pub replicas: Option<usize>,
     /// What theory says.
     pub theory: f64,
     /// Change of the theory from one order less.
@@ -257,6 +285,7 @@ impl Point {
             time,
             measured: found.value?,
             error: found.standard_error,
+            replicas: found.replicas,
             theory: found.theory?,
             theory_error: found.theory_error,
         })
@@ -267,23 +296,36 @@ impl Point {
         self.measured / self.theory - 1.0
     }
 
-    /// Deviation in standard errors, to which what is unknown of the theory adds up.
+    /// Its error, to which what is unknown of the theory adds up.
+    pub fn total_error(&self) -> Option<f64> {
+        let error = self.error?;
+        Some(error.hypot(self.theory_error.unwrap_or(0.0)))
+    }
+
+    /// Deviation in standard errors.
     pub fn z(&self) -> Option<f64> {
-        let error = self.error.filter(|&error| error > 0.0)?;
-        let total = error.hypot(self.theory_error.unwrap_or(0.0));
+        let total = self.total_error().filter(|&error| error > 0.0)?;
         Some((self.measured - self.theory) / total)
     }
 
-    /// A deviation is a difference if it is larger than the tolerance and than three standard errors; it is agreement if it is
-    /// within the tolerance, and its error is too.
-    pub fn outcome(&self, tolerance: f64) -> VerdictKind {
-        let Some(error) = self.error else {
+    /// The largest relative deviation that an interval at `level` leaves possible.
+    pub fn reach(&self, level: f64) -> Option<f64> {
+        let total = Estimate {
+            replicas: self.replicas,
+            ..Estimate::of(self.measured, self.total_error())
+        };
+        Some(self.deviation().abs() + half_width(&total, level)? / self.theory.abs())
+    }
+
+    /// A deviation is a difference if it is larger than the tolerance and than the interval at `level`; it is agreement if
+    /// it is within the tolerance, and half its interval of 95 % is too.
+    pub fn outcome(&self, tolerance: f64, level: f64) -> VerdictKind {
+        let (Some(reach), Some(usual)) = (self.reach(level), self.reach(OUTSIDE)) else {
             return VerdictKind::Undecided;
         };
-        let far = self.deviation().abs() > tolerance;
-        let significant = self.z().is_none_or(|z| z.abs() > SIGNIFICANT);
-        let narrow = error.max(self.theory_error.unwrap_or(0.0)) <= tolerance * self.theory.abs();
-        match (far, significant, narrow) {
+        let size = self.deviation().abs();
+        let far = size > tolerance;
+        match (far, reach - size < size, usual - size <= tolerance) {
             (true, true, _) => VerdictKind::Differ,
             (false, _, true) => VerdictKind::Agree,
             _ => VerdictKind::Undecided,
@@ -291,23 +333,31 @@ impl Point {
     }
 }
 
-/// The point that decides what all say: differences before doubts before agreement, the largest deviation of those.
-pub fn worst(points: &[Point], tolerance: f64) -> Option<&Point> {
+/// The point that decides what all say, with its outcome: differences before doubts before agreement, the largest deviation of those.
+/// All points together ring with a chance `level`, by Bonferroni.
+pub fn worst(points: &[Point], tolerance: f64, level: f64) -> Option<(&Point, VerdictKind)> {
     let usable = points
         .iter()
         .filter(|point| point.theory != 0.0 && point.deviation().is_finite());
-    usable.max_by(|a, b| {
+    let each = level / usable.clone().count().max(1) as f64;
+    let judged = usable.map(|point| (point, point.outcome(tolerance, each)));
+    judged.max_by(|a, b| {
         let size = |point: &Point| point.deviation().abs();
-        let ranks = [a, b].map(|point| rank(point.outcome(tolerance)));
-        ranks[0].cmp(&ranks[1]).then(size(a).total_cmp(&size(b)))
+        rank(a.1)
+            .cmp(&rank(b.1))
+            .then(size(a.0).total_cmp(&size(b.0)))
     })
 }
 
-/// What a relative deviation says of a margin.
-pub fn within(off: f64, error: Option<f64>, margin: f64) -> VerdictKind {
-    let found = Estimate::of(1.0 + off, error).against(Some(1.0));
-    let point = Point::of(0.0, &found).filter(|_| off.is_finite());
-    point.map_or(VerdictKind::Undecided, |point| point.outcome(margin))
+/// What a relative deviation with its error says of a margin.
+pub fn within(off: &Estimate, margin: f64, level: f64) -> VerdictKind {
+    let found = Estimate {
+        value: off.value.map(|off| 1.0 + off),
+        theory: Some(1.0),
+        ..*off
+    };
+    let point = Point::of(0.0, &found).filter(|point| point.measured.is_finite());
+    point.map_or(VerdictKind::Undecided, |point| point.outcome(margin, level))
 }
 
 /// What several comparisons say together: differences before doubts before agreement.
@@ -351,67 +401,135 @@ pub fn against_theory(
     theory: &str,
     points: &[Point],
     tolerance: f64,
+    level: f64,
 ) -> Option<Verdict> {
-    let point = worst(points, tolerance)?;
-    let kind = point.outcome(tolerance);
+    let (point, kind) = worst(points, tolerance, level)?;
     let error = point.error.map(|error| error / point.theory.abs());
     let (off, time) = (percent(point.deviation(), error), short(point.time));
-    let within = margin(tolerance);
-    let sentence = match kind {
-        VerdictKind::Agree => {
+    let sentence = match (kind, point.reach(OUTSIDE)) {
+        (VerdictKind::Agree, Some(reach)) => {
+            let within = margin(reach);
             format!(
                 "{subject} agrees with {theory} within {within}; most off by {off} at t = {time}."
             )
         }
-        VerdictKind::Differ => {
-            format!("{subject} differs from {theory} by {off} at t = {time}, beyond {within}.")
+        (VerdictKind::Differ, _) => {
+            let beyond = margin(tolerance);
+            format!("{subject} differs from {theory} by {off} at t = {time}, beyond {beyond}.")
         }
-        _ => format!(
-            "Whether {subject} differs from {theory} by {within} is open: {off} at t = {time}."
-        ),
+        (_, Some(reach)) => {
+            let (below, over) = (margin(reach), over(point.replicas));
+            format!(
+                "{subject} cannot be told from {theory}: < {below}{over} at t = {time}, where it is off by {off}."
+            )
+        }
+        (_, None) => {
+            format!("Whether {subject} differs from {theory} is open: {off} at t = {time}.")
+        }
     };
     Some(verdict(topic, sentence, kind))
 }
 
-/// The test of one histogram of impact parameters.
+/// " with 4 replicas", where errors come from them.
+fn over(replicas: Option<usize>) -> String {
+    replicas.map_or(String::new(), |replicas| {
+        format!(" with {replicas} replicas")
+    })
+}
+
+/// The tests of one histogram of impact parameters against chaos. Replicas are independent, collisions within one are not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactTest {
     /// Start and end of the window.
     pub window: [f64; 2],
-    /// Collisions.
+    /// Collisions of all replicas.
     pub collisions: u64,
-    /// Slope of the density, zero under chaos, and its standard error.
-    pub slope: Option<(f64, Option<f64>)>,
-    /// Chi-squared against chaos; none with too few collisions.
-    pub test: Option<ChiSquaredTest>,
+    /// Collisions of the replica with the fewest.
+    pub fewest: u64,
+    /// Slope of the density, zero under chaos, of all collisions; its error is of the jackknife over replicas.
+    pub slope: Estimate,
+    /// Student's test of the slope; none with one replica.
+    pub trend: Option<TTest>,
+    /// Hotelling's test of as many further shapes as the replicas allow.
+    pub shape: Option<HotellingTest>,
 }
 
-/// Largest standard error of a slope with which it is called uniform: a slope of 2 % moves the outer of 20 bins by 1 %.
-const SEEN: f64 = 0.02;
+/// Most shapes beyond the trend that are tested at once: a contact value or a cluster bends the density, it does not ripple it.
+const SHAPES: usize = 4;
 
-/// The words of the table for all windows of one engine: `uniform`, `grazing excess`, `central excess`, `undecided` or `too
-/// few collisions`.
-pub fn impact_words(tests: &[ImpactTest], false_alarm: f64) -> Vec<&'static str> {
-    let p_values: Vec<f64> = tests
-        .iter()
-        .map(|one| one.test.map_or(f64::NAN, |test| test.p_value))
+impl ImpactTest {
+    /// Tests one window of all replicas.
+    pub fn of(span: [f64; 2], all: &[&Window]) -> Self {
+        let values = pooled(all, Window::slope);
+        let slope = Mean::over_replicas(&values);
+        // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
+        let orders = (values.len().saturating_sub(1) / 2).clamp(1, SHAPES);
+        let some = all.iter().filter(|window| window.collisions > 0);
+        let shapes = some.map(|window| {
+            let found = shape(&window.bins, &window.chances(), orders + 1);
+            found.into_iter().skip(1).collect()
+        });
+        let shapes: Vec<Vec<f64>> = shapes.collect();
+        Self {
+            window: span,
+            collisions: all.iter().map(|window| window.collisions).sum(),
+            fewest: all
+                .iter()
+                .map(|window| window.collisions)
+                .min()
+                .unwrap_or(0),
+            slope: slope.map_or(Estimate::default(), |slope| Estimate {
+                replicas: Some(slope.replicas),
+                ..Estimate::of(slope.value, slope.standard_error)
+            }),
+            trend: student_t_test(&values, 0.0),
+            shape: hotelling_test(&shapes),
+        }
+    }
+}
+
+/// Largest slope that may stay possible where impact parameters are called uniform: it moves the outer of 20 bins by 2.4 %.
+const FLAT: f64 = 0.05;
+
+/// Fewest collisions of a replica whose slope is normal: that of 30 uniform numbers is, to 1 % of the chance beyond three standard
+/// errors.
+pub const FEWEST_COLLISIONS: u64 = 30;
+
+/// The words of the table for all windows of one engine, trends and shapes of all together by Holm: `uniform`, `grazing excess`,
+/// `central excess`, `uneven`, `undecided`, `one replica` or `too few collisions`.
+pub fn impact_words(tests: &[ImpactTest], level: f64) -> Vec<&'static str> {
+    let enough = |one: &ImpactTest| one.fewest >= FEWEST_COLLISIONS;
+    let trends = tests.iter().map(|one| one.trend.map(|test| test.p_value));
+    let shapes = tests.iter().map(|one| one.shape.map(|test| test.p_value));
+    let places = tests.iter().chain(tests).map(enough);
+    let p_values: Vec<f64> = trends
+        .chain(shapes)
+        .zip(places)
+        .map(|(p_value, enough)| p_value.filter(|_| enough).unwrap_or(f64::NAN))
         .collect();
-    let judged = tests.iter().zip(holm(&p_values, false_alarm));
+    let rejected = holm(&p_values, level);
+    let (trends, shapes) = rejected.split_at(tests.len());
+    let judged = tests.iter().zip(trends.iter().zip(shapes));
     judged
-        .map(|(one, rejected)| {
-            let (slope, error) = one.slope.unwrap_or((0.0, None));
-            // Few replicas may lie close together by chance, so the spread of the collisions counts too.
-            let counting = (12.0 / one.collisions.max(1) as f64).sqrt();
-            let seen = error.is_some_and(|error| error.max(counting) < SEEN);
-            match (one.test, rejected) {
-                (None, _) => "too few collisions",
-                (_, true) if slope > 0.0 => "grazing excess",
-                (_, true) => "central excess",
-                (_, false) if seen => "uniform",
-                (_, false) => "undecided",
+        .map(|(one, (&trend, &shape))| {
+            let slope = one.slope.value.unwrap_or(0.0);
+            let flat = reach(one, level).is_some_and(|reach| reach <= FLAT);
+            match (trend, shape) {
+                _ if !enough(one) => "too few collisions",
+                _ if one.trend.is_none() => "one replica",
+                (true, _) if slope > 0.0 => "grazing excess",
+                (true, _) => "central excess",
+                (_, true) => "uneven",
+                _ if flat => "uniform",
+                _ => "undecided",
             }
         })
         .collect()
+}
+
+/// The largest slope that one window leaves possible.
+fn reach(one: &ImpactTest, level: f64) -> Option<f64> {
+    Some(one.slope.value?.abs() + half_width(&one.slope, level)?)
 }
 
 /// The verdict on the impact parameters of one engine, by the words of [`impact_words`].
@@ -420,8 +538,10 @@ pub fn impact_parameters(
     engine: &str,
     tests: &[ImpactTest],
     words: &[&str],
+    level: f64,
 ) -> Verdict {
-    let slope = |one: &ImpactTest| one.slope.map_or(0.0, |(slope, _)| slope);
+    let slope = |one: &ImpactTest| one.slope.value.unwrap_or(0.0);
+    let said = |one: &ImpactTest| in_units(&one.slope, 1.0);
     let largest = |filter: &dyn Fn(&str) -> bool| {
         let some = tests.iter().zip(words).filter(|(_, word)| filter(word));
         some.max_by(|a, b| slope(a.0).abs().total_cmp(&slope(b.0).abs()))
@@ -430,39 +550,58 @@ pub fn impact_parameters(
         let [start, end] = one.window.map(short);
         format!("from t = {start} to {end}")
     };
-    if let Some((one, word)) = largest(&|word| word.ends_with("excess")) {
-        let (value, error) = one.slope.unwrap_or((f64::NAN, None));
-        let (value, span) = (with_error(value, error), span(one));
+    let excess = largest(&|word| word.ends_with("excess"));
+    let (sentence, kind) = if let Some((one, word)) = excess {
         let sentence = format!(
-            "The impact parameters of {engine} are not uniform: {word}, slope {value} {span}."
+            "The impact parameters of {engine} are not uniform: {word}, slope {} {}.",
+            said(one),
+            span(one)
         );
-        return verdict(topic, sentence, VerdictKind::Differ);
-    }
-    if !words.is_empty() && words.iter().all(|&word| word == "uniform") {
-        let reach = tests.iter().filter_map(|one| {
-            let (slope, error) = one.slope?;
-            Some(slope.abs() + SIGNIFICANT * error?)
-        });
+        (sentence, VerdictKind::Differ)
+    } else if let Some((one, _)) = largest(&|word| word == "uneven") {
+        let p_value = one.shape.map_or(f64::NAN, |test| test.p_value);
+        let sentence = format!(
+            "The impact parameters of {engine} are not uniform: their density is curved (p = {p_value:.1e}), its slope {} {}.",
+            said(one),
+            span(one)
+        );
+        (sentence, VerdictKind::Differ)
+    } else if !words.is_empty() && words.iter().all(|&word| word == "uniform") {
+        let reach = tests.iter().filter_map(|one| reach(one, level));
         let reach = reach.fold(0.0, f64::max);
-        let windows = if tests.len() == 1 {
-            format!("to t = {}", short(tests[0].window[1]))
-        } else {
-            format!("in all {} windows", tests.len())
+        let windows = match tests {
+            [one] => format!("to t = {}", short(one.window[1])),
+            _ => format!("in all {} windows", tests.len()),
         };
         let sentence = format!(
             "The impact parameters of {engine} are uniform {windows}: the slope of their density is below {reach:.3}."
         );
-        return verdict(topic, sentence, VerdictKind::Agree);
-    }
-    let sentence = match largest(&|word| word != "uniform") {
-        Some((one, _)) if one.collisions > 0 => format!(
-            "Whether the impact parameters of {engine} are uniform is open: {} collisions are too few {}.",
-            one.collisions,
-            span(one)
-        ),
-        _ => format!("{engine} has no collisions whose impact parameters could be tested."),
+        (sentence, VerdictKind::Agree)
+    } else {
+        let sentence = match largest(&|word| word != "uniform") {
+            Some((one, &"too few collisions")) if one.collisions > 0 => format!(
+                "Whether the impact parameters of {engine} are uniform is open: {} collisions, at least {} in a replica, are too few {}.",
+                one.collisions,
+                one.fewest,
+                span(one)
+            ),
+            Some((one, &"one replica")) => format!(
+                "Whether the impact parameters of {engine} are uniform is open: collisions of one gas hang together, and one replica does not show how much; slope {} {}.",
+                said(one),
+                span(one)
+            ),
+            Some((one, &"undecided")) => format!(
+                "The impact parameters of {engine} cannot be told from uniform ones: a slope below {:.2} stays possible with {} replicas {}, where it is {}.",
+                reach(one, level).unwrap_or(f64::NAN),
+                one.slope.replicas.unwrap_or(0),
+                span(one),
+                said(one)
+            ),
+            _ => format!("{engine} has no collisions whose impact parameters could be tested."),
+        };
+        (sentence, VerdictKind::Undecided)
     };
-    verdict(topic, sentence, VerdictKind::Undecided)
+    verdict(topic, sentence, kind)
 }
 
 /// Whether the last of two averages of each replica, (before, last), is still moving; a warning or nothing.
@@ -470,12 +609,12 @@ pub fn still_moving(
     topic: impl Into<String>,
     subject: &str,
     pairs: &[(f64, f64)],
-    false_alarm: f64,
+    level: f64,
 ) -> Option<Verdict> {
     let growth: Vec<f64> = pairs.iter().map(|(a, b)| (b / a).ln()).collect();
     let test = student_t_test(&growth, 0.0)?;
     let mean = growth.iter().sum::<f64>() / growth.len() as f64;
-    (test.p_value < false_alarm).then(|| {
+    (test.p_value < level).then(|| {
         let change = percent(mean.exp_m1(), Some((mean / test.statistic).abs()));
         let sentence = format!(
             "{subject} is not steady: it changes by {change} from one quarter to the last."
@@ -496,24 +635,24 @@ pub fn kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> 
     verdict(topic, sentence, kind)
 }
 
-/// Whether a number is zero within three standard errors.
-pub fn zero(value: f64, error: Option<f64>) -> VerdictKind {
-    match error {
+/// Whether a number is zero within its interval.
+pub fn zero(found: &Estimate, level: f64) -> VerdictKind {
+    match found.value.zip(half_width(found, level)) {
         None => VerdictKind::Undecided,
-        Some(error) if value.abs() <= SIGNIFICANT * error => VerdictKind::Agree,
+        Some((value, half)) if value.abs() <= half => VerdictKind::Agree,
         Some(_) => VerdictKind::Differ,
     }
 }
 
-/// Whether two profiles differ: the largest difference in standard errors against the largest of as many normal numbers, at
-/// a chance `false_alarm`. `places` are both values and where they are, in words; those without errors are left out, and there
+/// Whether two profiles differ: the largest difference in standard errors against Student's quantile, all places together by
+/// Bonferroni at a chance `level`. `places` are both values and where they are, in words; those without errors are left out, and there
 /// is no verdict where all are. Errors come from `parts` blocks of time.
 pub fn profiles(
     topic: impl Into<String>,
     pair: [&str; 2],
     places: &[([Estimate; 2], String)],
     parts: usize,
-    false_alarm: f64,
+    level: f64,
 ) -> Option<Verdict> {
     let differences = places.iter().filter_map(|([a, b], at)| {
         let error = a.standard_error?.hypot(b.standard_error?);
@@ -525,7 +664,7 @@ pub fn profiles(
         .iter()
         .rev()
         .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-    let limit = (2.0 * (all.len() as f64 / false_alarm).ln()).sqrt();
+    let limit = quantile(level / all.len() as f64, Some(parts.saturating_sub(1)));
     let (kind, few) = by_parts(z.abs() <= limit, parts);
     let ([a, b], [x, y]) = (pair, values.map(short));
     let sentence = format!(

@@ -17,6 +17,7 @@ pub mod measure;
 pub mod measures;
 mod places;
 pub mod plan;
+pub mod power;
 pub mod run;
 pub mod schedule;
 pub mod start;

@@ -12,6 +12,7 @@ use stosszahl_model::{Interrupt, Observer, Particles, Simulation};
 use stosszahl_results::{Snapshot, Table, Verdict};
 
 use crate::plan::{EnginePlan, Plan};
+use crate::power::Spread;
 
 /// A measurement, before it is made.
 pub trait Measure: Sync {
@@ -76,6 +77,16 @@ pub trait Measure: Sync {
 
     /// Files of all particles at some times, with what the manifest says of them.
     fn snapshots(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
+        Vec::new()
+    }
+
+    /// How many verdicts it makes that compare, at most: they share the chance of a false alarm of the case.
+    fn tests(&self, _plan: &Plan) -> usize {
+        0
+    }
+
+    /// How far the replicas lie apart of what these verdicts compare, as far as that is known before a run.
+    fn spreads(&self, _plan: &Plan) -> Vec<Spread> {
         Vec::new()
     }
 
@@ -349,6 +360,9 @@ impl Finished {
 pub struct Runs<'a> {
     /// Position of the measure among those of the case.
     pub measure: usize,
+    /// Chance of a false alarm that each verdict has: an equal share of `verdict.false_alarm`, by Bonferroni over all verdicts of
+    /// the case and of all points of its sweep.
+    pub level: f64,
     /// By engine, then by replica.
     pub finished: &'a [Vec<Finished>],
 }

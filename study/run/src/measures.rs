@@ -3,6 +3,7 @@
 mod boundaries;
 mod checks;
 mod clusters;
+mod contacts;
 mod course;
 mod displacement;
 mod energy;
@@ -45,6 +46,7 @@ pub const ALL: &[&dyn Measure] = &[
     &species_temperatures::SpeciesTemperatures,
     &steady_state::SteadyState,
     &impact_parameters::ImpactParameters,
+    &contacts::AtContact,
     &fields::Fields,
     &boundaries::Boundaries,
     &structure_factor::StructureFactors,
@@ -72,6 +74,7 @@ pub(crate) fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
     Estimate {
         value: mean.map(|mean| mean.value),
         standard_error: mean.and_then(|mean| mean.standard_error),
+        replicas: mean.map(|mean| mean.replicas),
         ..Estimate::default()
     }
 }

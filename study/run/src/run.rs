@@ -16,7 +16,7 @@ use stosszahl_results::{
 };
 
 use crate::accuracy;
-use crate::check::{Planned, check};
+use crate::check::{Planned, check, level};
 use crate::control::{Control, Progress};
 use crate::follow::{Part, PartError, prepare};
 use crate::judge;
@@ -208,12 +208,13 @@ pub fn run_planned(
         (planned.iter().zip(folder.places()).enumerate())
             .map(|(number, (one, place))| (number, one, place))
             .collect();
+    let level = level(planned);
     let mut points = Vec::new();
     for chunk in jobs.chunks(side_by_side) {
         let done: Result<Vec<PointSummary>, RunError> = pool.install(|| {
             let chunk = chunk.par_iter();
             chunk
-                .map(|&(number, one, place)| run_point(file, one, place, number, options))
+                .map(|&(number, one, place)| run_point(file, one, place, number, level, options))
                 .collect()
         });
         points.extend(done?);
@@ -286,6 +287,7 @@ fn run_point(
     planned: &Planned<'_>,
     place: Place<'_>,
     number: usize,
+    level: f64,
     options: &Options<'_>,
 ) -> Result<PointSummary, RunError> {
     let began = Instant::now();
@@ -333,6 +335,7 @@ fn run_point(
     for (measure, known) in planned.measures.iter().enumerate() {
         let runs = Runs {
             measure,
+            level,
             finished: &all.finished,
         };
         let own = known.tables(plan, &runs);

@@ -388,7 +388,7 @@ fn slow_schemes_are_called_slow() {
         let text = text.replace("DIAMETER", diameter);
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
         let planned = crate::check(&file).expect("a plan");
-        let outline = planned[0].outline(1);
+        let outline = planned[0].outline(1, 0.01);
         let said = outline
             .warnings
             .iter()

@@ -28,7 +28,7 @@ fn pair(times: &[f64]) -> Pair<'_> {
         b: "Haff's law with its Sonine factor",
         quantity: "energy",
         places: Places::Times(times),
-        false_alarm: 0.01,
+        level: 0.01,
     }
 }
 
@@ -55,7 +55,12 @@ fn planted_differences_are_named_with_their_margin() {
     assert!(found.sentence.contains("within") && found.sentence.contains("to t = 100"));
     let found = judge(&planted(stream, &[0.0; 3], 0.3, 4));
     assert_eq!(found.kind, VerdictKind::Undecided);
-    assert!(found.sentence.contains("too wide"), "{}", found.sentence);
+    let said = &found.sentence;
+    assert!(
+        said.contains("cannot be told apart in energy: < "),
+        "{said}"
+    );
+    assert!(said.contains(" % with 4 replicas at t = "), "{said}");
     let found = judge(&planted(stream, &[0.5; 3], 0.0, 1));
     assert_eq!(found.kind, VerdictKind::Undecided);
     assert!(
@@ -100,10 +105,11 @@ fn points_need_errors_to_agree() {
         time: 2.0,
         measured,
         error,
+        replicas: None,
         theory: 2.0,
         theory_error: None,
     };
-    let kind = |measured, error| point(measured, error).outcome(0.02);
+    let kind = |measured, error| point(measured, error).outcome(0.02, 0.01);
     assert_eq!(kind(2.01, Some(0.01)), VerdictKind::Agree);
     assert_eq!(kind(2.1, Some(0.01)), VerdictKind::Differ);
     assert_eq!(kind(2.1, Some(0.1)), VerdictKind::Undecided);
@@ -113,49 +119,115 @@ fn points_need_errors_to_agree() {
         point(2.1, Some(0.01)),
         point(1.8, Some(0.2)),
     ];
-    let found = against_theory("t", "The temperature of species 2", "theory", &points, 0.02);
+    let found = against_theory(
+        "t",
+        "The temperature of species 2",
+        "theory",
+        &points,
+        0.02,
+        0.01,
+    );
     let found = found.expect("a verdict");
     assert_eq!(found.kind, VerdictKind::Differ);
     let expected =
         "The temperature of species 2 differs from theory by +5.0 ± 0.5 % at t = 2, beyond 2 %.";
     assert_eq!(found.sentence, expected);
+    // 5 % and ten standard errors of two replicas are nothing: Student's quantile at 1 % is 64.
+    let few = Point {
+        replicas: Some(2),
+        ..point(2.1, Some(0.01))
+    };
+    assert_eq!(few.outcome(0.02, 0.01), VerdictKind::Undecided);
+    let found =
+        against_theory("t", "The energy", "theory", &points[..1], 0.02, 0.01).expect("a verdict");
+    // 0.5 % and 1.96 times as much.
+    let expected = "The energy agrees with theory within 1.5 %; most off by +0.5 ± 0.5 % at t = 2.";
+    assert_eq!(
+        (found.kind, &*found.sentence),
+        (VerdictKind::Agree, expected)
+    );
+    let found = against_theory("t", "The energy", "theory", &[few], 0.02, 0.01).expect("a verdict");
+    let expected = "The energy cannot be told from theory: < 12 % with 2 replicas at t = 2, where it is off by +5.0 ± 0.5 %.";
+    assert_eq!(found.sentence, expected);
+}
+
+/// A window of as many replicas as there are slopes, with given curvatures.
+fn window(slopes: &[f64], curvatures: &[f64], fewest: u64) -> ImpactTest {
+    let mean = stosszahl_analysis::statistics::Estimate::over_replicas(slopes);
+    let rows: Vec<Vec<f64>> = curvatures.iter().map(|&one| vec![one]).collect();
+    ImpactTest {
+        window: [1.0, 5.0],
+        collisions: fewest * slopes.len() as u64,
+        fewest,
+        slope: mean.map_or(Estimate::default(), |mean| Estimate {
+            replicas: Some(mean.replicas),
+            ..Estimate::of(mean.value, mean.standard_error)
+        }),
+        trend: student_t_test(slopes, 0.0),
+        shape: stosszahl_analysis::replicas::hotelling_test(&rows),
+    }
 }
 
 #[test]
-fn impact_parameters_are_judged_together() {
-    let uniform = |statistic: f64, p_value: f64, slope: f64| ImpactTest {
-        window: [1.0, 5.0],
-        collisions: 1_000_000,
-        slope: Some((slope, Some(0.004))),
-        test: Some(ChiSquaredTest {
-            statistic,
-            degrees_of_freedom: 19,
-            p_value,
-        }),
-    };
-    let tests = [uniform(20.0, 0.4, 0.001), uniform(200.0, 1e-9, 0.23)];
-    let words = impact_words(&tests, 0.01);
-    assert_eq!(words, ["uniform", "grazing excess"]);
-    let found = impact_parameters("impact", "ED (exact)", &tests, &words);
-    assert_eq!(found.kind, VerdictKind::Differ);
-    assert!(
-        found
-            .sentence
-            .contains("slope 0.2300 ± 0.0040 from t = 1 to 5"),
-        "{}",
-        found.sentence
+fn impact_parameters_are_judged_over_replicas() {
+    let none = [1e-4, -2e-4, 0.0, 1e-4];
+    let flat = window(&[0.001, -0.002, 0.003, -0.001], &none, 10_000);
+    let grazing = window(&[0.225, 0.235, 0.23, 0.23], &none, 10_000);
+    let central = window(&[-0.225, -0.235, -0.23, -0.23], &none, 10_000);
+    let curved = window(
+        &[0.001, -0.002, 0.003, -0.001],
+        &[0.09, 0.11, 0.1, 0.1],
+        10_000,
     );
-    let found = impact_parameters("impact", "ED (exact)", &tests[..1], &words[..1]);
-    assert!(found.kind == VerdictKind::Agree && found.sentence.contains("below 0.013"));
-    let few = ImpactTest {
-        collisions: 12,
-        test: None,
-        ..tests[0]
+    let wide = window(&[0.3, -0.2, 0.1, 0.0], &none, 10_000);
+    let one = window(&[0.3], &[0.1], 10_000);
+    let few = window(&[0.3, 0.3, 0.31, 0.29], &none, 12);
+    let judge = |tests: &[ImpactTest]| {
+        let words = impact_words(tests, 0.01);
+        let found = impact_parameters("impact", "ED (exact)", tests, &words, 0.01);
+        (words, found.kind, found.sentence)
     };
-    let words = impact_words(&[few], 0.01);
-    assert_eq!(words, ["too few collisions"]);
-    let found = impact_parameters("impact", "ED (exact)", &[few], &words);
-    assert_eq!(found.kind, VerdictKind::Undecided);
+    let (words, kind, said) = judge(&[flat, grazing, central, curved]);
+    assert_eq!(
+        words,
+        ["uniform", "grazing excess", "central excess", "uneven"]
+    );
+    assert_eq!(kind, VerdictKind::Differ);
+    assert!(
+        said.contains("slope -0.2300 ± 0.0020 from t = 1 to 5"),
+        "{said}"
+    );
+    for (test, kind, word, part) in [
+        (flat, VerdictKind::Agree, "uniform", "is below 0.007"),
+        (
+            curved,
+            VerdictKind::Differ,
+            "uneven",
+            "density is curved (p = ",
+        ),
+        (
+            wide,
+            VerdictKind::Undecided,
+            "undecided",
+            "a slope below 0.66 stays possible with 4 replicas",
+        ),
+        (
+            one,
+            VerdictKind::Undecided,
+            "one replica",
+            "one replica does not show",
+        ),
+        (
+            few,
+            VerdictKind::Undecided,
+            "too few collisions",
+            "48 collisions, at least 12 in a replica",
+        ),
+    ] {
+        let (words, found, said) = judge(&[test]);
+        assert_eq!((words[0], found), (word, kind), "{said}");
+        assert!(said.contains(part), "{said}");
+    }
 }
 
 #[test]
@@ -171,11 +243,13 @@ fn numbers_are_written_in_the_digits_of_their_error() {
 
 #[test]
 fn what_has_no_error_is_never_said_to_agree() {
+    let zero = |value, error| super::zero(&Estimate::of(value, error), 0.01);
     assert_eq!(zero(0.0, None), VerdictKind::Undecided);
     assert_eq!(zero(0.1, Some(0.05)), VerdictKind::Agree);
     assert_eq!(zero(0.3, Some(0.05)), VerdictKind::Differ);
-    assert_eq!(within(0.0, None, 0.01), VerdictKind::Undecided);
-    assert_eq!(within(f64::NAN, Some(0.1), 0.01), VerdictKind::Undecided);
+    let within = |value, error| super::within(&Estimate::of(value, error), 0.01, 0.01);
+    assert_eq!(within(0.0, None), VerdictKind::Undecided);
+    assert_eq!(within(f64::NAN, Some(0.1)), VerdictKind::Undecided);
     assert_eq!(kept("t", "x", 1e-12, 1e-10).kind, VerdictKind::Agree);
     assert_eq!(kept("t", "x", f64::NAN, 1e-10).kind, VerdictKind::Differ);
     let differ = |errors: [Option<f64>; 2], parts| {

@@ -108,9 +108,13 @@ impl Measure for Boundaries {
         vec![table]
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        plan.engines.len()
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let all = One::all(plan, runs).into_iter();
-        all.flat_map(|one| one.drag().into_iter().chain(one.balance()))
+        all.flat_map(|one| one.drag().into_iter().chain(one.balance(runs.level)))
             .collect()
     }
 }
@@ -196,7 +200,7 @@ impl<'a> One<'a> {
     }
 
     /// What splitting and merging of simulators added over the whole run.
-    fn balance(&self) -> Option<Verdict> {
+    fn balance(&self, level: f64) -> Option<Verdict> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last
             .filter_map(|all| all.iter().find(|one| one.name == BALANCE))
@@ -204,13 +208,12 @@ impl<'a> One<'a> {
         let sum = |of: fn(&BoundaryFlux) -> f64| over(given.iter().map(|one| Some(of(one))));
         let particles = sum(|one| one.particles);
         let energy = sum(|one| one.energy).times(self.plan.scale.energy);
-        let fair = |found: Estimate| Some(judge::zero(found.value?, found.standard_error));
+        let fair = |found: Estimate| found.value.map(|_| judge::zero(&found, level));
         let kind = judge::together([fair(particles)?, fair(energy)?]);
         let sentence = format!(
-            "Over the whole run it added {} particles and the energy {}; on average it adds nothing (margin {} standard errors).",
+            "Over the whole run it added {} particles and the energy {}; on average it adds nothing.",
             in_units(&particles, 1.0),
-            in_units(&energy, 1.0),
-            judge::SIGNIFICANT
+            in_units(&energy, 1.0)
         );
         let topic = format!("splitting and merging, {}", title(self.engine.name));
         Some(judge::verdict(topic, sentence, kind))

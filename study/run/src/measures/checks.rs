@@ -1,8 +1,8 @@
 //! A gas without positions against theory: each quantity at the time of its worst deviation, and the verdicts.
 //!
-//! A deviation counts as a difference if it is larger than the tolerance of the case *and* than three standard errors. It
-//! counts as agreement if it is within the tolerance and its standard error is too. All else is undecided: the error is
-//! unknown, or too wide to tell.
+//! A deviation counts as a difference if it is larger than the tolerance of the case *and* than its interval at the level of the
+//! verdict, all times and species of a quantity together. It counts as agreement if it is within the tolerance and half its
+//! interval of 95 % is too. All else is undecided: the error is unknown, or too wide to tell.
 
 use stosszahl_case::Kind;
 use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind, table};
@@ -10,7 +10,7 @@ use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind, table};
 use super::gas::{self, Record};
 use super::time_averaged_displacement as averaged;
 use super::{over, species};
-use crate::judge::{Point, SIGNIFICANT, short, verdict, warning, with_error, worst};
+use crate::judge::{Point, short, verdict, warning, with_error, worst, zero};
 use crate::measure::{BadOption, Measure, NoOptions, Runs, described};
 use crate::plan::Plan;
 use crate::theory::homogeneous;
@@ -38,6 +38,10 @@ impl Measure for Checks {
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
         vec![table(&Found::of(plan, runs).rows())]
+    }
+
+    fn tests(&self, _plan: &Plan) -> usize {
+        QUANTITIES.len()
     }
 
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
@@ -137,6 +141,7 @@ struct Found<'a> {
     gas: Vec<gas::Row>,
     species: Vec<species::Row>,
     averaged: Vec<averaged::Row>,
+    level: f64,
 }
 
 impl<'a> Found<'a> {
@@ -150,6 +155,7 @@ impl<'a> Found<'a> {
             species: species.unwrap_or_default(),
             averaged: averaged::rows(plan, &runs.find(0)),
             records,
+            level: runs.level,
         }
     }
 
@@ -157,12 +163,14 @@ impl<'a> Found<'a> {
     fn rows(&self) -> Vec<Row> {
         let tolerance = self.plan.case.verdict.tolerance;
         let mut rows: Vec<Row> = Vec::new();
+        // A quantity is judged for each species, and some for the gas as a whole.
+        let level = self.level / (self.plan.species.len() + 1) as f64;
         let mut add = |quantity, species, points: Vec<Point>| {
-            rows.extend(worst(&points, tolerance).map(|&point| Row {
+            rows.extend(worst(&points, tolerance, level).map(|(&point, kind)| Row {
                 quantity,
                 species,
                 point,
-                kind: point.outcome(tolerance),
+                kind,
             }));
         };
         let whole = |of: fn(&gas::Row) -> &Estimate| {
@@ -198,14 +206,15 @@ impl<'a> Found<'a> {
         }
         // The cumulant is an absolute quantity near zero: only its standard error counts.
         let cumulant = self.cumulant().map(|point| {
-            let far = point.z().map(|z| z.abs() > SIGNIFICANT);
-            let kinds = [VerdictKind::Agree, VerdictKind::Differ];
-            let kind = far.map_or(VerdictKind::Undecided, |far| kinds[usize::from(far)]);
-            (Quantity::Cumulant, point, kind)
+            let off = Estimate {
+                replicas: point.replicas,
+                ..Estimate::of(point.measured - point.theory, point.total_error())
+            };
+            (Quantity::Cumulant, point, zero(&off, self.level))
         });
         let decay = self
             .decay()
-            .map(|point| (Quantity::Decay, point, point.outcome(tolerance)));
+            .map(|point| (Quantity::Decay, point, point.outcome(tolerance, self.level)));
         rows.extend(
             [cumulant, decay]
                 .into_iter()

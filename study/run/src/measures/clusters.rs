@@ -142,9 +142,13 @@ impl Measure for Clusters {
         vec![table(plan, &records), size_table(plan, &records)]
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        usize::from(Schedule::of(plan).steady.is_some())
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let records: Vec<&Record> = runs.records(0);
-        let mut list = steady::steady_state(plan, &records);
+        let mut list = steady::steady_state(plan, &records, runs.level);
         let last = records.iter().filter_map(|record| record.samples.last());
         let refused: f64 = last.map(|sample| sample.of("refused")).sum();
         if refused > 0.0 {

@@ -9,6 +9,7 @@ use super::over;
 use crate::judge::{Pair, Places, title};
 use crate::measure::{Measure, NoOptions, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
+use crate::power::Spread;
 
 /// The energy in time.
 pub struct Energy;
@@ -54,9 +55,59 @@ impl Measure for Energy {
         tables.into_iter().flatten().collect()
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        let engines = plan.engines.len();
+        let laws = if plan.haff_ratio(0.0).is_some() {
+            engines
+        } else {
+            0
+        };
+        if keeps_energy(plan) {
+            0
+        } else {
+            pairs_of(plan).count() + laws
+        }
+    }
+
+    fn spreads(&self, plan: &Plan) -> Vec<Spread> {
+        if self.tests(plan) == 0 {
+            return Vec::new();
+        }
+        // Of K of N Maxwellian particles, 2/(D N).
+        let square =
+            |engine: &EnginePlan| 2.0 / (plan.dimension * plan.count() * engine.copies()) as f64;
+        let pairs = pairs_of(plan).map(|(a, b)| {
+            let [x, y] = [a, b].map(|one| &plan.engines[one]);
+            let names = format!("energy, {} against {}", title(x.name), title(y.name));
+            (names, square(x) + square(y))
+        });
+        let against = |engine: &EnginePlan| {
+            (
+                format!("energy, {} against theory", title(engine.name)),
+                square(engine),
+            )
+        };
+        let alone = plan
+            .engines
+            .iter()
+            .filter(|_| plan.haff_ratio(0.0).is_some());
+        let all = pairs.chain(alone.map(against));
+        let spread = |(quantity, square): (String, f64)| Spread {
+            quantity,
+            of_one: square.sqrt(),
+            source: "that of as many independent particles; clusters make it several times wider"
+                .into(),
+            wanted: 0.05,
+            // Backwards from the last time, and single times.
+            tests: 2,
+            relative: true,
+        };
+        all.map(spread).collect()
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         // Elastic engines in a closed box keep their energy, each by itself.
-        if plan.law.is_elastic() && plan.kind != Kind::Flow {
+        if keeps_energy(plan) {
             return Vec::new();
         }
         let times = plan.sample_times();
@@ -67,7 +118,7 @@ impl Measure for Energy {
                 b,
                 quantity: "energy",
                 places: Places::Times(&times),
-                false_alarm: plan.case.verdict.false_alarm,
+                level: runs.level,
             };
             pair.judge(pairs)
         };
@@ -95,6 +146,11 @@ impl Measure for Energy {
         }
         list
     }
+}
+
+/// Whether nothing can change the energy but rounding.
+fn keeps_energy(plan: &Plan) -> bool {
+    plan.law.is_elastic() && plan.kind != Kind::Flow
 }
 
 /// Pairs of engines, each once.
@@ -169,7 +225,7 @@ fn comparison(plan: &Plan, runs: &Runs<'_>) -> Table {
         key "time", "time", "Time since the start";
         value "energy_ratio_a", "1", "K/K(0) of the first";
         value "energy_ratio_b", "1", "K/K(0) of the second";
-        estimate "quotient", "1", "Geometric mean over replicas of the quotient of both";
+        estimate "quotient", "1", "Quotient of the means over replicas, with its jackknife error";
         note "z", "1", "Difference from one in standard errors of a normal number: paired t test";
         note "verdict", "", "agree, a higher, a lower or undecided; all times together";
     }
@@ -177,7 +233,7 @@ fn comparison(plan: &Plan, runs: &Runs<'_>) -> Table {
     let times = plan.sample_times();
     for (a, b) in pairs_of(plan) {
         let pairs = paired(runs, [a, b], times.len());
-        let found = quotients(&pairs, plan.case.verdict.false_alarm);
+        let found = quotients(&pairs, runs.level);
         for ((&time, pairs), found) in times.iter().zip(&pairs).zip(found) {
             let mean = |of: fn(&(f64, f64)) -> f64| over(pairs.iter().map(|pair| Some(of(pair))));
             let names = [a, b].map(|engine| plan.engines[engine].name);

@@ -140,11 +140,16 @@ impl Measure for Fields {
         vec![cells, profiles]
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        // Profiles of two engines; the barometric profile, walls and symmetry of each.
+        4 * plan.engines.len() - 1
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, tables: &[Table]) -> Vec<Verdict> {
         let options = Options::of(plan);
         let steady = steady(plan, runs);
         let window = Window::last(plan, course::blocks(plan, options.blocks), &steady);
-        verdicts::all(plan, &options, &steady, &window, tables)
+        verdicts::all(plan, &options, &steady, &window, tables, runs.level)
     }
 }
 

@@ -199,6 +199,8 @@ pub(super) fn measured<T>(runs: &[T], value: impl Fn(&T) -> f64, single: Option<
     let within = single.map(|error| error / (runs.len() as f64).sqrt());
     let errors = [found.standard_error, within].into_iter().flatten();
     Estimate {
+        // The spread over many particles is known better than that of few replicas.
+        replicas: found.replicas.filter(|_| within.is_none()),
         standard_error: errors.reduce(f64::max).filter(|error| error.is_finite()),
         ..found
     }

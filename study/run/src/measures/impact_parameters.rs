@@ -5,8 +5,9 @@
 //! particles with one coefficient of restitution.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test, uniform_test};
-use stosszahl_analysis::windows::{Dissipation, PairBins, Window, Windows};
+use stosszahl_analysis::replicas::pseudo_values;
+use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test};
+use stosszahl_analysis::windows::{self, Dissipation, PairBins, Window, Windows, merged};
 use stosszahl_case::Kind;
 use stosszahl_model::{Observer, kinetic};
 use stosszahl_results::{Axis, Estimate, Figure, Mark, Table, Verdict, table};
@@ -18,6 +19,7 @@ use crate::measure::{
     self, BadOption, Measure, Moment, Probe, Runs, Stop, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
+use crate::power::Spread;
 
 /// Impact parameters.
 pub struct ImpactParameters;
@@ -74,6 +76,33 @@ fn default_windows(until: f64) -> Vec<[f64; 2]> {
     windows
 }
 
+/// The windows of a case, as written or by default.
+pub(super) fn spans(plan: &Plan, written: Option<Spans>) -> Vec<[f64; 2]> {
+    let until = plan.case.run.until;
+    match written {
+        Some(Spans::List(windows)) => windows,
+        None if plan.kind == Kind::Comparison => default_windows(until),
+        _ => vec![[0.0, until]],
+    }
+}
+
+/// Refuses windows beyond the run.
+pub(super) fn check_windows(plan: &Plan, windows: Option<Spans>) -> Result<(), BadOption> {
+    let until = plan.case.run.until;
+    if let Some(Spans::List(windows)) = windows {
+        let allowed = "at least one window, or \"whole-run\"";
+        measure::require(!windows.is_empty(), "windows", allowed)?;
+        for (index, [start, end]) in windows.into_iter().enumerate() {
+            let good = 0.0 <= start && start < end && end <= until;
+            let allowed = format!(
+                "[start, end] with 0 <= start < end <= run.until = {until}; found [{start}, {end}]"
+            );
+            measure::require(good, &format!("windows[{index}]"), allowed)?;
+        }
+    }
+    Ok(())
+}
+
 /// Windows of time and bins of one engine and replica.
 type Record = Windows;
 
@@ -110,13 +139,7 @@ impl Probe for ImpactProbe {
 impl ImpactParameters {
     fn options(&self, plan: &Plan) -> (Vec<[f64; 2]>, usize) {
         let options: Options = measure::chosen(plan, self.name());
-        let until = plan.case.run.until;
-        let windows = match options.windows {
-            Some(Spans::List(windows)) => windows,
-            None if plan.kind == Kind::Comparison => default_windows(until),
-            _ => vec![[0.0, until]],
-        };
-        (windows, options.bins as usize)
+        (spans(plan, options.windows), options.bins as usize)
     }
 }
 
@@ -135,19 +158,7 @@ impl Measure for ImpactParameters {
         let Options { windows, bins } = measure::options(plan, self.name())?;
         let allowed = format!("a whole number from 2 to 1000; found {bins}");
         measure::require((2..=1000).contains(&bins), "bins", allowed)?;
-        let until = plan.case.run.until;
-        if let Some(Spans::List(windows)) = windows {
-            let allowed = "at least one window, or \"whole-run\"";
-            measure::require(!windows.is_empty(), "windows", allowed)?;
-            for (index, [start, end]) in windows.into_iter().enumerate() {
-                let good = 0.0 <= start && start < end && end <= until;
-                let allowed = format!(
-                    "[start, end] with 0 <= start < end <= run.until = {until}; found [{start}, {end}]"
-                );
-                measure::require(good, &format!("windows[{index}]"), allowed)?;
-            }
-        }
-        Ok(())
+        check_windows(plan, windows)
     }
 
     /// The edges of the windows, so that no step of an engine lies across them.
@@ -182,15 +193,40 @@ impl Measure for ImpactParameters {
         tables
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        plan.engines.len()
+    }
+
+    fn spreads(&self, plan: &Plan) -> Vec<Spread> {
+        let until = plan.case.run.until;
+        let [start, end] = self.options(plan).0.last().copied().unwrap_or([0.0, until]);
+        let each = plan.expected_collisions(end) - plan.expected_collisions(start);
+        let spread = |engine: &EnginePlan| {
+            Spread {
+            quantity: format!("slope of P(b/d), {}, last window", title(engine.name)),
+            // Of a uniform number it is 12 times that of its mean, sqrt(1/12).
+            of_one: (12.0 / (0.5 * each * (plan.count() * engine.copies()) as f64)).sqrt(),
+            source: "that of as many independent collisions as theory expects; clusters make it 2 to 9 times wider".into(),
+            wanted: 0.02,
+            // Trend and shape in each window.
+            tests: 2 * self.options(plan).0.len(),
+            relative: false,
+        }
+        };
+        plan.engines.iter().map(spread).collect()
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let (spans, _) = self.options(plan);
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
             let tests = tests(&spans, &records);
-            let words = judge::impact_words(&tests, plan.case.verdict.false_alarm);
+            let words = judge::impact_words(&tests, runs.level);
             let name = title(engine.name);
             let topic = format!("impact parameters, {name}");
-            list.push(judge::impact_parameters(topic, name, &tests, &words));
+            list.push(judge::impact_parameters(
+                topic, name, &tests, &words, runs.level,
+            ));
         }
         if plan.has_theory() {
             list.extend(pairs_of(plan).filter_map(|pair| split(plan, runs, &spans, pair.into())));
@@ -211,34 +247,23 @@ fn counts(windows: &[&Window]) -> Vec<u64> {
     (0..bins).map(count).collect()
 }
 
-/// Chi-squared of the collisions against chaos.
-fn against_chaos(counts: &[u64], windows: &[&Window]) -> Option<ChiSquaredTest> {
-    let first = windows.first()?;
-    if first.dimension == 2 {
-        return uniform_test(counts).ok();
-    }
-    let observed: Vec<f64> = counts.iter().map(|&count| count as f64).collect();
-    let each = observed.iter().sum::<f64>() / counts.len() as f64;
-    let expected = (0..counts.len()).map(|bin| each * first.chaos(bin));
+/// A number that follows from one window of all replicas, with its jackknife error.
+fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Estimate {
+    over(windows::pooled(windows, of).into_iter().map(Some))
+}
+
+/// Chi-squared of the collisions of all replicas against chaos, as if they were independent.
+fn against_chaos(windows: &[&Window]) -> Option<ChiSquaredTest> {
+    let all = merged(windows, None)?;
+    let observed: Vec<f64> = all.bins.iter().map(|&count| count as f64).collect();
+    let chances = all.chances().into_iter();
+    let expected = chances.map(|chance| chance * all.collisions as f64);
     chi_squared_test(&observed, &expected.collect::<Vec<f64>>(), 0).ok()
 }
 
 /// The tests of all windows of one engine.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
-    let one = |(number, &span): (usize, &[f64; 2])| {
-        let all = window(records, number);
-        let (counts, slope) = (counts(&all), over(all.iter().map(|one| one.slope())));
-        // One replica: from the spread of its collisions.
-        let spread = || all.first().and_then(|window| window.slope_error());
-        ImpactTest {
-            window: span,
-            collisions: counts.iter().sum(),
-            slope: slope
-                .value
-                .map(|value| (value, slope.standard_error.or_else(spread))),
-            test: against_chaos(&counts, &all),
-        }
-    };
+    let one = |(number, &span)| ImpactTest::of(span, &window(records, number));
     spans.iter().enumerate().map(one).collect()
 }
 
@@ -276,14 +301,16 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
         note "collisions", "1", "Collisions in the window, over all replicas";
         estimate "slope", "1", "Slope of the density of (b/d)^(D-1); zero under chaos, positive where grazing collisions prevail";
         value "mean_b_over_d", "1", "Mean of b/d; under chaos 1/2 of disks, 2/3 of spheres";
-        note "chi_squared", "1", "Chi-squared against chaos";
+        note "trend_p_value", "1", "Chance of so large a slope under chaos: Student's t over the replicas";
+        note "shape_p_value", "1", "Chance of so large a curvature, and of further shapes where there are enough replicas: Hotelling's test";
+        note "over_dispersion", "1", "Squared spread of the slopes of replicas over that of independent collisions";
+        note "chi_squared", "1", "Chi-squared against chaos, as if collisions were independent; it grows with the over-dispersion";
         note "degrees_of_freedom", "1", "Its degrees of freedom";
-        note "p_value", "1", "Chance of so large a chi-squared under chaos";
-        note "verdict", "", "uniform, grazing excess, central excess, undecided or too few collisions; all windows together";
+        note "verdict", "", "uniform, grazing excess, central excess, uneven, undecided, one replica or too few collisions; all windows together";
     };
     for (engine, records) in runs.each::<Record>(plan) {
         let tests = tests(spans, &records);
-        let words = judge::impact_words(&tests, plan.case.verdict.false_alarm);
+        let words = judge::impact_words(&tests, runs.level);
         for (number, (one, word)) in tests.iter().zip(words).enumerate() {
             let (windows, total) = (window(&records, number), one.collisions);
             let (counts, key) = (counts(&windows), (engine.name, one.window));
@@ -303,14 +330,25 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
                 };
                 bins.add((key, edges(bin, counts.len()), count, estimate));
             }
-            let (slope, error) = one.slope.unzip();
-            let mean = over(windows.iter().map(|window| window.mean_impact())).value;
-            let test = (
-                one.test.map(|test| test.statistic),
-                one.test.map_or(0, |test| test.degrees_of_freedom),
-                one.test.map(|test| test.p_value),
+            let mean = pooled(&windows, Window::mean_impact).value;
+            let pearson = against_chaos(&windows);
+            let alone = merged(&windows, None).and_then(|window| window.slope_error());
+            let dispersion = one
+                .slope
+                .standard_error
+                .zip(alone)
+                .map(|(a, b)| (a / b).powi(2));
+            let p_values = (
+                one.trend.map(|test| test.p_value),
+                one.shape.map(|test| test.p_value),
             );
-            summary.add((key, total, slope, error.flatten(), mean, test, word));
+            let pearson = (
+                pearson.map(|test| test.statistic),
+                pearson.map_or(0, |test| test.degrees_of_freedom),
+            );
+            summary.add((
+                key, total, one.slope, mean, p_values, dispersion, pearson, word,
+            ));
         }
     }
     vec![bins, summary]
@@ -325,30 +363,32 @@ const FACTORS: [fn(&Dissipation) -> f64; 5] = [
     |d| d.dissipation,
 ];
 
-/// The factors of one window, over the replicas.
-fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 5] {
+/// The factors of one window.
+fn known_factors(plan: &Plan, window: &Window) -> Option<Dissipation> {
     // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
     let chaos = if plan.dimension == 2 {
         kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0)
     } else {
         kinetic::spheres::collision_rate(plan.packing_fraction, plan.contact_value)
     };
-    let windows = window(records, number).into_iter();
-    let each: Vec<_> = windows
-        .map(|window| window.dissipation(chaos, plan.count()))
-        .collect();
-    FACTORS.map(|of| over(each.iter().map(|known| known.as_ref().map(of))))
+    window.dissipation(chaos, plan.count())
+}
+
+/// The factors of one window of all replicas.
+fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 5] {
+    let windows = window(records, number);
+    FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))))
 }
 
 fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = table! {
-        "dissipation", "The cooling rate over that of molecular chaos, as the product of four ratios.";
+        "dissipation", "The cooling rate over that of molecular chaos at the total kinetic energy, flow included, as the product of four ratios.";
         key "engine", "", "Engine";
         key "window_start", "time", "Start of the window";
         key "window_end", "time", "End of the window";
         note "collisions", "1", "Collisions in the window, over all replicas";
         estimate "rate_ratio", "1", "Collision rate over its Enskog value";
-        estimate "speed_ratio", "1", "Mean squared relative speed of colliding pairs over its Enskog value";
+        estimate "speed_ratio", "1", "Mean squared relative speed of colliding pairs over its Enskog value at the total kinetic energy";
         estimate "impact_ratio", "1", "Mean of 1 - b^2/d^2 over its value under chaos";
         estimate "correlation_ratio", "1", "What is left: the correlation of relative speed and impact parameter";
         estimate "dissipation_ratio", "1", "Cooling rate over its Enskog value: the product of the four";
@@ -375,16 +415,25 @@ fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
     table
 }
 
-/// What a difference in cooling, or in collisions, is made of in the last window.
+/// What a difference in cooling, or in collisions, is made of in the last window. Both engines start alike, so replicas are left out of
+/// both together.
 fn split(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]], engines: [usize; 2]) -> Option<Verdict> {
-    let window = spans.len().checked_sub(1)?;
-    let [first, second] = engines.map(|engine| factors(plan, &runs.records(engine), window));
+    let number = spans.len().checked_sub(1)?;
+    let records = engines.map(|engine| runs.records::<Record>(engine));
+    let windows = [window(&records[0], number), window(&records[1], number)];
+    let replicas = windows[0].len().min(windows[1].len());
     let quotient = |index: usize| {
-        let known = first[index].value.is_some() && second[index].value.is_some();
-        known.then(|| judge::quotient(&first[index], &second[index]))
+        let of = |windows: &[&Window], without| {
+            let known = known_factors(plan, &merged(windows, without)?)?;
+            Some(FACTORS[index](&known))
+        };
+        let value = |without| Some(of(&windows[0], without)? / of(&windows[1], without)?);
+        value(None)?;
+        let values = pseudo_values(replicas, |without| value(without).unwrap_or(f64::NAN));
+        Some(judge::in_units(&over(values.into_iter().map(Some)), 1.0))
     };
     let [a, b] = engines.map(|engine| title(plan.engines[engine].name));
-    let [start, end] = spans[window].map(judge::short);
+    let [start, end] = spans[number].map(judge::short);
     let (rate, speed) = (quotient(0)?, quotient(1)?);
     let factors = if plan.law.is_elastic() {
         format!("collision rate {rate}, squared speed of pairs {speed}")
@@ -396,7 +445,8 @@ fn split(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]], engines: [usize; 2]) 
             quotient(3)?
         )
     };
-    let sentence = format!("{a} over {b}, t = {start} to {end}: {factors}.");
+    let sentence =
+        format!("{a} over {b}, t = {start} to {end}, at equal total kinetic energy: {factors}.");
     Some(judge::note(format!("cooling rate, {a} over {b}"), sentence))
 }
 

@@ -54,6 +54,7 @@ pub(super) fn results(plan: &Plan) -> (Vec<Table>, Vec<Verdict>) {
     let (mut tables, mut verdicts) = (Vec::new(), Vec::new());
     for (measure, one) in measures.iter().enumerate() {
         let runs = Runs {
+            level: 0.01,
             measure,
             finished: &finished,
         };

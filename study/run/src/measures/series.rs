@@ -64,14 +64,23 @@ impl Measure for Series {
             .collect()
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        // Energy, or two temperatures, or the column of each engine; two temperatures of each with the first.
+        if plan.kind == Kind::Flow {
+            4 * plan.engines.len() - 2
+        } else {
+            2 * plan.engines.len()
+        }
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let steady = course::steady::<Course>(plan, runs, |course| course);
         let window = Window::last(plan, course::blocks(plan, None), &steady);
         let all: Vec<(&EnginePlan, Vec<&Course>)> = runs.each(plan).collect();
-        let mut list = Vec::new();
+        let (mut list, level) = (Vec::new(), runs.level);
         // In a periodic gas the measurement of the energy compares the engines.
         for other in (1..all.len()).filter(|_| plan.kind == Kind::Flow) {
-            list.extend(engines_agree(plan, [&all[0], &all[other]]));
+            list.extend(engines_agree(plan, [&all[0], &all[other]], level));
         }
         for (engine, runs) in &all {
             let one = One {
@@ -79,6 +88,7 @@ impl Measure for Series {
                 engine,
                 runs,
                 window: &window,
+                level,
             };
             list.extend(one.energy());
             list.extend(one.cooling());
@@ -210,7 +220,7 @@ fn cooling(plan: &Plan, engine: &EnginePlan) -> Result<Option<Vec<Temperatures>>
 }
 
 /// Temperatures of two engines at a dozen times.
-fn engines_agree(plan: &Plan, both: [&(&EnginePlan, Vec<&Course>); 2]) -> Vec<Verdict> {
+fn engines_agree(plan: &Plan, both: [&(&EnginePlan, Vec<&Course>); 2], level: f64) -> Vec<Verdict> {
     const TIMES: usize = 12;
     let freedom = course::freedom(plan);
     let ([a, b], runs) = (both.map(|one| title(one.0.name)), both.map(|one| &one.1));
@@ -234,7 +244,7 @@ fn engines_agree(plan: &Plan, both: [&(&EnginePlan, Vec<&Course>); 2]) -> Vec<Ve
             b,
             quantity,
             places: Places::Times(&times),
-            false_alarm: plan.case.verdict.false_alarm,
+            level,
         };
         let positive = pairs.iter().flatten().all(|&(a, b)| a > 0.0 && b > 0.0);
         pair.judge(&pairs).filter(|_| positive)
@@ -252,6 +262,7 @@ struct One<'a> {
     engine: &'a EnginePlan,
     runs: &'a [&'a Course],
     window: &'a Window,
+    level: f64,
 }
 
 impl One<'_> {
@@ -320,6 +331,7 @@ impl One<'_> {
                     "the two-temperature theory",
                     &points,
                     tolerance,
+                    self.level,
                 )
             };
         let translation = test(
@@ -368,7 +380,7 @@ impl One<'_> {
             "The temperature ({ratio} of the start, {:.4} by theory)",
             point.theory
         );
-        let mut verdict = against_theory(topic, &subject, "theory", &[point], SETTLED)?;
+        let mut verdict = against_theory(topic, &subject, "theory", &[point], SETTLED, self.level)?;
         if !self.window.steady {
             verdict.kind = VerdictKind::Undecided;
             verdict.sentence += " It is not steady yet.";
@@ -389,12 +401,14 @@ impl One<'_> {
         let error = rest.standard_error.zip(least.standard_error);
         let error = error.map(|(a, b)| a.hypot(b) / fall.abs());
         let times = self.plan.engine_time(time) / self.plan.mean_free_time;
-        let open = match error {
+        let found = Estimate {
+            replicas: rest.replicas,
+            ..Estimate::of(depth, error)
+        };
+        let open = match judge::zero(&found, self.level) {
             _ if lowest + 1 == samples => "; it is still falling at the end",
             _ if !self.window.steady => "; it is not at rest yet",
-            Some(error) if depth <= judge::SIGNIFICANT * error => {
-                "; the error is too wide to tell that from none"
-            }
+            VerdictKind::Agree => "; the error is too wide to tell that from none",
             _ => "",
         };
         let kind = if open.is_empty() {
@@ -402,7 +416,7 @@ impl One<'_> {
         } else {
             VerdictKind::Undecided
         };
-        let depth = in_units(&Estimate::of(depth, error), 1.0);
+        let depth = in_units(&found, 1.0);
         let sentence = format!(
             "The centre of mass is lowest at t = {time:.3}, {times:.1} mean collision times after the release, {depth} of its \
              whole fall below its rest{open}."

@@ -1,9 +1,10 @@
 //! Temperatures of the species of a mixture, against Enskog's kinetic equations.
 
 use stosszahl_analysis::energy::EnergySample;
+use stosszahl_analysis::replicas::of_sums;
 use stosszahl_case::Kind;
 use stosszahl_model::{GrainSizes, Particles};
-use stosszahl_results::{Axis, Figure, Table, Verdict, table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
 use super::over;
 use crate::judge::{Point, against_theory, title};
@@ -42,6 +43,11 @@ fn temperatures(
         }
     };
     sums.into_iter().map(mean).collect()
+}
+
+/// Ratio of the means over replicas of two numbers, with its jackknife error.
+fn ratio(sums: &[[f64; 2]]) -> Estimate {
+    over(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
 }
 
 impl Measure for SpeciesTemperatures {
@@ -111,7 +117,10 @@ impl Measure for SpeciesTemperatures {
                     let of = |record: &Record, place: usize| record[index].1[place];
                     let own = over(records.iter().map(|r| Some(of(r, species) / r[0].0)));
                     let own = own.against(expected.map(|all| all[species]));
-                    let ratio = over(records.iter().map(|r| Some(of(r, species) / of(r, 0))));
+                    let pairs = records
+                        .iter()
+                        .map(|record| [of(record, species), of(record, 0)]);
+                    let ratio = ratio(&pairs.collect::<Vec<_>>());
                     let ratio = ratio.against(expected.map(|all| all[species] / all[0]));
                     table.add((engine.name, time, species + 1, own, ratio, records.len()));
                 }
@@ -120,7 +129,12 @@ impl Measure for SpeciesTemperatures {
         vec![table]
     }
 
-    /// Ratios of the temperatures to that of the first, averaged over the early state of a cooling gas.
+    fn tests(&self, plan: &Plan) -> usize {
+        plan.engines.len() * plan.species.len().saturating_sub(1)
+    }
+
+    /// Ratios of the temperatures to that of the first in the early state of a cooling gas: of their means, each temperature over
+    /// that of the gas by theory, so that early times do not outweigh the rest.
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let times = plan.sample_times();
         let within = |index: &usize| {
@@ -135,16 +149,16 @@ impl Measure for SpeciesTemperatures {
         for (engine, records) in runs.each::<Record>(plan) {
             let name = title(engine.name);
             for species in 1..plan.species.len() {
-                let mean = |at: &dyn Fn(usize) -> Vec<f64>| {
-                    let ratio = |&index: &usize| at(index)[species] / at(index)[0];
-                    early.iter().map(ratio).sum::<f64>() / early.len() as f64
+                let sum = |kind: usize, at: &dyn Fn(usize, usize) -> f64| -> f64 {
+                    let scaled = |&index: &usize| at(index, kind) / theory[index][0];
+                    early.iter().map(scaled).sum()
                 };
-                let found = over(
-                    records
-                        .iter()
-                        .map(|r| Some(mean(&|index| r[index].1.clone()))),
-                );
-                let found = found.against(Some(mean(&|index| theory[index].clone())));
+                let both = |at: &dyn Fn(usize, usize) -> f64| [sum(species, at), sum(0, at)];
+                let sampled = records
+                    .iter()
+                    .map(|r| both(&|index, kind| r[index].1[kind]));
+                let [own, first] = both(&|index, kind| theory[index][kind]);
+                let found = ratio(&sampled.collect::<Vec<_>>()).against(Some(own / first));
                 let topic = format!("species temperatures, {name}");
                 let subject = format!("{name}, T_{}/T_1 of the early gas,", species + 1);
                 let points: Vec<Point> = Point::of(times[early[0]], &found).into_iter().collect();
@@ -155,6 +169,7 @@ impl Measure for SpeciesTemperatures {
                     "Enskog's equations",
                     &points,
                     tolerance,
+                    runs.level,
                 ));
             }
         }

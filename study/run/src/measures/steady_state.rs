@@ -126,8 +126,11 @@ impl Measure for SteadyState {
         vec![table]
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        2 * plan.engines.len()
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let false_alarm = plan.case.verdict.false_alarm;
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
             let name = title(engine.name);
@@ -145,7 +148,7 @@ impl Measure for SteadyState {
                     &topic,
                     &format!("The temperature of {name}"),
                     &pairs,
-                    false_alarm,
+                    runs.level,
                 )
             }));
             let half = plan.steady_temperature().zip(mean(PARTS / 2, PARTS));
@@ -156,7 +159,7 @@ impl Measure for SteadyState {
                     b: "the steady state of Enskog's theory",
                     quantity: "temperature",
                     places: Places::Span("in the last half of the run"),
-                    false_alarm,
+                    level: runs.level,
                 };
                 pair.judge(&[found.iter().map(|&ratio| (ratio, law)).collect()])
             }));

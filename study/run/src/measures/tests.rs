@@ -140,6 +140,7 @@ fn run(plan: &Plan, measure: &dyn Measure) -> (Vec<Table>, Vec<Verdict>, Log) {
         })
         .collect();
     let runs = Runs {
+        level: 0.01,
         measure: 0,
         finished: &finished,
     };

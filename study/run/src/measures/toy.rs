@@ -197,6 +197,7 @@ fn tables(plan: &Plan, measure: &dyn Measure, toys: &[Toy]) -> (Vec<Table>, Vec<
         .map(|engine| toys.iter().map(|toy| run(engine, toy)).collect())
         .collect();
     let runs = Runs {
+        level: 0.01,
         measure: 0,
         finished: &finished,
     };
@@ -419,6 +420,7 @@ fn species_and_snapshots() {
     let measure = super::snapshots::Snapshots;
     let (_, finished) = tables(&plan, &measure, &toys);
     let runs = Runs {
+        level: 0.01,
         measure: 0,
         finished: &finished,
     };

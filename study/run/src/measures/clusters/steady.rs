@@ -83,7 +83,7 @@ fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
 }
 
 /// Whether sticking and breaking have come to a balance, and its power law.
-pub(super) fn steady_state(plan: &Plan, records: &[&Record]) -> Vec<Verdict> {
+pub(super) fn steady_state(plan: &Plan, records: &[&Record], level: f64) -> Vec<Verdict> {
     let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, drift(records)) else {
         return Vec::new();
     };
@@ -91,11 +91,12 @@ pub(super) fn steady_state(plan: &Plan, records: &[&Record]) -> Vec<Verdict> {
         time: steady.from,
         measured: drift.value,
         error: drift.standard_error,
+        replicas: Some(drift.replicas),
         theory: 1.0,
         theory_error: None,
     };
     let tolerance = plan.case.verdict.tolerance;
-    let kind = point.outcome(tolerance);
+    let kind = point.outcome(tolerance, level);
     let begins = match kind {
         VerdictKind::Agree => "The gas is steady",
         VerdictKind::Differ => "The gas is not steady",

@@ -71,6 +71,7 @@ pub(super) fn all(
     steady: &[Option<f64>],
     window: &Window,
     tables: &[Table],
+    level: f64,
 ) -> Vec<Verdict> {
     let [cells, profiles] = tables else {
         return Vec::new();
@@ -83,14 +84,15 @@ pub(super) fn all(
     for other in plan.engines.iter().skip(1) {
         let [a, b] = [first, other].map(|engine| title(engine.name));
         let both = [first, other].map(profiles);
-        list.extend(profiles_agree(plan, [a, b], &both, parts));
+        list.extend(profiles_agree([a, b], &both, parts, level));
     }
     for engine in &plan.engines {
         let about = |what: &str| format!("{what}, {}", title(engine.name));
         let all = profiles(engine).into_iter();
         let along: Vec<Row<'_>> = all.filter(|row| row.says("along", "y")).collect();
-        list.extend(barometric(plan, about("barometric profile"), &along));
-        list.extend(walls(plan, about("thermal walls"), &along));
+        let topic = about("barometric profile");
+        list.extend(barometric(plan, topic, &along, parts, level));
+        list.extend(walls(plan, about("thermal walls"), &along, parts, level));
         let cells = rows(cells, engine, window);
         if let Some(channel) = Channel::of(plan, options, &cells, parts) {
             list.extend(channel.verdicts(about));
@@ -122,10 +124,10 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
 
 /// The density profiles of two engines.
 fn profiles_agree(
-    plan: &Plan,
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
     parts: usize,
+    level: f64,
 ) -> Option<Verdict> {
     let [first, second] = [0, 1].map(|engine| {
         let all = rows[engine].iter();
@@ -141,13 +143,19 @@ fn profiles_agree(
     };
     let places: Vec<_> = first.zip(second).map(place).collect();
     let topic = format!("density profile, {} against {}", pair[0], pair[1]);
-    let found = judge::profiles(&*topic, pair, &places, parts, plan.case.verdict.false_alarm);
+    let found = judge::profiles(&*topic, pair, &places, parts, level);
     let unknown = "Errors of the profiles are unknown, so they are not compared.";
     found.or_else(|| (places.len() > 2).then(|| judge::note(topic, unknown)))
 }
 
 /// The profile of a settled column.
-fn barometric(plan: &Plan, topic: String, rows: &[Row<'_>]) -> Option<Verdict> {
+fn barometric(
+    plan: &Plan,
+    topic: String,
+    rows: &[Row<'_>],
+    parts: usize,
+    level: f64,
+) -> Option<Verdict> {
     let layer = |row: &Row<'_>| {
         let (found, theory) = (
             row.measured("number_density"),
@@ -178,15 +186,22 @@ fn barometric(plan: &Plan, topic: String, rows: &[Row<'_>]) -> Option<Verdict> {
         100.0 * worst.0,
         worst.2
     );
-    Some(judge::verdict(
-        topic,
-        sentence,
-        judge::within(typical, noise, MARGIN),
-    ))
+    let found = Estimate {
+        replicas: Some(parts),
+        ..Estimate::of(typical, noise)
+    };
+    let kind = judge::within(&found, MARGIN, level);
+    Some(judge::verdict(topic, sentence, kind))
 }
 
 /// An elastic gas between walls of one temperature.
-fn walls(plan: &Plan, topic: String, rows: &[Row<'_>]) -> Option<Verdict> {
+fn walls(
+    plan: &Plan,
+    topic: String,
+    rows: &[Row<'_>],
+    parts: usize,
+    level: f64,
+) -> Option<Verdict> {
     let expected = flow::wall_temperature(plan)?;
     let rows: Vec<_> = rows
         .iter()
@@ -202,11 +217,12 @@ fn walls(plan: &Plan, topic: String, rows: &[Row<'_>]) -> Option<Verdict> {
         in_units(&drift, 1.0)
     );
     let within = |found: Estimate, expected: f64| {
-        judge::within(
-            found.value.unwrap_or(f64::NAN) - expected,
-            found.standard_error,
-            MARGIN,
-        )
+        let off = Estimate {
+            value: found.value.map(|value| value - expected),
+            replicas: Some(parts),
+            ..found
+        };
+        judge::within(&off, MARGIN, 0.5 * level)
     };
     let kind = judge::together([within(temperature, 1.0), within(drift, 0.0)]);
     Some(judge::verdict(topic, sentence, kind))

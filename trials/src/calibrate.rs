@@ -1,0 +1,345 @@
+//! Whether verdicts ring as often as they say, and find what `check` says that they find: what `stosszahl-trials calibrate` runs.
+//!
+//! The judge is asked about replicas of which the truth is known. *Planted* ones are drawn: they may hang together within a replica
+//! as collisions of a clustered gas do, which is what tests of independent events fail on. *Elastic* ones are gases from the
+//! pipeline itself, a case of two equal species with two engines, run from its text to its verdicts.
+//!
+//! Each rate must lie within four binomial errors of what is stated: by chance, one in 16 000 does not. A rate of false alarms may be
+//! lower, where the correction over several tests is cautious.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use stosszahl_analysis::replicas::{power, replicas_needed};
+use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_model::Interrupt;
+use stosszahl_results::{Existing, VerdictKind};
+use stosszahl_study::judge::{self, ImpactTest, Pair, Places};
+use stosszahl_study::power::FOUND;
+use stosszahl_study::{Options, run_case};
+
+use crate::arguments::Calibrate;
+use crate::commands::say;
+use crate::trial::{ENDLESS, chosen};
+use crate::{Done, Effort, Findings, Trouble};
+
+trials! {
+    "energies" => energies,
+        "equal energies at five times, 2 to 8 replicas of 3 % spread", "false alarms at 5 % at most", ENDLESS;
+    "impact-parameters" => impact_parameters,
+        "uniform impact parameters of independent collisions, and of replicas that each bend in their own way, five times more than \
+         counting says",
+        "false alarms at 5 % at most", ENDLESS;
+    "planted-energy" => planted_energy,
+        "energies 5 % apart at 3 % spread, 4 replicas and as many as check asks for", "found as often as check says", ENDLESS;
+    "planted-slope" => planted_slope,
+        "a slope of 0.02, 4 replicas of 10 000 disks with 10 collisions each", "found as often as check says", ENDLESS;
+    "elastic" => elastic,
+        "elastic gases of two equal species, 4 replicas of 64 disks, exact dynamics and Monte Carlo, from case to verdicts",
+        "false alarms of each family and of whole cases at the level of the case at most", ENDLESS;
+}
+
+/// Runs those of the trials that are asked for, and says what was found.
+pub(crate) fn command(asked: &Calibrate) -> Done {
+    let effort = Effort {
+        quick: asked.quick,
+        tell: true,
+        ..Effort::default()
+    };
+    let chosen = chosen(TRIALS, |trial| trial.name, "part", &asked.part)?;
+    let reports = chosen.iter().map(|trial| trial.run(&effort));
+    let bad = reports
+        .inspect(|report| say(&report.to_string()))
+        .filter(|report| !report.passed());
+    match bad.count() {
+        0 => Ok(()),
+        bad => Err(Trouble::failed(format!(
+            "{bad} of {} calibrations failed",
+            chosen.len()
+        ))),
+    }
+}
+
+/// Binomial errors that a rate may be off.
+const FAR: f64 = 4.0;
+/// Chance of a false alarm that is stated.
+const LEVEL: f64 = 0.05;
+
+/// How often something was found.
+fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u64) -> f64 {
+    let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
+    (0..samples).filter(|_| found(&mut stream)).count() as f64 / samples as f64
+}
+
+/// Notes a rate of false alarms, which is at most the level.
+fn alarms(log: &mut Findings, what: &str, rate: f64, samples: usize, level: f64) {
+    let error = (level * (1.0 - level) / samples as f64).sqrt();
+    found!(log; "{what}: {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * level);
+    log.at_most(&format!("{what}: false alarms"), rate, level + FAR * error);
+}
+
+/// Notes how often an effect was found, which is what is stated.
+fn finds(log: &mut Findings, what: &str, rate: f64, samples: usize, stated: f64) {
+    let error = (stated * (1.0 - stated) / samples as f64).sqrt();
+    found!(log; "{what}: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
+    log.at_most(
+        &format!("{what}: off what is stated"),
+        (rate - stated).abs(),
+        FAR * error,
+    );
+}
+
+fn samples(log: &Findings) -> usize {
+    if log.effort.quick { 1000 } else { 20_000 }
+}
+
+/// Whether the judge calls two energies different whose means have a quotient of this logarithm, with 3 % of spread, a third of it common to all times.
+fn energies_differ(
+    stream: &mut Xoshiro256PlusPlus,
+    log: f64,
+    times: &[f64],
+    replicas: usize,
+) -> bool {
+    const SPREAD: f64 = 0.03;
+    let (common, own) = ((1.0_f64 / 3.0).sqrt(), (2.0_f64 / 3.0).sqrt());
+    let mut pairs = vec![Vec::new(); times.len()];
+    for _ in 0..replicas {
+        let shared: f64 = stream.sample(StandardNormal);
+        for pairs in &mut pairs {
+            let alone: f64 = stream.sample(StandardNormal);
+            pairs.push((
+                (log - 0.5 * SPREAD * SPREAD + SPREAD * (common * shared + own * alone)).exp(),
+                1.0,
+            ));
+        }
+    }
+    let pair = Pair {
+        topic: "energy",
+        a: "a",
+        b: "b",
+        quantity: "energy",
+        places: Places::Times(times),
+        level: LEVEL,
+    };
+    pair.judge(&pairs)
+        .is_some_and(|found| found.kind == VerdictKind::Differ)
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "as every trial")]
+fn energies(log: &mut Findings) -> Done {
+    let samples = samples(log);
+    for replicas in [2, 4, 8] {
+        let rate = rate(
+            samples,
+            |stream| energies_differ(stream, 0.0, &[1.0, 2.0, 3.0, 4.0, 5.0], replicas),
+            1,
+        );
+        alarms(log, &format!("{replicas} replicas"), rate, samples, LEVEL);
+    }
+    Ok(())
+}
+
+/// A window of a replica, of collisions whose impact parameters have the density 1 + slope (u - 1/2) + curvature (6 (u - 1/2)² - 1/2).
+fn window(stream: &mut Xoshiro256PlusPlus, collisions: u64, slope: f64, curvature: f64) -> Window {
+    let mut window = Windows::new(&[[0.0, 1.0]], 20, 1, 0.0, 1.0)
+        .windows
+        .remove(0);
+    let highest = 1.0 + 0.5 * slope.abs() + curvature.abs();
+    while window.collisions < collisions {
+        let (u, height): (f64, f64) = (stream.random(), stream.random());
+        let from = u - 0.5;
+        if height * highest <= 1.0 + slope * from + curvature * (6.0 * from * from - 0.5) {
+            window.bins[(20.0 * u) as usize] += 1;
+            window.collisions += 1;
+            window.impact += u;
+            window.impact_square += u * u;
+        }
+    }
+    window
+}
+
+/// What the judge says of replicas with a slope of their own each: whether it is not uniform.
+fn bends(
+    stream: &mut Xoshiro256PlusPlus,
+    [replicas, collisions]: [usize; 2],
+    slope: f64,
+    own: f64,
+) -> bool {
+    let draw = |_| {
+        let [a, b]: [f64; 2] =
+            std::array::from_fn(|_| own * stream.sample::<f64, _>(StandardNormal));
+        window(stream, collisions as u64, slope + a, 0.5 * b)
+    };
+    let windows: Vec<Window> = (0..replicas).map(draw).collect();
+    let tests = [ImpactTest::of(
+        [0.0, 1.0],
+        &windows.iter().collect::<Vec<_>>(),
+    )];
+    let words = judge::impact_words(&tests, LEVEL);
+    judge::impact_parameters("topic", "engine", &tests, &words, LEVEL).kind == VerdictKind::Differ
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "as every trial")]
+fn impact_parameters(log: &mut Findings) -> Done {
+    const COLLISIONS: usize = 1000;
+    let samples = samples(log) / 5;
+    // Squared spread of the slopes five times that of independent collisions, 12/n.
+    let own = (4.0 * 12.0 / COLLISIONS as f64).sqrt();
+    for (what, own) in [("independent", 0.0), ("over-dispersed", own)] {
+        for replicas in [2, 4, 12] {
+            let rate = rate(
+                samples,
+                |stream| bends(stream, [replicas, COLLISIONS], 0.0, own),
+                2,
+            );
+            alarms(
+                log,
+                &format!("{what}, {replicas} replicas"),
+                rate,
+                samples,
+                LEVEL,
+            );
+        }
+    }
+    Ok(())
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "as every trial")]
+fn planted_energy(log: &mut Findings) -> Done {
+    let samples = samples(log);
+    let effect = 1.05_f64.ln() / 0.03;
+    // One time is tested in two ways at half the level each.
+    let needed = replicas_needed(effect, 0.5 * LEVEL, FOUND);
+    for replicas in [4, needed] {
+        let rate = rate(
+            samples,
+            |stream| energies_differ(stream, 1.05_f64.ln(), &[1.0], replicas),
+            3,
+        );
+        finds(
+            log,
+            &format!("{replicas} replicas"),
+            rate,
+            samples,
+            power(effect, replicas, 0.5 * LEVEL),
+        );
+    }
+    Ok(())
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "as every trial")]
+fn planted_slope(log: &mut Findings) -> Done {
+    const COLLISIONS: usize = 50_000;
+    let samples = samples(log) / 40;
+    // Trend and shape share the level by Holm, which the trend enters with half of it.
+    let effect = 0.02 / (12.0 / COLLISIONS as f64).sqrt();
+    for replicas in [4, replicas_needed(effect, 0.5 * LEVEL, FOUND)] {
+        let rate = rate(
+            samples,
+            |stream| bends(stream, [replicas, COLLISIONS], 0.02, 0.0),
+            4,
+        );
+        let stated = power(effect, replicas, 0.5 * LEVEL);
+        // The shape rings by chance where the trend does not: at most half the level more.
+        let error = (stated * (1.0 - stated) / samples as f64).sqrt();
+        let most = 0.5 * LEVEL * (1.0 - stated) + FAR * error;
+        found!(log; "{replicas} replicas: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
+        log.at_most("below what is stated", stated - rate, FAR * error);
+        log.at_most("above what is stated", rate - stated, most);
+    }
+    Ok(())
+}
+
+/// Chance of a false alarm of an elastic case, which two engines of two families share.
+const STATED: f64 = 0.2;
+
+/// The text of an elastic case.
+const ELASTIC: &str = "format = 2
+title = \"An elastic gas\"
+replicas = 4
+[gas]
+number = 64
+restitution = 1
+[[species]]
+share = 0.5
+[[species]]
+share = 0.5
+[box]
+packing_fraction = 0.2
+[start]
+equilibration = 10
+[run]
+until = 6
+[engine.ed]
+[engine.dsmc-contact-point]
+simulators_per_particle = 1
+[measure.impact_parameters]
+windows = \"whole-run\"
+[measure.species_temperatures]
+[verdict]
+false_alarm = 0.2
+";
+
+fn elastic(log: &mut Findings) -> Done {
+    let cases = if log.effort.quick { 20 } else { 200 };
+    let failed = |error: &dyn Display| Trouble::failed(error.to_string());
+    let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
+    let mut families: Vec<(String, usize)> = Vec::new();
+    let (mut any, mut verdicts) = (0, 0);
+    for seed in 0..cases {
+        let file = stosszahl_study::format()
+            .from_text(
+                Path::new("elastic.toml"),
+                ELASTIC,
+                &[format!("seed={seed}")],
+            )
+            .map_err(|error| failed(&error))?;
+        let options = Options {
+            out: Some(folder.path().join("case")),
+            existing: Existing::Replace,
+            threads: None,
+            force_memory: false,
+            stop: &Interrupt::default(),
+            progress: &(),
+        };
+        let summary = run_case(&file, &options).map_err(|error| failed(&error))?;
+        let mut rings = false;
+        for verdict in &summary.points[0].verdicts {
+            verdicts += 1;
+            let known = families
+                .iter()
+                .position(|(topic, _)| *topic == verdict.topic);
+            let place = known.unwrap_or_else(|| {
+                families.push((verdict.topic.clone(), 0));
+                families.len() - 1
+            });
+            if verdict.kind == VerdictKind::Differ {
+                families[place].1 += 1;
+                rings = true;
+            }
+        }
+        any += usize::from(rings);
+        log.progress((seed + 1) as f64 / cases as f64, "");
+    }
+    must!(log, verdicts >= 4 * cases; "{verdicts} verdicts of {cases} cases");
+    for (topic, count) in families {
+        alarms(
+            log,
+            &topic,
+            count as f64 / cases as f64,
+            cases,
+            STATED / 4.0,
+        );
+    }
+    alarms(
+        log,
+        "any in a case",
+        any as f64 / cases as f64,
+        cases,
+        STATED,
+    );
+    Ok(())
+}

@@ -1,0 +1,16 @@
+//! Verdicts ring as often as they say, in the short form of `stosszahl-trials calibrate`.
+
+use stosszahl_trials::{Effort, calibrate};
+
+/// Planted replicas, and 20 elastic cases of the program itself.
+#[test]
+fn verdicts_are_calibrated() {
+    let effort = Effort {
+        quick: true,
+        ..Effort::default()
+    };
+    for trial in calibrate::TRIALS {
+        let report = trial.run(&effort);
+        assert!(report.passed(), "{report}");
+    }
+}
