@@ -11,6 +11,9 @@ use crate::page::{self, Column};
 use crate::viewer::{self, Frames};
 use crate::words::number;
 
+/// The table in which engines are compared.
+const QUOTIENTS: &str = "comparison";
+
 /// Builds the page of a finished run.
 pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportError> {
     let manifest = &stored.manifest;
@@ -119,9 +122,10 @@ fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
     }
 }
 
-/// The first figure; all others, each with its table below; and which tables have one.
+/// The first figure, and that of the quotients of engines where it is not the first; all others, each with its table below; and
+/// which tables have one.
 fn figures(stored: &Stored) -> (Markup, Markup, Vec<bool>) {
-    let (mut first, mut count) = (html! {}, 0);
+    let (mut first, mut count) = (Vec::new(), 0);
     let mut parts = Vec::new();
     let mut shown = Vec::new();
     for table in &stored.tables {
@@ -129,8 +133,8 @@ fn figures(stored: &Stored) -> (Markup, Markup, Vec<bool>) {
             if let Some(drawn) = draw(table, figure) {
                 count += 1;
                 let drawn = page::drawn(count, &figure.title, &figure.caption, &drawn);
-                if count == 1 {
-                    first = drawn;
+                if count == 1 || (table.name == QUOTIENTS && first.len() == 1) {
+                    first.push(drawn);
                 } else {
                     parts.push(drawn);
                 }
@@ -147,7 +151,11 @@ fn figures(stored: &Stored) -> (Markup, Markup, Vec<bool>) {
         @if parts.is_empty() { p.absent { "No table of this run is drawn." } }
         @for part in parts { (part) }
     };
-    (first, markup, shown)
+    (
+        html! { div.answer { @for one in first { (one) } } },
+        markup,
+        shown,
+    )
 }
 
 /// The viewer of the particles.

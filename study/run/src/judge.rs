@@ -64,6 +64,15 @@ pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> Verdict
     verdict(topic, sentence, VerdictKind::Warning)
 }
 
+/// A comparison with what does not stand for molecular chaos, and why.
+pub fn void(found: Verdict, reason: &str) -> Verdict {
+    Verdict {
+        sentence: format!("{} This says nothing of chaos: {reason}.", found.sentence),
+        kind: VerdictKind::Void,
+        ..found
+    }
+}
+
 /// Theory that cannot be computed.
 pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> Verdict {
     warning(topic, format!("Theory cannot be computed: {error}."))

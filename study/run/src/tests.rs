@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Collision, Interrupt, Observer};
+use stosszahl_results::VerdictKind;
 
 use crate::control::Control;
 use crate::engines::{self, From};
 use crate::follow::{Part, PartError};
+use crate::judge;
 use crate::measure::{
     Finished, Measure, Moment, Needs, NoOptions, Probe, Stop, described, keeps_record,
 };
@@ -300,6 +302,33 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
         assert_eq!(seen(&whole), seen(&last), "{}", engine.name);
         assert_eq!(whole.work, last.work, "{}", engine.name);
     }
+}
+
+/// A Monte Carlo engine with a few simulators in a cell stands for no molecular chaos, and comparisons with it are void and say so;
+/// with many it does, as do schemes with partners across cells.
+#[test]
+fn comparisons_with_large_errors_of_an_engine_are_void() {
+    let case = |engines: &str| {
+        plan(&format!(
+            "format = 2\nreplicas = 2\n[gas]\nrestitution = 0.8\npacking_fraction = 0.25\n[[species]]\nnumber = 400\n[box]\n[run]\nuntil = 1\n[engine.ed]\n{engines}"
+        ))
+    };
+    let few = case("[engine.dsmc-enskog]\n[engine.dsmc-contact-point]\n");
+    let reasons: Vec<_> = few.engines.iter().map(|one| few.own_errors(one)).collect();
+    assert!(reasons[0].is_none() && reasons[2].is_none());
+    let reason = reasons[1].as_ref().expect("a reason");
+    assert!(reason.starts_with("DSMC Enskog has 1."), "{reason}");
+    let void = judge::void(
+        judge::verdict("energy", "They differ.", VerdictKind::Differ),
+        reason,
+    );
+    assert_eq!(void.kind, VerdictKind::Void);
+    assert!(
+        void.sentence
+            .starts_with("They differ. This says nothing of chaos: DSMC")
+    );
+    let many = case("[engine.dsmc-enskog]\nsimulators_per_particle = 16\n");
+    assert!(many.own_errors(&many.engines[1]).is_none());
 }
 
 /// What a measurement leaves that is broken off, here between two of them, is no result: it is made again.

@@ -6,7 +6,7 @@ use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
 use super::over;
-use crate::judge::{Pair, Places, title};
+use crate::judge::{self, Pair, Places, title};
 use crate::measure::{Measure, NoOptions, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
@@ -126,7 +126,10 @@ impl Measure for Energy {
         for (a, b) in pairs_of(plan) {
             let [x, y] = [a, b].map(|engine| title(plan.engines[engine].name));
             let pairs = paired(runs, [a, b], times.len());
-            list.extend(judge(format!("energy, {x} against {y}"), x, y, &pairs));
+            let found = judge(format!("energy, {x} against {y}"), x, y, &pairs);
+            list.extend(
+                found.map(|found| void_for(found, plan, &[&plan.engines[a], &plan.engines[b]])),
+            );
         }
         let laws: Option<Vec<f64>> = times.iter().map(|&time| plan.haff_ratio(time)).collect();
         for (engine, records) in runs.each::<Record>(plan).filter(|_| laws.is_some()) {
@@ -137,14 +140,18 @@ impl Measure for Energy {
             };
             let pairs: Vec<Vec<(f64, f64)>> = laws.map(at).collect();
             let (name, law) = (title(engine.name), "Haff's law with its Sonine factor");
-            list.extend(judge(
-                format!("energy, {name} against theory"),
-                name,
-                law,
-                &pairs,
-            ));
+            let found = judge(format!("energy, {name} against theory"), name, law, &pairs);
+            list.extend(found.map(|found| void_for(found, plan, &[engine])));
         }
         list
+    }
+}
+
+/// A comparison of engines, void if one of them has large errors of its own.
+fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> Verdict {
+    match engines.iter().find_map(|engine| plan.own_errors(engine)) {
+        Some(reason) => judge::void(found, &reason),
+        None => found,
     }
 }
 

@@ -5,6 +5,7 @@ use stosszahl_case::format::{Face, FaceWord, Placement, Velocities};
 use stosszahl_dsmc::{Copies, Parameters, Scheme};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
 use stosszahl_model::kinetic;
+use stosszahl_results::engine_title;
 
 use crate::words::short;
 
@@ -193,6 +194,24 @@ impl Plan {
                  pattern of density or flow in the start file"
             ));
         }
+    }
+
+    /// Why a Monte Carlo engine does not stand for molecular chaos, where its own errors are too large for that.
+    pub fn own_errors(&self, engine: &EnginePlan) -> Option<String> {
+        let EngineKind::MonteCarlo(parameters) = &engine.kind else {
+            return None;
+        };
+        if parameters.scheme.is_across() || self.kind == Kind::Flow {
+            return None;
+        }
+        let simulators = self.simulators_per_cell(parameters);
+        (simulators < FEW).then(|| {
+            format!(
+                "{} has {} simulators in a cell, so that its collision rate may be off by tens of per cent",
+                engine_title(engine.name),
+                short(simulators)
+            )
+        })
     }
 
     /// Quantities that follow from the case, in its units.
