@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
 use stosszahl_dsmc::{Boundaries, Clearance, Parameters, Scheme};
 use stosszahl_ed::Dissipation;
-use stosszahl_model::{Budget, Observer, Particles, Simulation};
+use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
 
 use crate::{Gas, GasError};
 
@@ -32,11 +32,28 @@ impl EventDriven {
     /// # Errors
     /// [`GasError`] if the gas cannot be run.
     pub fn equilibrate(&mut self, collisions_per_particle: f64) -> Result<(), GasError> {
+        self.equilibrate_unless(collisions_per_particle, &Interrupt::default())?;
+        Ok(())
+    }
+
+    /// The same, unless the interrupt is raised meanwhile: then the gas stays as it was, and the answer is false.
+    ///
+    /// # Errors
+    /// As [`Self::equilibrate`].
+    pub fn equilibrate_unless(
+        &mut self,
+        collisions_per_particle: f64,
+        interrupt: &Interrupt,
+    ) -> Result<bool, GasError> {
         let mut particles = self.simulation.particles();
         let (time, temperature) = (particles.time, particles.temperature());
         let mut elastic = exact(&self.gas, &particles, Dissipation::Elastic)?;
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
+        elastic.stop_on(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
+        if elastic.is_interrupted() {
+            return Ok(false);
+        }
         let factor = (temperature / elastic.temperature()).sqrt();
         if factor.is_finite() && factor > 0.0 {
             elastic.scale_velocities(factor)?;
@@ -44,7 +61,7 @@ impl EventDriven {
         particles = elastic.particles();
         particles.time = time;
         self.simulation = exact(&self.gas, &particles, Dissipation::Scene)?;
-        Ok(())
+        Ok(true)
     }
 
     /// The gas as it is now: another engine can start from it.
