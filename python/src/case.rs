@@ -168,6 +168,7 @@ pub fn run(
             force_memory,
             stop: &stop.soon,
             progress: &seen,
+            commit: env!("STOSSZAHL_COMMIT"),
         };
         run_case(&file, &options)
     };
