@@ -295,5 +295,5 @@ class CollisionLog:
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes time, pair, impact parameter and all else to an ``.npz`` file, one array for each field."""
         all_ = self.collisions
-        columns = {name: all_[name] for name in COLLISION.names or ()}
+        columns: dict[str, Any] = {name: all_[name] for name in COLLISION.names or ()}
         np.savez_compressed(path, impact_parameter=impact_parameters(all_), seen=self.seen, **columns)

@@ -31,7 +31,8 @@ class CaseError(Error, ValueError):
     def __init__(self, message: str, key: str | None = None, place: tuple[int, int] | None = None) -> None:
         super().__init__(message)
         self.key = key
-        self.line, self.column = place or (None, None)
+        self.line: int | None = place[0] if place else None
+        self.column: int | None = place[1] if place else None
 
     def __reduce__(self):
         place = None if self.line is None else (self.line, self.column)

@@ -18,7 +18,7 @@ SHADES = ["#440154", "#443a83", "#31688e", "#21918c", "#35a55f", "#86b31c", "#d5
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "h"]
 ENGINES = dict(_native.engines())
 PANELS = 9
-STYLE = {
+STYLE: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -66,9 +66,17 @@ def groups(table: pd.DataFrame, names: list[str]):
 
 
 def title(names: list[str], keys: Any) -> str:
-    keys = keys if isinstance(keys, tuple) else (keys,)
-    words = [ENGINES.get(key, key) if name.startswith("engine") else f"{name.replace('_', ' ')} {show(key)}" for name, key in zip(names, keys)]
-    return ", ".join(map(str, words))
+    """What a group is about, in words: ``ED (exact), window 0 to 1``."""
+    words: list[str] = []
+    for name, key in zip(names, keys if isinstance(keys, tuple) else (keys,)):
+        of, _, end = name.rpartition("_")
+        if name.startswith("engine"):
+            words.insert(0, ENGINES.get(key, str(key)))
+        elif end in ("end", "high") and words:
+            words[-1] += f" to {show(key)}"
+        else:
+            words.append(f"{(of if end in ('start', 'low') else name).replace('_', ' ')} {show(key)}")
+    return ", ".join(words)
 
 
 def show(value: Any) -> str:

@@ -147,10 +147,10 @@ def alike(path: Path, all_: list[Snapshot], what: str, of: Callable[[Snapshot], 
         raise ResultsError(f"{path}: snapshots differ in {what}; allowed: the same in all of them")
 
 
-def stacked(path: Path, all_: list[Snapshot]) -> dict[str, NDArray[Any]]:
+def stacked(path: Path, all_: list[Snapshot]) -> dict[str, Any]:
     """All snapshots as arrays with the time in front; particles do not come and go."""
     alike(path, all_, "the number of particles", len)
-    arrays = {
+    arrays: dict[str, Any] = {
         "time": np.array([one.time for one in all_]),
         "box": np.array([one.box for one in all_]),
         "periodic": np.array(all_[0].periodic),

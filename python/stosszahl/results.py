@@ -46,9 +46,9 @@ class Snapshot:
         Name of the engine.
     time : float
         In the unit of time of the case, as tables have it.
-    box : (float, float, float)
+    box : tuple of three floats
         Sides of the box [length]; in the plane the third is a thickness for programs that want one.
-    periodic : (bool, bool, bool)
+    periodic : tuple of three bools
         Whether the box is periodic, by axis.
     positions, velocities : ndarray
         [length], [length/time], shape (number, 3); in the plane the third component is zero.
@@ -60,8 +60,8 @@ class Snapshot:
 
     engine: str
     time: float
-    box: tuple[float, float, float]
-    periodic: tuple[bool, bool, bool]
+    box: tuple[float, ...]
+    periodic: tuple[bool, ...]
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
     radii: NDArray[np.float64]

@@ -1,8 +1,10 @@
 """Cases and results: the folders of the command line, as frames and arrays."""
 
 import os
+import re
 import shutil
 import signal
+import subprocess
 import threading
 
 import numpy as np
@@ -57,6 +59,24 @@ def test_snapshots_are_arrays(quick):
     distance = np.linalg.norm(away, axis=2)[np.triu_indices(400, 1)]
     # Disks of one diameter do not overlap, but for rounding.
     assert distance.min() >= 2 * snapshot.radii[0] - 1e-9
+
+
+def test_snapshots_at_an_interval_of_chosen_engines(root, tmp_path):
+    keys = {**SMALL, "measure.snapshots.interval": 2.5, "measure.snapshots.engines": ["ed"]}
+    options = {"out": tmp_path / "quick", "replicas": 1, "progress": False}
+    results = stosszahl.run(root / "cases/quick.toml", keys, **options)
+    assert [(one.engine, one.time) for one in results.snapshots] == [("ed", time) for time in (0, 2.5, 5, 7.5, 10)]
+    assert {one.periodic for one in results.snapshots} == {(True, True, False)}
+    for bad in ({"interval": 1e-9}, {"times": [1]}, {"engines": ["dsmc-esmc"]}):
+        keys = {"measure.snapshots.interval": 1.0, **{f"measure.snapshots.{key}": value for key, value in bad.items()}}
+        with pytest.raises(stosszahl.CaseError, match="measure.snapshots"):
+            stosszahl.check(root / "cases/quick.toml", keys)
+
+
+def test_the_manifest_names_the_commit(quick, root):
+    head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], cwd=root, capture_output=True, text=True)
+    if head.returncode == 0:
+        assert re.fullmatch("[0-9a-f]{12}(, changed)?", quick.manifest["program"]["commit"])
 
 
 def test_every_figure_can_be_drawn(quick, tmp_path):

@@ -80,7 +80,7 @@ def test_snapshots_of_a_run_with_ase(quick, tmp_path):
 
 @pytest.fixture(scope="module")
 def flow(root, tmp_path_factory):
-    keys = {"measure.fields.cells": [12, 8], "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
+    keys = {"measure.fields.cells": [12, 8], "measure.fields.blocks": 10, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
     out = tmp_path_factory.mktemp("results") / "flow"
     return stosszahl.run(root / "cases/channel-disks.toml", keys, out=out, replicas=1, until=5, progress=False)
 
@@ -121,3 +121,19 @@ def test_files_that_cannot_be_written(frames, quick, tmp_path):
     with pytest.raises(stosszahl.ResultsError, match="no snapshots of 'dsmc-esmc'; there are some of: ed"):
         trajectory(quick, engine="dsmc-esmc")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_neighbours_with_ovito(frames, tmp_path):
+    ovito = pytest.importorskip("ovito.data")
+    from ovito.io import import_file
+
+    data = import_file(str(frames.write(tmp_path / "x.xyz"))).compute(2)
+    one = frames[2]
+    # It reads decimal numbers to a few units of the last place.
+    assert np.abs(data.particles.positions - one.positions).max() < 30 * 2**-50
+    assert np.array_equal(data.particles["Radius"], one.radii) and tuple(data.cell.pbc) == one.periodic
+    finder = ovito.CutoffNeighborFinder(1.5, data)
+    found = sum(1 for index in range(data.particles.count) for _ in finder.find(index))
+    away = one.positions[:, None] - one.positions[None]
+    away[..., 0] -= 30 * np.round(away[..., 0] / 30)
+    assert found == (np.linalg.norm(away, axis=2) < 1.5).sum() - len(one) > 100

@@ -222,3 +222,75 @@ impl DerefMut for MonteCarlo {
         &mut *self.simulation
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stosszahl_model::Collision;
+
+    /// Asks for a pause at its first collision.
+    struct Enough<'a>(&'a Interrupt);
+
+    impl Observer for Enough<'_> {
+        fn collisions(&mut self, _batch: &[Collision]) {
+            self.0.raise();
+        }
+    }
+
+    fn paused(engine: &mut dyn Simulation, until: f64) -> Result<f64, GasError> {
+        let pause = Interrupt::default();
+        engine.pause_on(&pause);
+        assert!(!engine.advance(until, Budget::Unlimited, &mut Enough(&pause))?);
+        assert!(!engine.is_interrupted());
+        let time = engine.time();
+        assert!(time > 0.0 && time < until);
+        engine.pause_on(&Interrupt::default());
+        Ok(time)
+    }
+
+    #[test]
+    fn a_gas_goes_on_after_a_pause() -> Result<(), GasError> {
+        let gas = Gas::disks(300).packing_fraction(0.25).build()?;
+        let (mut alone, mut exact) = (EventDriven::new(&gas)?, EventDriven::new(&gas)?);
+        let until = paused(&mut *exact, 1e4)? + 1.0;
+        exact.advance(until, &mut ())?;
+        alone.advance(until, &mut ())?;
+        assert_eq!(exact.particles(), alone.particles());
+        let mut chaos = MonteCarlo::from_state(&gas, Scheme::CONTACT_POINT)?;
+        let mut spheres = MonteCarlo::new(&Gas::spheres(300).build()?)?;
+        for engine in [&mut chaos, &mut spheres] {
+            let before = engine.temperature();
+            let until = paused(&mut **engine, 1e4)? + 1.0;
+            engine.advance(until, &mut ())?;
+            assert_eq!(engine.time(), until);
+            // Rounding of some 1e5 collisions.
+            assert!((engine.temperature() / before - 1.0).abs() < 1e-10);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn a_start_of_ones_own_is_checked() -> Result<(), GasError> {
+        let describe = || Gas::disks(2).packing_fraction(0.1).restitution(0.5);
+        let gas = describe().build()?;
+        let again = describe().start_from(gas.particles.clone()).build()?;
+        assert_eq!(again.particles, gas.particles);
+        assert_eq!(again.volume, gas.volume);
+        let refused = |change: &dyn Fn(&mut Particles)| {
+            let mut particles = gas.particles.clone();
+            change(&mut particles);
+            let made = describe().start_from(particles).build();
+            assert!(matches!(made, Err(GasError::Start { .. })));
+        };
+        refused(&|one| one.all[1].position.x = 2.0 * one.lengths[0]);
+        refused(&|one| one.all[0].velocity.y = f64::NAN);
+        refused(&|one| one.dimension = 3);
+        refused(&|one| one.time = f64::INFINITY);
+        refused(&|one| one.all.clear());
+        let mixed = describe()
+            .and(3, 1.0, 2.0)
+            .start_from(gas.particles.clone());
+        assert!(matches!(mixed.build(), Err(GasError::Start { .. })));
+        Ok(())
+    }
+}

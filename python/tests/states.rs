@@ -1,11 +1,11 @@
-//! One gas, exact and by Monte Carlo, with every number in full: for comparison, bit by bit, with what another program or
-//! language makes of it. `states 5000 50` has more disks, and a later end.
+//! One gas, exact and by Monte Carlo, with every number in full, for comparison with the same from Python, bit by bit.
+//! `states 5000 50` has more disks and a later end, and says how fast they were.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::time::Instant;
 
-use stosszahl::prelude::*;
+use stosszahl_gas::{EventDriven, Gas, MonteCarlo, Scheme, Simulation};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut given = std::env::args().skip(1);
