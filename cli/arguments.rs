@@ -5,12 +5,25 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use stosszahl::study::frontier::Kind;
 
+/// The version, with the commit where it is known.
+fn version() -> &'static str {
+    match env!("STOSSZAHL_COMMIT") {
+        "" => env!("CARGO_PKG_VERSION"),
+        _ => concat!(
+            env!("CARGO_PKG_VERSION"),
+            " (",
+            env!("STOSSZAHL_COMMIT"),
+            ")"
+        ),
+    }
+}
+
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
 #[derive(Debug, Parser)]
 #[command(
     name = "stosszahl",
-    version,
+    version = version(),
     after_help = "Begin with:\n  stosszahl check cases/quick.toml     what a case means, before it is run\n  \
                   stosszahl run cases/quick.toml       the case and its report\n  \
                   stosszahl schema > case.schema.json  for completion in an editor\n\n\
@@ -43,6 +56,18 @@ pub enum Command {
     },
     /// Print the JSON Schema of case files.
     Schema,
+    /// Print the completions of a shell.
+    #[command(hide = true)]
+    Completions {
+        /// bash, elvish, fish, powershell or zsh.
+        shell: clap_complete::Shell,
+    },
+    /// Write manual pages into a folder.
+    #[command(hide = true)]
+    Manual {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// Measure error against cost of the engines around a case, and recommend the cheapest setting for a target error.
     ///
     /// Writes frontier.csv, orders.csv, recommendation.md and frontier.html. Numbers are the same for the same case, seed

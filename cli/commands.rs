@@ -6,6 +6,7 @@ use std::process::{self, ExitCode};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use clap::CommandFactory as _;
 use serde_json::json;
 use stosszahl::case::format::share;
 use stosszahl::case::{CaseError, CaseFile};
@@ -97,6 +98,8 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             .map_err(CommandError::from)
             .and_then(|path| Ok(say(&path.display().to_string())?)),
         Command::Schema => schema(),
+        Command::Completions { shell } => completions(shell),
+        Command::Manual { folder } => manual(&folder),
         Command::Frontier(arguments) => measure_frontier(&arguments),
     };
     let Err(error) = done else {
@@ -134,6 +137,17 @@ fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
 
 fn schema() -> Result<(), CommandError> {
     Ok(say(&format!("{:#}", study::format().json()))?)
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<(), CommandError> {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "stosszahl", &mut text);
+    Ok(say(String::from_utf8_lossy(&text).trim_end())?)
+}
+
+fn manual(folder: &Path) -> Result<(), CommandError> {
+    std::fs::create_dir_all(folder)?;
+    Ok(clap_mangen::generate_to(Arguments::command(), folder)?)
 }
 
 fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
@@ -270,6 +284,7 @@ fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         force_memory: arguments.force_memory,
         stop: &stop,
         progress: &display,
+        commit: env!("STOSSZAHL_COMMIT"),
     };
     let summary = match run_case(&file, &options) {
         Ok(summary) => summary,

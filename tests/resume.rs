@@ -60,6 +60,7 @@ fn run(file: &CaseFile, out: &Path, existing: Existing, threads: usize, legs: i6
         force_memory: false,
         stop: &progress.stop,
         progress: &progress,
+        commit: "",
     };
     let ended = match study::run_case(file, &options) {
         Ok(_) => true,

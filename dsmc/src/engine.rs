@@ -325,6 +325,11 @@ where
         self.stop.on(interrupt);
     }
 
+    /// Ends [`Engine::advance`] after the present step once this is raised: the gas is then whole and can go on.
+    pub fn pause_on(&mut self, pause: &Interrupt) {
+        self.stop.pause_on(pause);
+    }
+
     /// Whether the interrupt of [`Engine::stop_on`] broke a step off. The gas is then in the middle of it, so that nothing the engine
     /// shows has a meaning, and [`Engine::advance`] does nothing: to go on, resume from the last checkpoint.
     pub fn is_interrupted(&self) -> bool {

@@ -263,6 +263,10 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         self.engine.stop_on(interrupt);
     }
 
+    fn pause_on(&mut self, pause: &Interrupt) {
+        self.engine.pause_on(pause);
+    }
+
     fn is_interrupted(&self) -> bool {
         self.engine.is_interrupted()
     }

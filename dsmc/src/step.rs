@@ -36,7 +36,11 @@ where
             } else {
                 self.time + step
             };
-            let next = self.next_step(end, until, left);
+            let next = if self.stop.is_paused() {
+                None
+            } else {
+                self.next_step(end, until, left)
+            };
             // The half flights between two collisions are one flight.
             let flight = 0.5 * (step + next.unwrap_or(0.0));
             self.step(step, flight, &mut recorder);

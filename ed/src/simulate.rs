@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3, vector};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::interrupt::Interruption;
+use stosszahl_model::simulation::BETWEEN_PAUSES;
 use stosszahl_model::{
     Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
     Particle, Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _,
@@ -140,6 +141,7 @@ impl Begin<'_> {
             origin,
             bytes: 0,
             stop: Interruption::default(),
+            pause: None,
         }))
     }
 }
@@ -162,6 +164,7 @@ struct Disks<P: Physics<Space = Plane>> {
     origin: Vec<Vector2<f64>>,
     bytes: usize,
     stop: Interruption,
+    pause: Option<Interrupt>,
 }
 
 /// Where the gas is kept.
@@ -271,7 +274,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         if self.stop.has_ended() {
             return Ok(false);
         }
-        let most = match budget {
+        let mut left = match budget {
             Budget::Leg => {
                 self.land();
                 (LEG * self.count() as u64).max(LEAST_LEG)
@@ -279,10 +282,18 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
             Budget::Collisions(most) => most,
             Budget::Unlimited => u64::MAX,
         };
-        let stop = self.stop.clone();
+        let (stop, pause) = (self.stop.clone(), self.pause.clone());
         let engine = self.take_off().map_err(Failure::new)?;
         engine.stop = stop;
-        let reached = engine.advance(until, most, observer);
+        let reached = loop {
+            let slice = left.min(pause.as_ref().map_or(u64::MAX, |_| BETWEEN_PAUSES));
+            let reached = engine.advance(until, slice, observer);
+            left -= slice;
+            let ends = pause.as_ref().is_none_or(Interrupt::is_raised) || left == 0;
+            if ends || engine.is_interrupted() || !matches!(reached, Ok(false)) {
+                break reached;
+            }
+        };
         let stop = engine.stop.clone();
         // Also where it cannot go on: that state is what one wants to see.
         if (budget == Budget::Leg && !stop.has_ended()) || reached.is_err() {
@@ -294,6 +305,10 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
 
     fn stop_on(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
+    }
+
+    fn pause_on(&mut self, pause: &Interrupt) {
+        self.pause = Some(pause.clone());
     }
 
     fn is_interrupted(&self) -> bool {

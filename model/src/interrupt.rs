@@ -73,6 +73,7 @@ impl Drop for Hold<'_> {
 #[derive(Clone, Debug, Default)]
 pub struct Interruption {
     interrupt: Interrupt,
+    pause: Interrupt,
     has_ended: bool,
 }
 
@@ -80,6 +81,16 @@ impl Interruption {
     /// Ends work as soon as this is raised.
     pub fn on(&mut self, interrupt: &Interrupt) {
         self.interrupt = interrupt.clone();
+    }
+
+    /// Asks for a pause, where work can go on later, once this is raised.
+    pub fn pause_on(&mut self, pause: &Interrupt) {
+        self.pause = pause.clone();
+    }
+
+    /// Whether a pause is asked for.
+    pub fn is_paused(&self) -> bool {
+        self.pause.is_raised()
     }
 
     /// What work looks at.

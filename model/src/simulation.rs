@@ -94,6 +94,9 @@ pub enum Budget {
     Collisions(u64),
 }
 
+/// Collisions between two looks at [`Simulation::pause_on`], of engines that go from collision to collision.
+pub const BETWEEN_PAUSES: u64 = 50_000;
+
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Work {
@@ -194,6 +197,10 @@ pub trait Simulation: Send {
 
     /// Lets [`Self::advance`] end early once this is raised, which it looks at several times a second.
     fn stop_on(&mut self, interrupt: &Interrupt);
+
+    /// Lets [`Self::advance`] end early once this is raised, between two collisions or steps: the gas is then whole and can go
+    /// on. Until it is raised it changes no number.
+    fn pause_on(&mut self, pause: &Interrupt);
 
     /// Whether the interrupt broke an advance off. The gas is then in the middle of it, so that nothing that it shows has a
     /// meaning, and it advances no further: what goes on is the last checkpoint.

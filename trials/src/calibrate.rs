@@ -302,6 +302,7 @@ fn elastic(log: &mut Findings) -> Done {
             existing: Existing::Replace,
             threads: None,
             force_memory: false,
+            commit: "",
             stop: &Interrupt::default(),
             progress: &(),
         };

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::simulation::BETWEEN_PAUSES;
 use stosszahl_model::{
     Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Interrupt, Kind, Law,
     Observer, Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf,
@@ -243,7 +244,11 @@ impl Homogeneous<'_> {
             let motion = motion(&gas);
             (Engine::new(gas, motion, contacts, self.streams)?, leg)
         };
-        Ok(Box::new(Positionless { engine, leg }))
+        Ok(Box::new(Positionless {
+            engine,
+            leg,
+            pause: None,
+        }))
     }
 }
 
@@ -323,6 +328,7 @@ struct Positionless<P: Grains, S, M, C> {
     engine: Engine<P, S, M, C>,
     /// Collisions in one leg.
     leg: u64,
+    pause: Option<Interrupt>,
 }
 
 impl<P, S, M, C> Simulation for Positionless<P, S, M, C>
@@ -354,13 +360,21 @@ where
         budget: Budget,
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure> {
-        let most = match budget {
+        let mut left = match budget {
             Budget::Unlimited => u64::MAX,
             Budget::Leg => self.leg,
             Budget::Collisions(most) => most,
         };
-        let stop = self.engine.advance(until, most, observer);
-        let stop = stop.map_err(Failure::new)?;
+        let stop = loop {
+            let slice = left.min(self.pause.as_ref().map_or(u64::MAX, |_| BETWEEN_PAUSES));
+            let stop = self.engine.advance(until, slice, observer);
+            let stop = stop.map_err(Failure::new)?;
+            left -= slice;
+            let ends = self.pause.as_ref().is_none_or(Interrupt::is_raised) || left == 0;
+            if ends || !matches!(stop, Stop::Collisions) {
+                break stop;
+            }
+        };
         Ok(match stop {
             Stop::Time | Stop::Still => true,
             Stop::Collisions => self.engine.time() >= until,
@@ -370,6 +384,10 @@ where
 
     fn stop_on(&mut self, interrupt: &Interrupt) {
         self.engine.stop_on(interrupt);
+    }
+
+    fn pause_on(&mut self, pause: &Interrupt) {
+        self.pause = Some(pause.clone());
     }
 
     fn is_interrupted(&self) -> bool {

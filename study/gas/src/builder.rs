@@ -81,6 +81,8 @@ pub struct GasBuilder {
     temperature: f64,
     seed: u64,
     replica: u64,
+    start: Option<Particles>,
+    interrupt: Interrupt,
 }
 
 impl GasBuilder {
@@ -101,6 +103,8 @@ impl GasBuilder {
             temperature: 1.0,
             seed: 1,
             replica: 0,
+            start: None,
+            interrupt: Interrupt::default(),
         }
     }
 
@@ -176,6 +180,19 @@ impl GasBuilder {
         self
     }
 
+    /// Starts from these particles, such as those of [`Gas::particles`], instead of placing them and drawing velocities.
+    /// Radii, masses and species are those of the description, in its order.
+    pub fn start_from(mut self, particles: Particles) -> Self {
+        self.start = Some(particles);
+        self
+    }
+
+    /// Lets [`Self::build`] end early once this is raised.
+    pub fn stop_on(mut self, interrupt: &Interrupt) -> Self {
+        self.interrupt = interrupt.clone();
+        self
+    }
+
     /// Makes the gas: disks at random without overlap (from packing 0.45 on a lattice, to be molten by
     /// [`crate::EventDriven::equilibrate`]), with Maxwellian velocities.
     ///
@@ -217,17 +234,18 @@ impl GasBuilder {
             };
             kind.count as f64 * ball
         });
-        let volume = match self.size {
-            Some([x, y]) => x * y,
-            None => {
+        let volume = match (&self.start, self.size) {
+            (Some(start), _) if start.lengths[0] > 0.0 => start.volume(),
+            (_, Some([x, y])) => x * y,
+            (_, None) => {
                 covered.sum::<f64>() / Invalid::unless_positive("packing fraction", self.packing)?
             }
         };
         let walls = Walls::new(&self.walls)?;
-        let particles = if self.dimension == 2 {
-            self.placed(&sizes, volume, streams)?
-        } else {
-            self.unplaced(&sizes)
+        let particles = match &self.start {
+            Some(start) => self.given(start, &sizes)?,
+            None if self.dimension == 2 => self.placed(&sizes, volume, streams)?,
+            None => self.unplaced(&sizes),
         };
         Ok(Gas {
             grains,
@@ -235,6 +253,61 @@ impl GasBuilder {
             walls,
             volume,
             streams,
+        })
+    }
+
+    /// A start of one's own, if it can be one; whether disks overlap is the engine's to find.
+    fn given(&self, start: &Particles, sizes: &Species) -> Result<Particles, GasError> {
+        let refused = |found: String, allowed: &'static str| GasError::Start { found, allowed };
+        if start.dimension != self.dimension {
+            let found = format!("particles in {} dimensions", start.dimension);
+            return Err(refused(found, "2 for disks, 3 for spheres"));
+        }
+        // Of one species there may be several simulators for each particle.
+        let (found, count) = (start.all.len(), sizes.count());
+        if found == 0 || (sizes.kinds().len() > 1 && found != count) {
+            let found = format!("{found} particles, where species have {count}");
+            return Err(refused(found, "as many as all species have"));
+        }
+        if !start.time.is_finite() {
+            return Err(refused(format!("time {}", start.time), "a finite time"));
+        }
+        for (number, one) in start.all.iter().enumerate() {
+            if !one
+                .position
+                .iter()
+                .chain(&one.velocity)
+                .chain(&one.spin)
+                .all(|x| x.is_finite())
+            {
+                let found = format!("a number of particle {number} that is not finite");
+                return Err(refused(found, "finite numbers"));
+            }
+            let inside = |axis: &usize| (0.0..=start.lengths[*axis]).contains(&one.position[*axis]);
+            if let Some(axis) = (0..self.dimension).find(|axis| !inside(axis)) {
+                let (at, side) = (one.position[axis], start.lengths[axis]);
+                let found =
+                    format!("particle {number} at {at} along axis {axis} of a box of {side}");
+                return Err(refused(found, "positions inside the box"));
+            }
+        }
+        let kind = |index: usize| match sizes.kinds() {
+            [_] => 0,
+            _ => sizes.kind(sizes.tag(index)),
+        };
+        let all = start.all.iter().enumerate().map(|(index, one)| {
+            let species = kind(index);
+            let Kind { radius, mass, .. } = sizes.kinds()[species as usize];
+            Particle {
+                radius,
+                mass,
+                species,
+                ..*one
+            }
+        });
+        Ok(Particles {
+            all: all.collect(),
+            ..start.clone()
         })
     }
 
@@ -278,11 +351,11 @@ impl GasBuilder {
                 2.0 * largest,
                 &domain,
                 &streams,
-                &Interrupt::default(),
+                &self.interrupt,
             )?
         } else {
             let radii: Vec<f64> = (0..count).map(|i| sizes.radius(sizes.tag(i))).collect();
-            initial::place_unequal(&radii, &domain, &streams, &Interrupt::default())?
+            initial::place_unequal(&radii, &domain, &streams, &self.interrupt)?
         };
         let scene = Scene {
             space: Plane,

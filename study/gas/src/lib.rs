@@ -55,6 +55,14 @@ pub enum GasError {
     /// An engine cannot go on.
     #[error(transparent)]
     Failure(#[from] stosszahl_model::Failure),
+    /// Particles that a gas cannot start from.
+    #[error("the start has {found}; allowed: {allowed}")]
+    Start {
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
     /// What a gas of this kind does not have.
     #[error("{what}; {instead}")]
     Unfit {

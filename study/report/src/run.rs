@@ -290,7 +290,14 @@ fn start(manifest: &Manifest) -> Markup {
 
 /// Case file, citation, versions and machine.
 fn provenance(manifest: &Manifest) -> Markup {
-    let program = format!("{} {}", manifest.program.name, manifest.program.version);
+    let built = match &*manifest.program.commit {
+        "" => String::new(),
+        commit => format!(" ({commit})"),
+    };
+    let program = format!(
+        "{} {}{built}",
+        manifest.program.name, manifest.program.version
+    );
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     html! {
         section id="provenance" {

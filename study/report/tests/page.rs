@@ -188,6 +188,7 @@ fn manifest() -> Manifest {
         program: Program {
             name: "stosszahl".into(),
             version: "0.1.0".into(),
+            commit: "0123456789ab".into(),
         },
         title: "Cooling & <i>chaos</i>".into(),
         case_text: "title = \"Cooling\" # </pre><script>".into(),

@@ -77,6 +77,9 @@ pub struct Program {
     pub name: String,
     /// Version.
     pub version: String,
+    /// The commit that it was built from, and whether sources had changed since; empty if that is not known.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub commit: String,
 }
 
 /// Which run a folder holds, as hexadecimal BLAKE3 hashes.

@@ -67,7 +67,7 @@ pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> Verdict
 /// A comparison with what does not stand for molecular chaos, and why.
 pub fn void(found: Verdict, reason: &str) -> Verdict {
     Verdict {
-        sentence: format!("{} This says nothing of chaos: {reason}.", found.sentence),
+        sentence: format!("{} Void: {reason}.", found.sentence),
         kind: VerdictKind::Void,
         ..found
     }

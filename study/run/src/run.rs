@@ -48,6 +48,8 @@ pub struct Options<'a> {
     pub stop: &'a Interrupt,
     /// Who sees the progress.
     pub progress: &'a dyn Progress,
+    /// The commit that the program was built from, for the manifest; may be empty.
+    pub commit: &'a str,
 }
 
 /// What a run left.
@@ -351,6 +353,7 @@ fn run_point(
         program: Program {
             name: "stosszahl".into(),
             version: env!("CARGO_PKG_VERSION").into(),
+            commit: options.commit.to_owned(),
         },
         title: plan.case.title.clone(),
         case_text: file.text.clone(),

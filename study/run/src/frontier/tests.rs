@@ -98,6 +98,7 @@ fn accuracy_is_chosen_by_a_pilot() {
             force_memory: true,
             stop: &Interrupt::default(),
             progress: &(),
+            commit: "",
         };
         crate::run_case(&file, &options).expect("a run");
         let manifest = Manifest::read(&out).expect("read").expect("a manifest");

@@ -16,12 +16,20 @@ const LINE: f64 = 100.0;
 /// Snapshots.
 pub struct Snapshots;
 
-/// When.
+/// Most snapshots of one engine that an interval may ask for.
+const MOST: f64 = 10_000.0;
+
+/// When, and of which engines.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Times. Default: the end of the run.
     pub times: Option<Vec<f64>>,
+    /// Time between two, from the start on, in place of `times`.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub interval: Option<f64>,
+    /// Names of engines. Default: all.
+    pub engines: Option<Vec<String>>,
 }
 
 /// The snapshots taken.
@@ -36,13 +44,18 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
         .all
         .iter()
         .any(|one| one.spin.norm_squared() > 0.0);
+    let periodic = [0, 1, 2].map(|axis| {
+        let is_periodic = axis < particles.dimension && particles.periodic[axis];
+        if is_periodic { "T" } else { "F" }
+    });
     let mut text = String::with_capacity(100 * particles.all.len());
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}", particles.all.len());
     let _ = writeln!(
         text,
-        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1{} Time={} TimeOverT0={time} Engine={engine}",
+        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1{} pbc=\"{}\" Time={} TimeOverT0={time} Engine={engine}",
         if spins { ":angular_velocity:R:3" } else { "" },
+        periodic.join(" "),
         particles.time * scale.time(),
     );
     for (index, one) in particles.all.iter().enumerate() {
@@ -77,12 +90,39 @@ impl Measure for Snapshots {
         let placed = plan.kind != Kind::Homogeneous;
         measure::require(placed, "", "a gas with positions, in a box")?;
         let options: Options = measure::options(plan, self.name())?;
+        if let Some(interval) = options.interval {
+            let alone = options.times.is_none();
+            measure::require(alone, "interval", "either times or an interval, not both")?;
+            let most = plan.case.run.until / interval <= MOST;
+            let allowed =
+                format!("an interval that gives at most {MOST} snapshots until the end of the run");
+            measure::require(interval > 0.0 && most, "interval", allowed)?;
+        }
+        for (index, name) in options.engines.iter().flatten().enumerate() {
+            let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
+            let allowed = format!("engines of the case, {}", names.join(", "));
+            measure::require(
+                names.contains(&&**name),
+                &format!("engines[{index}]"),
+                allowed,
+            )?;
+        }
         measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
-        let times = measure::chosen::<Options>(plan, self.name()).times;
-        times.unwrap_or_else(|| vec![plan.case.run.until])
+        let options = measure::chosen::<Options>(plan, self.name());
+        let until = plan.case.run.until;
+        match (options.times, options.interval) {
+            (Some(times), _) => times,
+            (None, Some(interval)) => {
+                // What is a whole number of intervals but for rounding is one.
+                let last = (until / interval * (1.0 + 1e-12)) as u64;
+                let at = |number| (number as f64 * interval).min(until);
+                (0..=last).map(at).collect()
+            }
+            (None, None) => vec![until],
+        }
     }
 
     fn kept_per_particle(&self, plan: &Plan) -> f64 {
@@ -95,8 +135,12 @@ impl Measure for Snapshots {
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let (name, scale) = (engine.name, plan.scale);
+        let engines = measure::chosen::<Options>(plan, self.name()).engines;
+        let is_asked = engines.is_none_or(|names| names.iter().any(|one| one == name));
         Box::new(Recorder::new(Texts::new(), move |texts, moment| {
-            texts.push(extended_xyz(moment.particles(), scale, name, moment.time));
+            if is_asked {
+                texts.push(extended_xyz(moment.particles(), scale, name, moment.time));
+            }
         }))
     }
 

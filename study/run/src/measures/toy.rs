@@ -54,6 +54,8 @@ impl Simulation for Toy {
         Ok(true)
     }
     fn stop_on(&mut self, _interrupt: &Interrupt) {}
+    fn pause_on(&mut self, _pause: &Interrupt) {}
+
     fn is_interrupted(&self) -> bool {
         false
     }

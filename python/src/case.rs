@@ -1,0 +1,222 @@
+//! Cases: read, checked, run; and folders of results.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::prelude::*;
+use serde_json::{Value, json};
+use stosszahl_case::CaseFile;
+use stosszahl_report::{ReportError, write_report};
+use stosszahl_results::{Existing, Manifest, Stored, Sweep};
+use stosszahl_study::plan::available_threads;
+use stosszahl_study::{Options, Progress, format, run_case};
+
+use crate::error::Raise;
+use crate::wait::{Stop, wait};
+
+/// A case as `stosszahl.Case` has it: a name, which stands in messages, the text unless it is to be read from the file of that
+/// name, and overrides `key=value`.
+#[derive(FromPyObject)]
+pub struct Given {
+    path: PathBuf,
+    text: Option<String>,
+    overrides: Vec<String>,
+}
+
+impl Given {
+    fn read(&self) -> PyResult<CaseFile> {
+        let format = format();
+        let read = match &self.text {
+            Some(text) => format.from_text(&self.path, text, &self.overrides),
+            None => format.read(&self.path, &self.overrides),
+        };
+        read.map_err(Raise::raise)
+    }
+}
+
+/// The JSON Schema of case files.
+#[pyfunction]
+pub fn schema() -> String {
+    format().json().to_string()
+}
+
+/// TOML of a JSON object.
+#[pyfunction]
+pub fn toml_of_json(text: &str) -> PyResult<String> {
+    let bad = |error: String| PyValueError::new_err(format!("no case: {error}"));
+    let table: toml::Table = serde_json::from_str(text).map_err(|error| bad(error.to_string()))?;
+    toml::to_string(&table).map_err(|error| bad(error.to_string()))
+}
+
+/// What each point of a case means, as JSON.
+#[pyfunction]
+pub fn check(case: Given, threads: Option<usize>) -> PyResult<String> {
+    let file = case.read()?;
+    let threads = threads.unwrap_or_else(available_threads);
+    let planned = stosszahl_study::check(&file).map_err(Raise::raise)?;
+    let level = stosszahl_study::check::level(&planned);
+    let outlines = planned.iter().map(|one| {
+        let outline = one.outline(threads, level);
+        let derived = outline
+            .derived
+            .iter()
+            .map(|one| json!({ "name": one.name, "value": one.value, "unit": one.unit }));
+        let engines = outline.cost.engines.iter().map(|one| {
+            json!({
+                "engine": one.name, "bytes": one.bytes, "collisions": one.collisions,
+                "trials_per_collision": one.trials_per_collision, "seconds": one.seconds,
+            })
+        });
+        json!({
+            "title": outline.title, "point": outline.point, "derived": derived.collect::<Vec<_>>(),
+            "engines": outline.engines, "measures": outline.measures, "replicas": outline.replicas,
+            "bytes": outline.cost.bytes, "seconds": outline.cost.seconds(threads),
+            "costs": engines.collect::<Vec<_>>(), "warnings": outline.warnings,
+        })
+    });
+    Ok(Value::Array(outlines.collect()).to_string())
+}
+
+/// How far a run is.
+#[derive(Default)]
+struct Seen(Mutex<Far>);
+
+/// Shares of the parts of each point that has begun; collisions; and what was noted.
+#[derive(Default)]
+struct Far {
+    shares: Vec<Vec<f64>>,
+    collisions: u64,
+    notes: Vec<String>,
+}
+
+impl Seen {
+    fn lock(&self) -> MutexGuard<'_, Far> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Progress for Seen {
+    fn begin(&self, point: usize, _name: &str, parts: usize) {
+        let shares = &mut self.lock().shares;
+        if shares.len() <= point {
+            shares.resize_with(point + 1, Vec::new);
+        }
+        shares[point] = vec![0.0; parts];
+    }
+
+    fn tell(&self, point: usize, part: usize, share: f64, collisions: u64) {
+        let mut far = self.lock();
+        far.collisions += collisions;
+        let place = far
+            .shares
+            .get_mut(point)
+            .and_then(|shares| shares.get_mut(part));
+        if let Some(known) = place {
+            *known = share.clamp(0.0, 1.0);
+        }
+    }
+
+    fn end(&self, point: usize) {
+        if let Some(shares) = self.lock().shares.get_mut(point) {
+            shares.fill(1.0);
+        }
+    }
+
+    fn note(&self, text: &str) {
+        self.lock().notes.push(text.to_owned());
+    }
+}
+
+/// Runs a case and writes its report. Progress is called with the share that is done, from 0 to 1, the collisions so far, and
+/// new notes. The answer: the folder, whether it is a sweep, and notes.
+#[pyfunction]
+#[pyo3(signature = (case, *, out, existing, threads, force_memory, progress))]
+pub fn run(
+    py: Python<'_>,
+    case: Given,
+    out: Option<PathBuf>,
+    existing: &str,
+    threads: Option<usize>,
+    force_memory: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(PathBuf, bool)> {
+    let file = case.read()?;
+    let (stop, seen) = (Stop::default(), Seen::default());
+    let existing = match existing {
+        "resume" => Existing::Resume,
+        "force" => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    let number = file.points.len();
+    let tell = |py: Python<'_>| {
+        let Some(progress) = &progress else {
+            return Ok(());
+        };
+        let mut far = seen.lock();
+        let mean = |shares: &Vec<f64>| shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+        let share = far.shares.iter().map(mean).sum::<f64>() / number as f64;
+        let (collisions, notes) = (far.collisions, std::mem::take(&mut far.notes));
+        drop(far);
+        progress.call1(py, (share, collisions, notes)).map(drop)
+    };
+    let work = |_: std::sync::mpsc::SyncSender<()>| {
+        let options = Options {
+            out,
+            existing,
+            threads,
+            force_memory,
+            stop: &stop.soon,
+            progress: &seen,
+            commit: env!("STOSSZAHL_COMMIT"),
+        };
+        run_case(&file, &options)
+    };
+    let summary = wait(py, &stop, Duration::MAX, work, |_, ()| Ok(()), tell)?;
+    let summary = summary.map_err(|error| {
+        if error.is_interruption() {
+            PyKeyboardInterrupt::new_err("stopped")
+        } else {
+            error.raise()
+        }
+    })?;
+    tell(py)?;
+    if summary.is_sweep {
+        for point in &summary.points {
+            write_report(&point.folder).map_err(Raise::raise)?;
+        }
+    }
+    write_report(&summary.folder).map_err(Raise::raise)?;
+    Ok((summary.folder, summary.is_sweep))
+}
+
+/// Writes the report of a folder anew.
+#[pyfunction]
+pub fn report(folder: PathBuf) -> PyResult<PathBuf> {
+    write_report(&folder).map_err(Raise::raise)
+}
+
+/// The manifest of a finished run as JSON, and files that are not as the run wrote them.
+#[pyfunction]
+pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
+    let read = Stored::read(&folder).map_err(Raise::raise)?;
+    let Stored {
+        manifest, changed, ..
+    } = read.ok_or_else(|| ReportError::NoResults { folder }.raise())?;
+    let text = |manifest: &Manifest| serde_json::to_string(manifest).unwrap_or_default();
+    Ok((text(&manifest), changed))
+}
+
+/// Engines by name, each with its title, in the order of tables and legends.
+#[pyfunction]
+pub fn engines() -> Vec<(&'static str, &'static str)> {
+    stosszahl_results::ENGINES.to_vec()
+}
+
+/// The index of a sweep as JSON, if the folder is one.
+#[pyfunction]
+pub fn sweep(folder: PathBuf) -> PyResult<Option<String>> {
+    let read = Sweep::read(&folder).map_err(Raise::raise)?;
+    Ok(read.map(|index| serde_json::to_string(&index).unwrap_or_default()))
+}

@@ -1,0 +1,359 @@
+//! Engines, and what observes them.
+
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use nalgebra::Vector3;
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes};
+use stosszahl_dsmc::Parameters;
+use stosszahl_gas::{EventDriven, GasError, MonteCarlo, Scheme};
+use stosszahl_model::{Budget, Collision, Observer, Simulation};
+
+use crate::arrays::{WORDS, column, vectors, write_collision};
+use crate::error::{Raise, raised};
+use crate::gas::Gas;
+use crate::wait::{Stop, wait};
+
+/// How long an engine may take to come to a moment at which it can stop and go on.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// An engine of either kind.
+enum Kind {
+    Exact(EventDriven),
+    Chaos(MonteCarlo),
+}
+
+impl Deref for Kind {
+    type Target = dyn Simulation;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Exact(engine) => &**engine,
+            Self::Chaos(engine) => &**engine,
+        }
+    }
+}
+
+impl DerefMut for Kind {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Exact(engine) => &mut **engine,
+            Self::Chaos(engine) => &mut **engine,
+        }
+    }
+}
+
+/// An engine.
+#[pyclass(module = "stosszahl._native", frozen)]
+pub struct Engine(Mutex<Kind>);
+
+/// Hands collisions to Python in large batches.
+struct Batches {
+    size: usize,
+    bytes: Vec<u8>,
+    send: SyncSender<Vec<u8>>,
+}
+
+impl Batches {
+    fn flush(&mut self) {
+        if !self.bytes.is_empty() {
+            let next = Vec::with_capacity(self.bytes.capacity());
+            // Nobody hears where Python has failed.
+            let _ = self.send.send(std::mem::replace(&mut self.bytes, next));
+        }
+    }
+}
+
+impl Observer for Batches {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for one in batch {
+            write_collision(one, &mut self.bytes);
+            if self.bytes.len() >= 8 * WORDS * self.size {
+                self.flush();
+            }
+        }
+    }
+}
+
+/// Impact parameters, observed without Python.
+#[pyclass(module = "stosszahl._native", frozen)]
+pub struct ImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
+
+/// It as an observer; Python may look at it meanwhile.
+struct Shared<'a>(&'a ImpactParameters);
+
+impl Observer for Shared<'_> {
+    fn collisions(&mut self, batch: &[Collision]) {
+        Observer::collisions(&mut *self.0.lock(), batch);
+    }
+}
+
+impl ImpactParameters {
+    fn lock(&self) -> MutexGuard<'_, stosszahl_analysis::impact::ImpactParameters> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl ImpactParameters {
+    #[new]
+    fn new(dimension: usize, bins: usize) -> Self {
+        Self(Mutex::new(
+            stosszahl_analysis::impact::ImpactParameters::new(dimension, bins),
+        ))
+    }
+
+    fn collisions(&self) -> u64 {
+        self.lock().collisions()
+    }
+
+    fn densities(&self) -> Vec<f64> {
+        self.lock().densities()
+    }
+
+    fn slope(&self) -> Option<f64> {
+        self.lock().slope()
+    }
+
+    fn slope_error(&self) -> Option<f64> {
+        self.lock().slope_error()
+    }
+}
+
+/// What a wall gave: name, particles, momentum, energy.
+type Flux = (String, f64, [f64; 3], f64);
+
+/// Advances, unless it is asked to stop.
+fn advance(
+    engine: &mut Kind,
+    until: f64,
+    observer: &mut dyn Observer,
+    stop: &Stop,
+) -> Result<(), GasError> {
+    engine.pause_on(&stop.soon);
+    engine.stop_on(&stop.now);
+    engine.advance(until, Budget::Unlimited, observer)?;
+    Ok(())
+}
+
+impl Engine {
+    fn of(kind: Kind) -> Self {
+        Self(Mutex::new(kind))
+    }
+
+    /// The engine, unless it is at work in another thread or was broken off.
+    fn lock(&self) -> PyResult<MutexGuard<'_, Kind>> {
+        let Ok(engine) = self.0.try_lock() else {
+            let text = "the engine is at work; an observer, or another thread, has to wait until advance ends";
+            return Err(raised("EngineError", text));
+        };
+        if engine.is_interrupted() {
+            let text = "the engine was interrupted in the middle of a step and has no state; start again from an earlier one";
+            return Err(raised("EngineError", text));
+        }
+        Ok(engine)
+    }
+}
+
+fn scheme(name: &str, stiffness: Option<f64>, radius: Option<f64>) -> PyResult<Scheme> {
+    use stosszahl_dsmc::Neighbourhood;
+    const NAMES: &str =
+        "collisionless, boltzmann, free-volume, enskog, esmc, stochastic-disks, contact-point";
+    Ok(match name {
+        "collisionless" => Scheme::Collisionless,
+        "boltzmann" => Scheme::Boltzmann,
+        "free-volume" => Scheme::FreeVolume,
+        "enskog" => Scheme::Enskog(Neighbourhood::Cells(1)),
+        "esmc" => Scheme::Esmc(Neighbourhood::Cells(1)),
+        "stochastic-disks" => Scheme::StochasticDisks {
+            stiffness: stiffness.unwrap_or(1.0),
+        },
+        "contact-point" => Scheme::ContactPoint { radius },
+        other => {
+            let text = format!("scheme {other:?} is not known; allowed: {NAMES}");
+            return Err(raised("GasError", &text));
+        }
+    })
+}
+
+#[pymethods]
+impl Engine {
+    #[staticmethod]
+    fn event_driven(gas: &Gas) -> PyResult<Self> {
+        let engine = EventDriven::new(&gas.0).map_err(Raise::raise)?;
+        Ok(Self::of(Kind::Exact(engine)))
+    }
+
+    /// Monte Carlo of a gas without positions.
+    #[staticmethod]
+    fn without_positions(gas: &Gas) -> PyResult<Self> {
+        let engine = MonteCarlo::new(&gas.0).map_err(Raise::raise)?;
+        Ok(Self::of(Kind::Chaos(engine)))
+    }
+
+    /// Monte Carlo in cells.
+    #[staticmethod]
+    #[pyo3(signature = (gas, name, *, cell_size, steps_per_crossing, largest_contact_value, stiffness, partner_radius))]
+    fn in_cells(
+        gas: &Gas,
+        name: &str,
+        cell_size: Option<f64>,
+        steps_per_crossing: Option<f64>,
+        largest_contact_value: Option<f64>,
+        stiffness: Option<f64>,
+        partner_radius: Option<f64>,
+    ) -> PyResult<Self> {
+        let defaults = Parameters::for_scheme(scheme(name, stiffness, partner_radius)?);
+        let parameters = Parameters {
+            cell_size,
+            steps_per_crossing: steps_per_crossing.unwrap_or(defaults.steps_per_crossing),
+            largest_contact_value: largest_contact_value.unwrap_or(defaults.largest_contact_value),
+            ..defaults
+        };
+        let engine = MonteCarlo::with(&gas.0, parameters).map_err(Raise::raise)?;
+        Ok(Self::of(Kind::Chaos(engine)))
+    }
+
+    /// Advances to a time. The observer is none, an [`ImpactParameters`], or a function of bytes.
+    fn advance(
+        &self,
+        py: Python<'_>,
+        until: f64,
+        observer: Option<&Bound<'_, PyAny>>,
+        batch: usize,
+    ) -> PyResult<()> {
+        let mut guard = self.lock()?;
+        let engine = &mut *guard;
+        let stop = Stop::default();
+        if until.is_nan() {
+            return Err(raised(
+                "GasError",
+                "advance to a time that is no number; allowed: a time",
+            ));
+        }
+        let rust = observer.and_then(|one| one.cast::<ImpactParameters>().ok());
+        let python = observer
+            .filter(|_| rust.is_none())
+            .map(|one| one.clone().unbind());
+        let rust = rust.map(Bound::get);
+        let looks = python.is_some();
+        let work = |send: SyncSender<Vec<u8>>| match rust {
+            Some(one) => advance(engine, until, &mut Shared(one), &stop),
+            None if looks => {
+                let bytes = Vec::with_capacity(8 * WORDS * batch.max(1));
+                let size = batch.max(1);
+                let mut batches = Batches { size, bytes, send };
+                let done = advance(engine, until, &mut batches, &stop);
+                batches.flush();
+                done
+            }
+            None => advance(engine, until, &mut (), &stop),
+        };
+        let hear = |py: Python<'_>, bytes: Vec<u8>| match &python {
+            Some(function) => function.call1(py, (PyBytes::new(py, &bytes),)).map(drop),
+            None => Ok(()),
+        };
+        let done = wait(py, &stop, GRACE, work, hear, |_| Ok(()))?;
+        done.map_err(Raise::raise)?;
+        Ok(())
+    }
+
+    /// Elastic collisions that forget the start.
+    fn equilibrate(&self, py: Python<'_>, collisions_per_particle: f64) -> PyResult<()> {
+        let mut guard = self.lock()?;
+        let Kind::Exact(engine) = &mut *guard else {
+            let text = "equilibrate is of EventDriven; equilibrate there and start Monte Carlo from its state";
+            return Err(raised("GasError", text));
+        };
+        let stop = Stop::default();
+        let work =
+            |_: SyncSender<()>| engine.equilibrate_unless(collisions_per_particle, &stop.soon);
+        let done = wait(py, &stop, GRACE, work, |_, ()| Ok(()), |_| Ok(()))?;
+        done.map_err(Raise::raise)?;
+        Ok(())
+    }
+
+    /// The gas as it is now.
+    fn state(&self) -> PyResult<Gas> {
+        Ok(Gas(match &*self.lock()? {
+            Kind::Exact(engine) => engine.state(),
+            Kind::Chaos(engine) => engine.state(),
+        }))
+    }
+
+    fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
+        column(py, &self.lock()?.particles(), name)
+    }
+
+    fn time(&self) -> PyResult<f64> {
+        Ok(self.lock()?.time())
+    }
+
+    fn count(&self) -> PyResult<usize> {
+        Ok(self.lock()?.count())
+    }
+
+    fn dimension(&self) -> PyResult<usize> {
+        Ok(self.lock()?.dimension())
+    }
+
+    fn temperature(&self) -> PyResult<f64> {
+        Ok(self.lock()?.temperature())
+    }
+
+    /// Collisions, and named counts of work.
+    fn work(&self) -> PyResult<(u64, BTreeMap<String, f64>)> {
+        let work = self.lock()?.work();
+        Ok((work.collisions, work.numbers))
+    }
+
+    /// What each wall gave.
+    fn boundaries(&self) -> PyResult<Vec<Flux>> {
+        let all = self.lock()?.boundaries();
+        let each = all.into_iter();
+        Ok(each
+            .map(|one| (one.name, one.particles, one.momentum, one.energy))
+            .collect())
+    }
+
+    /// Adds to all velocities.
+    fn kick(&self, changes: Vec<u8>) -> PyResult<()> {
+        let mut engine = self.lock()?;
+        let changes: Vec<Vector3<f64>> = vectors(&changes, engine.dimension())
+            .into_iter()
+            .map(Vector3::from)
+            .collect();
+        engine
+            .kick(&changes)
+            .map_err(|error| GasError::from(error).raise())
+    }
+
+    fn scale_velocities(&self, factor: f64) -> PyResult<()> {
+        let done = self.lock()?.scale_velocities(factor);
+        done.map_err(|error| GasError::from(error).raise())
+    }
+
+    fn follow_displacements(&self) -> PyResult<bool> {
+        Ok(self.lock()?.follow_displacements())
+    }
+
+    fn displacements<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyByteArray>>> {
+        let engine = self.lock()?;
+        let dimension = engine.dimension();
+        let Some(all) = engine.displacements() else {
+            return Ok(None);
+        };
+        let made = PyByteArray::new_with(py, 8 * dimension * all.len(), |bytes| {
+            let numbers = all.iter().flat_map(|one| one.iter().take(dimension));
+            for (place, number) in bytes.chunks_exact_mut(8).zip(numbers) {
+                place.copy_from_slice(&number.to_ne_bytes());
+            }
+            Ok(())
+        });
+        made.map(Some)
+    }
+}

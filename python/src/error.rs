@@ -1,0 +1,85 @@
+//! Errors as exceptions of the classes in `stosszahl/errors.py`, with the messages of the command line.
+
+use std::error::Error;
+
+use pyo3::call::PyCallArgs;
+use pyo3::prelude::*;
+use stosszahl_case::CaseError;
+use stosszahl_gas::GasError;
+use stosszahl_report::ReportError;
+use stosszahl_results::ResultsError;
+use stosszahl_study::RunError;
+
+/// An error that can be raised in Python.
+pub trait Raise {
+    /// The exception.
+    fn raise(self) -> PyErr;
+}
+
+/// The exception of a class of `stosszahl/errors.py`, which all take a message first.
+fn exception<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
+    let class = py
+        .import("stosszahl.errors")
+        .and_then(|module| module.getattr(class));
+    let made = class.and_then(|class| class.call1(arguments));
+    made.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// An exception with a message.
+pub fn raised(class: &str, message: &str) -> PyErr {
+    Python::attach(|py| exception(py, class, (message,)))
+}
+
+/// The error and its causes, each said once, as the command line has them.
+fn explained(error: &dyn Error) -> String {
+    let mut said = error.to_string();
+    let mut cause = error.source();
+    while let Some(deeper) = cause {
+        let text = deeper.to_string();
+        if !said.contains(&text) {
+            said.push_str("\n  because: ");
+            said.push_str(&text);
+        }
+        cause = deeper.source();
+    }
+    said
+}
+
+impl Raise for GasError {
+    fn raise(self) -> PyErr {
+        raised("GasError", &explained(&self))
+    }
+}
+
+impl Raise for ResultsError {
+    fn raise(self) -> PyErr {
+        raised("ResultsError", &explained(&self))
+    }
+}
+
+impl Raise for ReportError {
+    fn raise(self) -> PyErr {
+        raised("ResultsError", &explained(&self))
+    }
+}
+
+impl Raise for CaseError {
+    fn raise(self) -> PyErr {
+        let report = self.report(false);
+        let message = report.strip_prefix("error: ").unwrap_or(&report);
+        let refusal = self.refusal();
+        let key = refusal.map(|one| one.key.clone());
+        let place = refusal.and_then(|one| one.place);
+        Python::attach(|py| exception(py, "CaseError", (message, key, place)))
+    }
+}
+
+impl Raise for RunError {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::Case(error) => error.raise(),
+            Self::Results(error) => error.raise(),
+            other => raised("RunError", &explained(&other)),
+        }
+    }
+}

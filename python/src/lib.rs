@@ -1,0 +1,29 @@
+//! What of the Python package is written in Rust: engines, and the door to cases and results.
+//!
+//! It is thin: numbers go over as bytes, which Python takes for arrays without copying them, and everything that has a name
+//! and documentation for users is in the Python files of the package (`python/stosszahl`), which call this module.
+
+#![allow(
+    clippy::needless_pass_by_value,
+    reason = "what Python gives is made for the call"
+)]
+
+mod arrays;
+mod case;
+mod engine;
+mod error;
+mod gas;
+mod wait;
+
+use pyo3::prelude::*;
+
+/// The module `stosszahl._native`.
+#[pymodule(gil_used = true)]
+mod _native {
+    #[pymodule_export]
+    use crate::case::{check, engines, manifest, report, run, schema, sweep, toml_of_json};
+    #[pymodule_export]
+    use crate::engine::{Engine, ImpactParameters};
+    #[pymodule_export]
+    use crate::gas::Gas;
+}

@@ -1,0 +1,60 @@
+"""Granular gases by exact event-driven dynamics and by Monte Carlo, from one initial state.
+
+Three levels:
+
+- *engines*: :class:`Gas`, :class:`EventDriven`, :class:`MonteCarlo`, and observers of collisions;
+- *cases*: :func:`check`, :func:`run` and :func:`sweep` of case files, as the command line does them;
+- *results*: :class:`Results` of a folder, with tables, verdicts, snapshots and figures.
+
+>>> import stosszahl
+>>> gas = stosszahl.Gas.disks(200, packing_fraction=0.25, restitution=0.9, seed=1)
+>>> exact = stosszahl.EventDriven(gas)
+>>> exact.equilibrate(10)
+>>> chaos = stosszahl.MonteCarlo.from_state(exact.state())  # the same microstate
+>>> impact = stosszahl.ImpactParameters()
+>>> exact.advance(10, impact)
+>>> chaos.advance(10)
+>>> impact.collisions > 1000 and exact.temperature < 1
+True
+"""
+
+from importlib.metadata import version as _version
+
+from .cases import Case, check, report, run, schema, sweep
+from .engines import COLLISION, CollisionLog, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
+from .errors import CaseError, EngineError, Error, GasError, ResultsError, RunError
+from .files import Trajectory, trajectory, write_fields
+from .gas import Gas, Viscoelastic, Wall
+from .results import Results, Snapshot, Verdict
+
+__version__ = _version("stosszahl")
+
+__all__ = [
+    "COLLISION",
+    "Case",
+    "CaseError",
+    "CollisionLog",
+    "EngineError",
+    "Error",
+    "EventDriven",
+    "Gas",
+    "GasError",
+    "ImpactParameters",
+    "MonteCarlo",
+    "Results",
+    "ResultsError",
+    "RunError",
+    "Snapshot",
+    "Trajectory",
+    "Verdict",
+    "Viscoelastic",
+    "Wall",
+    "check",
+    "impact_parameters",
+    "report",
+    "run",
+    "schema",
+    "sweep",
+    "trajectory",
+    "write_fields",
+]

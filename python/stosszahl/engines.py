@@ -1,0 +1,299 @@
+"""Engines that run a gas, and what observes their collisions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from .errors import GasError
+from .gas import Gas, HasParticles, given_vectors, numbers
+
+__all__ = ["COLLISION", "CollisionLog", "EventDriven", "ImpactParameters", "MonteCarlo", "impact_parameters"]
+
+COLLISION = np.dtype(
+    [
+        ("time", np.float64),
+        ("position", np.float64, 3),
+        ("relative_velocity", np.float64, 3),
+        ("line", np.float64, 3),
+        ("reduced_mass", np.float64),
+        ("restitution", np.float64),
+        ("weight", np.float64),
+        ("pair", np.uint32, 2),
+        ("species", np.uint32, 2),
+    ]
+)
+"""One collision, as observers receive them.
+
+=====================  ==============================================================================================
+``time``               when [time]
+``position``           where the first partner was [length], perhaps in another image of a periodic box
+``relative_velocity``  of the first partner to the second, before [length/time]
+``line``               line of centres, from the second to the first, of the length of their distance [length]
+``reduced_mass``       m1 m2/(m1 + m2)
+``restitution``        coefficient of normal restitution that acted
+``weight``             physical collisions that it stands for: 1 in exact dynamics
+``pair``               indices of the partners; 2^32 - 1 where equal particles are not distinguished
+``species``            their species
+=====================  ==============================================================================================
+
+In the plane the third component of vectors is zero.
+"""
+
+Observer = Callable[[NDArray[np.void]], Any]
+
+
+class ImpactParameters:
+    """Observes impact parameters b/d in Rust, at no cost in Python.
+
+    Under molecular chaos u = (b/d)^(dimension - 1) is uniform.
+
+    Parameters
+    ----------
+    dimension : int
+        2 for disks, 3 for spheres.
+    bins : int
+        Bins of equal width of u.
+    """
+
+    def __init__(self, dimension: int = 2, bins: int = 20) -> None:
+        if dimension not in (2, 3) or not 1 <= bins <= 10**6:
+            raise GasError(f"impact parameters in {dimension} dimensions and {bins} bins; allowed: 2 or 3, and 1 to 1000000")
+        self._handle = _native.ImpactParameters(dimension, bins)
+
+    @property
+    def collisions(self) -> int:
+        """Pair collisions seen."""
+        return self._handle.collisions()
+
+    @property
+    def densities(self) -> NDArray[np.float64]:
+        """Probability density of u in each bin, shape (bins,); 1 under molecular chaos."""
+        return np.array(self._handle.densities())
+
+    @property
+    def slope(self) -> float | None:
+        """Slope s of P(u) = 1 + s (u - 1/2): positive where grazing collisions are in excess. None without collisions."""
+        return self._handle.slope()
+
+    @property
+    def slope_error(self) -> float | None:
+        """Its standard error, if collisions are independent; those of one clustered gas are not."""
+        return self._handle.slope_error()
+
+
+class Engine(HasParticles):
+    """A gas under way. :class:`EventDriven` and :class:`MonteCarlo` are engines."""
+
+    def __init__(self, gas: Gas, handle: Any) -> None:
+        self._gas = gas
+        self._handle = handle
+        self.dimension = gas.dimension
+
+    def advance(self, until: float, observer: Observer | ImpactParameters | None = None, *, batch: int = 4096) -> None:
+        """Advances to a time.
+
+        Other threads of Python run meanwhile. Ctrl-C stops it between two collisions or steps: the engine then stands at a
+        time before `until` and can go on.
+
+        Parameters
+        ----------
+        until : float
+            The time [time].
+        observer : callable or ImpactParameters, optional
+            Is called with all collisions until then, in order, in arrays of the type :data:`COLLISION` that cannot be
+            written to. It runs in this thread while the engine goes on in another. An exception in it stops the engine, which
+            by then has gone on for some batches.
+        batch : int
+            Collisions in an array; the last has what is left.
+
+        Raises
+        ------
+        GasError
+            The gas cannot go on, as in inelastic collapse.
+        """
+        if observer is None or isinstance(observer, ImpactParameters):
+            self._handle.advance(until, observer and observer._handle, batch)
+        elif callable(observer):
+            self._handle.advance(until, lambda data: observer(np.frombuffer(data, dtype=COLLISION)), batch)
+        else:
+            raise GasError(f"observer is {observer!r}; allowed: a function of an array of collisions, or ImpactParameters")
+
+    def state(self) -> Gas:
+        """The gas as it is now: another engine can start from it, and it can be pickled."""
+        return Gas(self._gas._description, handle=self._handle.state())
+
+    @property
+    def time(self) -> float:
+        """The present time [time]."""
+        return self._handle.time()
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Sides of the box [length]; empty without positions."""
+        return self._gas.box
+
+    @property
+    def collisions(self) -> int:
+        """Pair collisions so far, of simulators where those collide."""
+        return self._handle.work()[0]
+
+    @property
+    def work(self) -> dict[str, float]:
+        """Named counts of work, such as predictions per collision. They do not depend on the machine."""
+        return self._handle.work()[1]
+
+    @property
+    def boundaries(self) -> dict[str, dict[str, Any]]:
+        """What each wall has given so far: contacts, momentum (3,) and energy."""
+        return {
+            name: {"contacts": contacts, "momentum": np.array(momentum), "energy": energy}
+            for name, contacts, momentum, energy in self._handle.boundaries()
+        }
+
+    def kick(self, changes: ArrayLike) -> None:
+        """Adds to all velocities [length/time], shape (number, dimension)."""
+        changes = given_vectors("changes", changes, (len(self), self.dimension))
+        if not np.isfinite(changes).all():
+            raise GasError("changes of velocities are not finite; allowed: finite numbers")
+        self._handle.kick(changes.tobytes())
+
+    def scale_velocities(self, factor: float) -> None:
+        """Multiplies all velocities with a positive factor."""
+        self._handle.scale_velocities(factor)
+
+    def follow_displacements(self) -> bool:
+        """Measures displacements from now on; False if this engine cannot."""
+        return self._handle.follow_displacements()
+
+    @property
+    def displacements(self) -> NDArray[np.float64] | None:
+        """How far each particle has come since then, across the edges of the box [length], shape (number, dimension)."""
+        data = self._handle.displacements()
+        return None if data is None else numbers(data, (-1, self.dimension))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {len(self)} particles at time {self.time:g}, {self.collisions} collisions>"
+
+
+class EventDriven(Engine):
+    """Exact event-driven dynamics of a gas of disks.
+
+    Parameters
+    ----------
+    gas : Gas
+        The start.
+
+    Raises
+    ------
+    GasError
+        The gas has no positions, or open faces, or disks that overlap.
+    """
+
+    def __init__(self, gas: Gas) -> None:
+        super().__init__(gas, _native.Engine.event_driven(gas._handle))
+
+    def equilibrate(self, collisions_per_particle: float) -> None:
+        """Runs elastically until each disk has collided so often, then restores temperature and time.
+
+        After Ctrl-C the gas is as it was.
+        """
+        if not 0.0 <= collisions_per_particle < 1e12:
+            raise GasError(f"collisions per particle are {collisions_per_particle}; allowed: 0 to 1e12")
+        self._handle.equilibrate(collisions_per_particle)
+
+
+class MonteCarlo(Engine):
+    """Direct simulation Monte Carlo of a gas without positions, such as :meth:`Gas.spheres`.
+
+    Gases in a box start by :meth:`from_state`.
+    """
+
+    def __init__(self, gas: Gas) -> None:
+        super().__init__(gas, _native.Engine.without_positions(gas._handle))
+
+    @classmethod
+    def from_state(
+        cls,
+        gas: Gas,
+        scheme: str = "contact-point",
+        *,
+        cell_size: float | None = None,
+        steps_per_crossing: float | None = None,
+        largest_contact_value: float | None = None,
+        stiffness: float | None = None,
+        partner_radius: float | None = None,
+    ) -> MonteCarlo:
+        """Starts from the microstate of a gas in a box, with one simulator for each particle.
+
+        Parameters
+        ----------
+        gas : Gas
+            The start, such as ``EventDriven.state()``.
+        scheme : str
+            Which pairs collide, and how often: ``"collisionless"``, ``"boltzmann"``, ``"free-volume"``, ``"enskog"``,
+            ``"esmc"``, ``"stochastic-disks"`` or ``"contact-point"``; see ``docs/engines.md``.
+        cell_size : float, optional
+            Smallest side of a cell [length].
+        steps_per_crossing : float, optional
+            Time steps in a mean free time, and in which the fastest particle crosses a cell.
+        largest_contact_value : float, optional
+            Limit on the factor by which density raises the collision rate.
+        stiffness : float, optional
+            Of stochastic disks.
+        partner_radius : float, optional
+            Of contact-point: radius around the point of contact from which partners are drawn [length].
+        """
+        engine = cls.__new__(cls)
+        handle = _native.Engine.in_cells(
+            gas._handle, scheme, cell_size=cell_size, steps_per_crossing=steps_per_crossing,
+            largest_contact_value=largest_contact_value, stiffness=stiffness, partner_radius=partner_radius,
+        )
+        Engine.__init__(engine, gas, handle)
+        return engine
+
+
+def impact_parameters(collisions: NDArray[np.void]) -> NDArray[np.float64]:
+    """Impact parameters b/d of collisions, from 0 (central) to 1 (grazing), shape (number,)."""
+    relative, line = collisions["relative_velocity"], collisions["line"]
+    along = np.einsum("ij,ij->i", relative, line) / np.einsum("ij,ij->i", line, line)
+    across = relative - line * along[:, None]
+    square = np.einsum("ij,ij->i", across, across) / np.einsum("ij,ij->i", relative, relative)
+    return np.sqrt(np.minimum(square, 1.0))
+
+
+class CollisionLog:
+    """An observer that keeps collisions, at most so many.
+
+    Parameters
+    ----------
+    most : int
+        Collisions that are kept; later ones are only counted. A collision takes 120 bytes.
+    """
+
+    def __init__(self, most: int = 1_000_000) -> None:
+        self.most = most
+        self.seen = 0
+        self._parts: list[NDArray[np.void]] = []
+
+    def __call__(self, batch: NDArray[np.void]) -> None:
+        room = self.most - min(self.seen, self.most)
+        if room > 0:
+            self._parts.append(batch[:room].copy())
+        self.seen += len(batch)
+
+    @property
+    def collisions(self) -> NDArray[np.void]:
+        """The kept ones, in order, as an array of the type :data:`COLLISION`."""
+        return np.concatenate(self._parts) if self._parts else np.empty(0, dtype=COLLISION)
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes time, pair, impact parameter and all else to an ``.npz`` file, one array for each field."""
+        all_ = self.collisions
+        columns: dict[str, Any] = {name: all_[name] for name in COLLISION.names or ()}
+        np.savez_compressed(path, impact_parameter=impact_parameters(all_), seen=self.seen, **columns)

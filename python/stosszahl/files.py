@@ -1,0 +1,286 @@
+"""Trajectories and fields as files of other programs: OVITO, ASE, freud, ParaView, HOOMD-blue."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .engines import Engine
+from .errors import ResultsError
+from .gas import Gas
+from .results import Results, Snapshot
+
+__all__ = ["Trajectory", "trajectory", "write_fields"]
+
+
+class Trajectory(Sequence[Snapshot]):
+    """Snapshots one after the other.
+
+    Parameters
+    ----------
+    snapshots : iterable of Snapshot or Gas
+        In order of time.
+    """
+
+    def __init__(self, snapshots: Iterable[Snapshot | Gas]) -> None:
+        self._all = [snapshot_of(one) if isinstance(one, Gas) else one for one in snapshots]
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __getitem__(self, index):
+        found = self._all[index]
+        return Trajectory(found) if isinstance(index, slice) else found
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        return iter(self._all)
+
+    def write(self, path: str | os.PathLike[str]) -> Path:
+        """Writes a file; its ending decides the format.
+
+        ==========  =========================================================  =======================
+        ending      format                                                     needs
+        ==========  =========================================================  =======================
+        ``.xyz``    extended XYZ: OVITO, ASE
+        ``.npz``    NumPy arrays: time, box, positions, velocities, ...
+        ``.gsd``    GSD, schema hoomd: HOOMD-blue, OVITO, freud                ``gsd``
+        ``.h5``     H5MD: MDAnalysis, pyh5md                                   ``h5py``
+        ==========  =========================================================  =======================
+
+        In the plane the box has a thickness of one for programs that want one, and is not periodic across it.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultsError
+            There is no snapshot, or the ending is not known, or snapshots differ where the format does not let them.
+        """
+        path = Path(path)
+        if path.suffix not in WRITERS:
+            raise ResultsError(f"{path}: no format has the ending {path.suffix!r}; allowed: {', '.join(WRITERS)}")
+        if not self._all:
+            raise ResultsError(f"{path}: there is no snapshot to write; allowed: one or more")
+        partial = path.with_name(f".partial-{path.name}")
+        try:
+            WRITERS[path.suffix](partial, self._all)
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
+        return path
+
+
+def trajectory(source: Engine | Results, times: Iterable[float] | None = None, engine: str | None = None) -> Trajectory:
+    """The trajectory of an engine, which is advanced, or the snapshots of one engine of a results folder.
+
+    Parameters
+    ----------
+    source : EventDriven, MonteCarlo or Results
+        What moves, or what a run has left.
+    times : iterable of float
+        When [time]; of an engine only.
+    engine : str, optional
+        Which engine of the results; the first that has snapshots by default.
+    """
+    if isinstance(source, Results):
+        if times is not None:
+            raise ResultsError("times of snapshots that are there already; allowed: none, and the case says when they are taken")
+        names = list(dict.fromkeys(one.engine for one in source.snapshots))
+        if engine is not None and engine not in names:
+            raise ResultsError(f"{source.folder}: no snapshots of {engine!r}; there are some of: {', '.join(names) or 'none'}")
+        return Trajectory(one for one in source.snapshots if one.engine == (engine or names[0]))
+    if times is None:
+        raise ResultsError("a trajectory of an engine without times; allowed: times=[...]")
+
+    def states() -> Iterator[Gas]:
+        for time in times:
+            source.advance(time)
+            yield source.state()
+
+    return Trajectory(states())
+
+
+def snapshot_of(gas: Gas) -> Snapshot:
+    """A gas of disks as a snapshot."""
+    flat = np.zeros(len(gas))
+    spins = gas.spins
+    return Snapshot(
+        engine="",
+        time=gas.time,
+        box=(*gas.box, 1.0),
+        periodic=(*gas.periodic, False),
+        positions=np.column_stack([gas.positions, flat]),
+        velocities=np.column_stack([gas.velocities, flat]),
+        radii=np.asarray(gas.radii),
+        masses=np.asarray(gas.masses),
+        spins=np.column_stack([flat, flat, spins]) if np.any(spins) else None,
+    )
+
+
+def write_xyz(path: Path, all_: list[Snapshot]) -> None:
+    with open(path, "w", encoding="utf-8") as file:
+        for one in all_:
+            x, y, z = one.box
+            columns = [one.positions, one.velocities, one.radii[:, None], one.masses[:, None]]
+            properties = "id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1"
+            if one.spins is not None:
+                columns.append(one.spins)
+                properties += ":angular_velocity:R:3"
+            pbc = " ".join("T" if is_ else "F" for is_ in one.periodic)
+            engine = f" Engine={one.engine}" if one.engine else ""
+            file.write(f"{len(one)}\nLattice=\"{x!r} 0 0 0 {y!r} 0 0 0 {z!r}\" Properties={properties} pbc=\"{pbc}\" Time={one.time!r}{engine}\n")
+            for number, row in enumerate(np.hstack(columns).tolist()):
+                file.write(f"{number} {' '.join(map(repr, row))}\n")
+
+
+def alike(path: Path, all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
+    if any(not np.array_equal(of(one), of(all_[0])) for one in all_):
+        raise ResultsError(f"{path}: snapshots differ in {what}; allowed: the same in all of them")
+
+
+def stacked(path: Path, all_: list[Snapshot]) -> dict[str, Any]:
+    """All snapshots as arrays with the time in front; particles do not come and go."""
+    alike(path, all_, "the number of particles", len)
+    arrays: dict[str, Any] = {
+        "time": np.array([one.time for one in all_]),
+        "box": np.array([one.box for one in all_]),
+        "periodic": np.array(all_[0].periodic),
+        "positions": np.array([one.positions for one in all_]),
+        "velocities": np.array([one.velocities for one in all_]),
+        "radii": np.array([one.radii for one in all_]),
+        "masses": np.array([one.masses for one in all_]),
+    }
+    if all(one.spins is not None for one in all_):
+        arrays["spins"] = np.array([one.spins for one in all_])
+    return arrays
+
+
+def write_npz(path: Path, all_: list[Snapshot]) -> None:
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **stacked(path, all_))
+
+
+def write_gsd(path: Path, all_: list[Snapshot]) -> None:
+    import gsd.hoomd
+
+    with gsd.hoomd.open(name=str(path), mode="w") as file:
+        for step, one in enumerate(all_):
+            frame = gsd.hoomd.Frame()
+            sides = np.array(one.box)
+            flat = not np.any(one.positions[:, 2]) and not one.periodic[2]
+            frame.configuration.step = step
+            frame.configuration.dimensions = 2 if flat else 3
+            frame.configuration.box = [*sides[:2], 0.0 if flat else sides[2], 0, 0, 0]
+            frame.particles.N = len(one)
+            # HOOMD's box is centred.
+            frame.particles.position = one.positions - 0.5 * sides * [1, 1, 0 if flat else 1]
+            frame.particles.velocity = one.velocities
+            frame.particles.diameter = 2.0 * one.radii
+            frame.particles.mass = one.masses
+            frame.log["time"] = np.array([one.time])
+            file.append(frame)
+
+
+def write_h5md(path: Path, all_: list[Snapshot]) -> None:
+    import h5py
+
+    from . import __version__
+
+    arrays = stacked(path, all_)
+    alike(path, all_, "radii", lambda one: one.radii)
+    alike(path, all_, "masses", lambda one: one.masses)
+    steps = np.arange(len(all_))
+    with h5py.File(path, "w") as file:
+        head = file.create_group("h5md")
+        head.attrs["version"] = np.array([1, 1])
+        head.create_group("author").attrs["name"] = "stosszahl"
+        creator = head.create_group("creator")
+        creator.attrs["name"], creator.attrs["version"] = "stosszahl", __version__
+        group = file.create_group("particles/all")
+        first = None
+
+        def series(place: Any, name: str, values: NDArray[Any]) -> None:
+            nonlocal first
+            element = place.create_group(name)
+            element["value"] = values
+            if first is None:
+                element["step"], element["time"], first = steps, arrays["time"], element
+            else:
+                element["step"], element["time"] = first["step"], first["time"]
+
+        series(group, "position", arrays["positions"])
+        series(group, "velocity", arrays["velocities"])
+        if "spins" in arrays:
+            series(group, "angular_velocity", arrays["spins"])
+        group["mass"], group["radius"] = arrays["masses"][0], arrays["radii"][0]
+        box = group.create_group("box")
+        box.attrs["dimension"] = 3
+        box.attrs["boundary"] = np.array(["periodic" if is_ else "none" for is_ in all_[0].periodic], dtype="S")
+        series(box, "edges", arrays["box"])
+
+
+WRITERS = {".xyz": write_xyz, ".npz": write_npz, ".gsd": write_gsd, ".h5": write_h5md}
+
+
+def write_fields(results: Results, folder: str | os.PathLike[str], engine: str | None = None) -> Path:
+    """Writes the fields of a flow (``fields.csv``) for ParaView: one ``.vti`` image for each window, and ``fields.pvd`` in time.
+
+    Parameters
+    ----------
+    results : Results
+        Of a flow with the measure ``fields``.
+    folder : path
+        Is made if it does not exist.
+    engine : str, optional
+        Which engine; the first of the table by default.
+
+    Returns
+    -------
+    Path
+        The ``.pvd`` file. Times in it are the ends of windows, in the unit of time of the case.
+    """
+    table = results["fields"]
+    engine = table["engine"].iloc[0] if engine is None else engine
+    rows = table[table["engine"] == engine]
+    if rows.empty:
+        raise ResultsError(f"{results.folder}: no fields of {engine!r}; there are some of: {', '.join(table['engine'].unique())}")
+    keys = ["engine", "window_start", "window_end", "x", "y"]
+    names = [name for name in rows.columns if name not in keys and rows[name].dtype.kind in "fi"]
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    sets = []
+    for number, (end, window) in enumerate(rows.groupby("window_end")):
+        x, y = np.unique(window["x"]).tolist(), np.unique(window["y"]).tolist()
+        steps = [side[1] - side[0] if len(side) > 1 else 1.0 for side in (x, y)]
+        window = window.sort_values(["y", "x"])
+        if len(window) != len(x) * len(y):
+            raise ResultsError(f"{results.folder}: {len(window)} rows of fields for {len(x)} x {len(y)} cells; allowed: one each")
+        origin = f"{x[0] - 0.5 * steps[0]!r} {y[0] - 0.5 * steps[1]!r} 0"
+        extent = f"0 {len(x)} 0 {len(y)} 0 0"
+        arrays = "".join(
+            f'<DataArray type="Float64" Name={quoteattr(name)} format="ascii">{" ".join(map(repr, window[name].astype(float).tolist()))}</DataArray>\n'
+            for name in names
+        )
+        file = f"fields-{engine}-{number}.vti"
+        (folder / file).write_text(
+            f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian">\n'
+            f'<ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{steps[0]!r} {steps[1]!r} 1">\n<Piece Extent="{extent}">\n'
+            f"<CellData>\n{arrays}</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n",
+            encoding="utf-8",
+        )
+        sets.append(f'<DataSet timestep="{float(end)!r}" file={quoteattr(file)}/>\n')
+    collection = folder / "fields.pvd"
+    collection.write_text(
+        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n<Collection>\n{"".join(sets)}</Collection>\n</VTKFile>\n',
+        encoding="utf-8",
+    )
+    return collection

@@ -1,0 +1,330 @@
+"""Gases: what particles are, and where they are at one time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from .errors import GasError
+
+__all__ = ["Gas", "Viscoelastic", "Wall"]
+
+AXES = {"x": 0, "y": 1}
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A plane wall at a face of the box.
+
+    Parameters
+    ----------
+    restitution : float
+        What is left of the normal velocity, 0 to 1.
+    slip : float
+        What is left of the tangential velocity of the contact, -1 to 1.
+    temperature : float, optional
+        Makes the wall diffuse: particles leave with the flux of a Maxwellian of this temperature [energy].
+    sliding : (float, float)
+        Velocity of the wall along itself [length/time].
+    vibration : (float, float), optional
+        Amplitude [length] and period [time] of its motion to and fro.
+    """
+
+    restitution: float = 1.0
+    slip: float = 1.0
+    temperature: float | None = None
+    sliding: tuple[float, float] = (0.0, 0.0)
+    vibration: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Viscoelastic:
+    """Restitution of viscoelastic spheres, which falls with the approach speed.
+
+    Parameters
+    ----------
+    strength : float
+        [speed^(-1/10)]
+    """
+
+    strength: float
+
+
+def numbers(data: bytearray, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Numbers over bytes that nobody else holds, as an array that cannot be written to."""
+    array = np.frombuffer(data, dtype=np.float64).reshape(shape)
+    array.setflags(write=False)
+    return array
+
+
+def given_vectors(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    """An array of one's own in a shape, where ``None`` stands for any number."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    fits = array.ndim == len(shape) and all(want in (None, found) for want, found in zip(shape, array.shape))
+    if not fits:
+        wanted = ", ".join("any" if side is None else str(side) for side in shape)
+        raise GasError(f"{name} has the shape {array.shape}; allowed: ({wanted})")
+    return array
+
+
+class HasParticles:
+    """Columns of all particles, in the order of their indices.
+
+    Arrays are made when they are asked for, and cannot be written to: they are not the engine's own.
+    """
+
+    _handle: Any
+    dimension: int
+
+    def __len__(self) -> int:
+        return self._handle.count()
+
+    def _vectors(self, name: str) -> NDArray[np.float64]:
+        return numbers(self._handle.column(name), (-1, self.dimension))
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Positions [length], shape (number, 2), inside the box."""
+        if self.dimension == 3:
+            raise GasError("positions of spheres without positions; use Gas.disks, or a case for spheres in a box")
+        return self._vectors("positions")
+
+    @property
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities [length/time], shape (number, dimension)."""
+        return self._vectors("velocities")
+
+    @property
+    def spins(self) -> NDArray[np.float64]:
+        """Angular velocities [1/time], shape (number,) for disks; zero for smooth ones."""
+        shape = (-1,) if self.dimension == 2 else (-1, 3)
+        return numbers(self._handle.column("spins"), shape)
+
+    @property
+    def radii(self) -> NDArray[np.float64]:
+        """Radii [length], shape (number,)."""
+        return numbers(self._handle.column("radii"), (-1,))
+
+    @property
+    def masses(self) -> NDArray[np.float64]:
+        """Masses, shape (number,)."""
+        return numbers(self._handle.column("masses"), (-1,))
+
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        """Particles that each simulator stands for, shape (number,); 1 in exact dynamics."""
+        return numbers(self._handle.column("weights"), (-1,))
+
+    @property
+    def species(self) -> NDArray[np.int64]:
+        """Numbers of the species, from 0, shape (number,)."""
+        return np.frombuffer(self._handle.column("species"), dtype=np.int64)
+
+    @property
+    def temperature(self) -> float:
+        """Granular temperature T = <m v^2>/dimension [energy]."""
+        return self._handle.temperature()
+
+
+class Gas(HasParticles):
+    """A gas: its physics, and all particles at one time. Engines start from it and give it back.
+
+    It is made by :meth:`disks` or :meth:`spheres`, and can be pickled, copied and sent to other processes.
+
+    Units: the first diameter, the first mass and the temperature of the start are one unless set otherwise; times are
+    then in d sqrt(m/T).
+    """
+
+    def __init__(self, description: Mapping[str, Any], start: Mapping[str, Any] | None = None, *, handle: Any = None) -> None:
+        self._description = dict(description)
+        self._handle = handle if handle is not None else _native.Gas(self._description, start)
+        self.dimension: int = self._description["dimension"]
+
+    @classmethod
+    def disks(
+        cls,
+        number: int,
+        *,
+        packing_fraction: float | None = None,
+        box_size: tuple[float, float] | None = None,
+        restitution: float | Viscoelastic = 1.0,
+        tangential_restitution: float | None = None,
+        species: Sequence[tuple[int, float, float]] = (),
+        walls: Mapping[str, tuple[Wall | str, Wall | str]] | None = None,
+        gravity: tuple[float, float] | None = None,
+        temperature: float = 1.0,
+        seed: int = 1,
+        replica: int = 0,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
+        spins: ArrayLike | None = None,
+    ) -> Gas:
+        """Hard disks of radius 0.5 and mass 1 at random places, with Maxwellian velocities.
+
+        From packing 0.45 on they are placed on a lattice, to be molten by :meth:`EventDriven.equilibrate`.
+
+        Parameters
+        ----------
+        number : int
+            Number of disks of the first species.
+        packing_fraction : float, optional
+            Covered share of a square box; 0.1 unless a box size is given.
+        box_size : (float, float), optional
+            Sides of the box [length].
+        restitution : float or Viscoelastic
+            Coefficient of normal restitution, 0 to 1, or a law.
+        tangential_restitution : float, optional
+            Makes disks spin: -1 (smooth) to 1 (perfectly rough).
+        species : sequence of (number, radius, mass)
+            Further species.
+        walls : dict, optional
+            Faces by axis, lower and upper: ``{"y": (Wall(), Wall(temperature=2))}``. The word ``"open"`` in place of a wall
+            lets particles out (Monte Carlo only).
+        gravity : (float, float), optional
+            A uniform acceleration [length/time^2].
+        temperature : float
+            Granular temperature of the start [energy].
+        seed, replica : int
+            The same numbers give the same bytes.
+        positions, velocities : array_like, optional
+            A start of one's own, shapes (number, 2); it needs `box_size`. Disks that overlap are refused by the engine.
+        spins : array_like, optional
+            Angular velocities of that start, shape (number,).
+
+        Raises
+        ------
+        GasError
+            A number is out of range, or disks find no place.
+        """
+        description = describe(
+            2, number, species, packing_fraction, restitution, temperature, seed, replica,
+            box_size=None if box_size is None else tuple(box_size), tangential_restitution=tangential_restitution,
+            walls=[(axis_of(axis), faces_of(axis, faces)) for axis, faces in (walls or {}).items()],
+            gravity=None if gravity is None else tuple(gravity),
+        )
+        if positions is None:
+            if velocities is not None or spins is not None:
+                raise GasError("velocities or spins without positions; allowed: positions, box_size and these, or none of them")
+            return cls(description)
+        if box_size is None:
+            raise GasError("positions without a box; allowed: box_size=(x, y) beside them")
+        places = given_vectors("positions", positions, (None, 2))
+        count = len(places)
+        moves = given_vectors("velocities", np.zeros_like(places) if velocities is None else velocities, (count, 2))
+        turns = given_vectors("spins", np.zeros(count) if spins is None else spins, (count,))
+        periodic = [all(face == "periodic" for face in dict(description["walls"]).get(axis, ["periodic"])) for axis in (0, 1)]
+        return cls(description, start_of(0.0, (*box_size, 0.0), (*periodic, True), places, moves, turns, np.ones(count)))
+
+    @classmethod
+    def spheres(
+        cls,
+        number: int,
+        *,
+        packing_fraction: float | None = None,
+        restitution: float | Viscoelastic = 1.0,
+        species: Sequence[tuple[int, float, float]] = (),
+        temperature: float = 1.0,
+        seed: int = 1,
+        replica: int = 0,
+    ) -> Gas:
+        """Hard spheres without positions, for :class:`MonteCarlo`. It draws their velocities.
+
+        Parameters are those of :meth:`disks`.
+        """
+        return cls(describe(3, number, species, packing_fraction, restitution, temperature, seed, replica))
+
+    def with_velocities(self, velocities: ArrayLike) -> Gas:
+        """The same gas with velocities of one's own [length/time], shape (number, dimension)."""
+        moves = given_vectors("velocities", velocities, (len(self), self.dimension))
+        return Gas(self._description, {**self._start(), "velocities": moves.tobytes()})
+
+    @property
+    def time(self) -> float:
+        """The time [time]."""
+        return self._handle.frame()[0]
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Sides of the box [length]; empty without positions."""
+        lengths = self._handle.frame()[1]
+        return tuple(lengths[: self.dimension]) if lengths[0] > 0.0 else ()
+
+    @property
+    def periodic(self) -> tuple[bool, ...]:
+        """Whether the box is periodic, by axis."""
+        return tuple(self._handle.frame()[2][: self.dimension])
+
+    @property
+    def volume(self) -> float:
+        """Volume; an area in the plane."""
+        return self._handle.volume()
+
+    @property
+    def haff_time(self) -> float | None:
+        """Haff's cooling time t0 = 2 D/((1 - r^2) w) [time], w Enskog's collision rate per particle.
+
+        Infinite if nothing is lost; ``None`` for gases of several species or with another law. Brilliantov & Pöschel,
+        *Kinetic Theory of Granular Gases* (Oxford 2004).
+        """
+        return self._handle.haff_time()
+
+    def __repr__(self) -> str:
+        kind = "disks" if self.dimension == 2 else "spheres"
+        return f"<Gas of {len(self)} {kind} at time {self.time:g}, temperature {self.temperature:.4g}>"
+
+    def _start(self) -> dict[str, Any]:
+        time, lengths, periodic = self._handle.frame()
+        columns = {name: bytes(self._handle.column(name)) for name in ("positions", "velocities", "spins", "weights")}
+        return {"time": time, "lengths": lengths, "periodic": periodic, **columns}
+
+    def __reduce__(self):
+        return Gas, (self._description, self._start())
+
+
+def describe(dimension, number, species, packing_fraction, restitution, temperature, seed, replica, **further) -> dict[str, Any]:
+    """What :class:`_native.Gas` is made of."""
+    viscoelastic = restitution.strength if isinstance(restitution, Viscoelastic) else None
+    whole = {"number": number, "seed": seed, "replica": replica}
+    for name, value in whole.items():
+        if isinstance(value, bool) or value != int(value) or not 0 <= value < 2**64:
+            raise GasError(f"{name} is {value}; allowed: whole numbers from 0")
+    return {
+        "dimension": dimension,
+        "number": int(number),
+        "species": [tuple(one) for one in species],
+        "packing_fraction": packing_fraction,
+        "box_size": None,
+        "restitution": None if viscoelastic is not None else restitution,
+        "viscoelastic": viscoelastic,
+        "tangential_restitution": None,
+        "walls": [],
+        "gravity": None,
+        "temperature": temperature,
+        "seed": int(seed),
+        "replica": int(replica),
+        **further,
+    }
+
+
+def axis_of(name: str) -> int:
+    if name not in AXES:
+        raise GasError(f"walls along {name!r}; allowed: 'x' and 'y'")
+    return AXES[name]
+
+
+def faces_of(axis: str, faces: Sequence[Wall | str]) -> list[Wall | str]:
+    faces = list(faces)
+    if len(faces) != 2 or not all(isinstance(face, Wall) or face in ("open", "periodic") for face in faces):
+        raise GasError(f"walls along {axis}: {faces}; allowed: a lower and an upper one, each a Wall, 'open' or 'periodic'")
+    return faces
+
+
+def start_of(time, lengths, periodic, positions, velocities, spins, weights) -> dict[str, Any]:
+    columns = {"positions": positions, "velocities": velocities, "spins": spins, "weights": weights}
+    frame = {"time": time, "lengths": lengths, "periodic": periodic}
+    return {**frame, **{name: column.tobytes() for name, column in columns.items()}}

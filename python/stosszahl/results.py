@@ -1,0 +1,280 @@
+"""Results: what a run leaves in its folder."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from . import _native
+from .errors import ResultsError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Results", "Snapshot", "Verdict"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A conclusion in words; ``kind`` is agree, differ, undecided, warning or note."""
+
+    kind: str
+    topic: str
+    sentence: str
+
+    def __str__(self) -> str:
+        return f"{self.kind:<10} {self.sentence}"
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All particles at one time, in the units of the case.
+
+    Attributes
+    ----------
+    engine : str
+        Name of the engine.
+    time : float
+        In the unit of time of the case, as tables have it.
+    box : tuple of three floats
+        Sides of the box [length]; in the plane the third is a thickness for programs that want one.
+    periodic : tuple of three bools
+        Whether the box is periodic, by axis.
+    positions, velocities : ndarray
+        [length], [length/time], shape (number, 3); in the plane the third component is zero.
+    radii, masses : ndarray
+        Shape (number,).
+    spins : ndarray or None
+        Angular velocities [1/time], shape (number, 3); none for grains that do not spin.
+    """
+
+    engine: str
+    time: float
+    box: tuple[float, ...]
+    periodic: tuple[bool, ...]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    masses: NDArray[np.float64]
+    spins: NDArray[np.float64] | None = None
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+class Tables(Mapping[str, pd.DataFrame]):
+    """Tables by name, read when they are asked for."""
+
+    def __init__(self, results: Results) -> None:
+        self._results = results
+        self._read: dict[str, pd.DataFrame] = {}
+
+    def __getitem__(self, name: str) -> pd.DataFrame:
+        if name not in self._read:
+            self._read[name] = self._results._table(name)
+        return self._read[name]
+
+    def __iter__(self):
+        return iter(self._results._entries)
+
+    def __len__(self) -> int:
+        return len(self._results._entries)
+
+    def __repr__(self) -> str:
+        return f"<tables {', '.join(self)}>"
+
+
+class Results:
+    """A results folder: of one run, or of a sweep.
+
+    Parameters
+    ----------
+    folder : path
+        What ``stosszahl run`` or :func:`stosszahl.run` has written.
+
+    Attributes
+    ----------
+    folder : Path
+    tables : mapping of str to DataFrame
+        Tables by name; ``results["energy"]`` is ``results.tables["energy"]``. Of a sweep: the tables of all points, with the
+        values of the point in front. ``DataFrame.attrs`` says what a table is about.
+    points : dict of str to Results
+        Points of a sweep, by name; empty for one run.
+    changed : list of str
+        Files that are not as the run has written them.
+
+    Raises
+    ------
+    ResultsError
+        There is no finished run, or a file is missing or damaged.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder)
+        self.points: dict[str, Results] = {}
+        self._values: dict[str, dict[str, Any]] = {}
+        self.changed: list[str] = []
+        index = _native.sweep(self.folder)
+        if index is None:
+            text, self.changed = _native.manifest(self.folder)
+            self.manifest: dict[str, Any] = json.loads(text)
+            first = self
+        else:
+            self.manifest = json.loads(index)
+            for point in self.manifest["points"]:
+                self.points[point["name"]] = Results(self.folder / point["name"])
+                self._values[point["name"]] = point["values"]
+            first = next(iter(self.points.values()))
+        self._entries: dict[str, dict[str, Any]] = (
+            {entry["name"]: entry for entry in self.manifest["tables"]} if first is self else first._entries
+        )
+        self.tables = Tables(self)
+
+    @property
+    def is_sweep(self) -> bool:
+        """Whether it has points."""
+        return bool(self.points)
+
+    @property
+    def title(self) -> str:
+        """Title of the case."""
+        return self.manifest["title"]
+
+    @property
+    def case(self) -> dict[str, Any]:
+        """The case as it was run, with all defaults; of a sweep, that of the first point."""
+        return next(iter(self.points.values())).case if self.points else self.manifest["case"]
+
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """Conclusions, the most important first; of a sweep, those of all points."""
+        if self.points:
+            return [verdict for point in self.points.values() for verdict in point.verdicts]
+        return [Verdict(one["kind"], one["topic"], one["sentence"]) for one in self.manifest["verdicts"]]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a reader should know."""
+        if self.points:
+            return [text for point in self.points.values() for text in point.warnings]
+        return list(self.manifest["warnings"])
+
+    @property
+    def derived(self) -> dict[str, float]:
+        """Numbers that follow from the case, such as the mean free path, in its units."""
+        self._refuse_sweep("derived")
+        return {one["name"]: float("nan") if one["value"] is None else one["value"] for one in self.manifest["derived"]}
+
+    @property
+    def report(self) -> Path:
+        """The page of the run."""
+        return self.folder / "report.html"
+
+    def __getitem__(self, name: str) -> pd.DataFrame:
+        return self.tables[name]
+
+    def columns(self, name: str) -> pd.DataFrame:
+        """Unit, meaning and role of each column of a table, by name of the column."""
+        columns = pd.DataFrame(self._entry(name)["columns"]).set_index("name")
+        return columns[["unit", "meaning", "role"]]
+
+    def figure(self, name: str, number: int = 0) -> Figure:
+        """A figure of a table, as the report has it: estimates with error bars against time, dashed theory, histograms, maps.
+
+        Parameters
+        ----------
+        name : str
+            The table.
+        number : int
+            Which of its figures.
+        """
+        from .figures import draw
+
+        self._refuse_sweep("figure")
+        figures = self._entry(name)["figures"]
+        if not 0 <= number < len(figures):
+            raise ResultsError(f"table {name} has {len(figures)} figures; found number {number}; allowed: below that, from 0")
+        return draw(self.tables[name], figures[number], self._entry(name)["columns"])
+
+    @cached_property
+    def snapshots(self) -> list[Snapshot]:
+        """Snapshots of replica 0, in the order of the manifest."""
+        self._refuse_sweep("snapshots")
+        return [read_snapshot(self.folder / one["file"], one["engine"], one["time"]) for one in self.manifest["snapshots"]]
+
+    def __repr__(self) -> str:
+        what = f"sweep of {len(self.points)} points" if self.points else f"{len(self._entries)} tables"
+        return f"<Results {str(self.folder)!r}: {self.title}, {what}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><td>{one.kind}</td><td>{html.escape(one.sentence)}</td></tr>" for one in self.verdicts)
+        return f"<b>{html.escape(self.title)}</b><table>{rows}</table>"
+
+    def _refuse_sweep(self, what: str) -> None:
+        if self.points:
+            raise ResultsError(f"{self.folder}: {what} of a sweep; allowed: of one of its points, such as points[{next(iter(self.points))!r}]")
+
+    def _entry(self, name: str) -> dict[str, Any]:
+        if name not in self._entries:
+            raise ResultsError(f"{self.folder}: no table {name}; the tables are {', '.join(self._entries)}")
+        return self._entries[name]
+
+    def _table(self, name: str) -> pd.DataFrame:
+        entry = self._entry(name)
+        if self.points:
+            parts = [point.tables[name].assign(**self._values[key]) for key, point in self.points.items()]
+            swept = list(next(iter(self._values.values())))
+            table = pd.concat(parts, ignore_index=True)
+            table = table[swept + [column for column in table.columns if column not in swept]]
+        else:
+            words = {column["name"]: str for column in entry["columns"] if column["unit"] == ""}
+            table = pd.read_csv(self.folder / f"{name}.csv", dtype=words, keep_default_na=False, na_values=[""])
+        table.attrs = {"about": entry["about"], "units": {column["name"]: column["unit"] for column in entry["columns"]}}
+        return table
+
+
+def read_snapshot(path: Path, engine: str, time: float) -> Snapshot:
+    """Reads a snapshot in extended XYZ."""
+    with open(path, encoding="utf-8") as file:
+        number, header = int(file.readline()), file.readline()
+        names, widths = columns_of(field(header, "Properties"))
+        rows = pd.read_csv(file, sep=" ", header=None, nrows=number).to_numpy(dtype=np.float64).reshape(number, -1)
+    starts = np.cumsum([0, *widths])
+    parts = {name: rows[:, start : start + width] for name, start, width in zip(names, starts, widths)}
+    lattice = np.array(field(header, "Lattice").split(), dtype=np.float64)
+    periodic = (field(header, "pbc") or "T T T").split()
+    return Snapshot(
+        engine=engine,
+        time=time,
+        box=tuple(lattice[[0, 4, 8]].tolist()),
+        periodic=tuple(one == "T" for one in periodic),
+        positions=parts["pos"],
+        velocities=parts["velo"],
+        radii=parts["radius"][:, 0],
+        masses=parts["mass"][:, 0],
+        spins=parts.get("angular_velocity"),
+    )
+
+
+def field(header: str, name: str) -> str:
+    """The value of a key of the second line of an extended XYZ file; empty if it is not there."""
+    _, found, rest = f" {header}".partition(f" {name}=")
+    if not found:
+        return ""
+    return rest[1:].split('"', 1)[0] if rest.startswith('"') else rest.split(maxsplit=1)[0]
+
+
+def columns_of(properties: str) -> tuple[list[str], list[int]]:
+    """Names and widths of the columns of an extended XYZ file."""
+    parts = properties.split(":")
+    return parts[::3], [int(width) for width in parts[2::3]]

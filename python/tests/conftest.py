@@ -1,0 +1,37 @@
+"""Common to all tests: the clone that they are in, and the program that was built in it."""
+
+import subprocess
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+matplotlib.use("Agg")
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def program():
+    """Runs a program of the workspace, in the profile that the wheel was built in."""
+
+    def run(*arguments: str) -> subprocess.CompletedProcess:
+        command = ["cargo", "run", "--quiet", "--release", *arguments]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=1200)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def quick(tmp_path_factory, root):
+    """Results of a small bundled case."""
+    import stosszahl
+
+    out = tmp_path_factory.mktemp("results") / "quick"
+    keys = {"gas.number": 400, "run.until": 10}
+    return stosszahl.run(root / "cases/quick.toml", keys, out=out, replicas=4, progress=False)

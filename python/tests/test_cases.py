@@ -1,0 +1,172 @@
+"""Cases and results: the folders of the command line, as frames and arrays."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import threading
+
+import numpy as np
+import pandas as pd
+import pytest
+import stosszahl
+
+SMALL = {"gas.number": 400, "run.until": 10}
+
+
+def tables(results):
+    return {path.name: path.read_bytes() for path in results.folder.glob("*.csv")}
+
+
+def test_the_folder_is_that_of_the_command_line(program, root, quick, tmp_path):
+    keys = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]
+    done = program("--", "run", "cases/quick.toml", "--replicas", "4", "--out", str(tmp_path / "there"), *keys)
+    assert done.returncode == 0, done.stderr
+    there = stosszahl.Results(tmp_path / "there")
+    assert tables(there) == tables(quick) and len(tables(quick)) >= 8
+    assert there.verdicts == quick.verdicts
+    assert quick.report.exists()
+
+
+def test_tables_are_frames_that_know_their_units(quick):
+    energy = quick["energy"]
+    entry = next(one for one in quick.manifest["tables"] if one["name"] == "energy")
+    assert len(energy) == entry["rows"] and list(energy) == [column["name"] for column in entry["columns"]]
+    assert pd.api.types.is_float_dtype(energy["energy_ratio"]) and set(energy["engine"]) >= {"ed", "dsmc-contact-point"}
+    columns = quick.columns("energy")
+    assert columns.loc["energy_ratio_se", "role"] == "standard-error" and columns.loc["energy_ratio", "unit"] == "1"
+    assert energy.attrs["units"]["energy_ratio"] == "1"
+    start = energy[energy["time"] == 0]
+    assert len(start) == 0 or np.all(start["energy_ratio"] == 1)
+    assert quick.derived and quick.case["gas"]["number"] == 400
+    for name in quick.tables:
+        assert len(quick.columns(name)) == quick[name].shape[1]
+
+
+def test_verdicts_are_in_words(quick):
+    assert quick.verdicts and all(one.kind in ("agree", "differ", "undecided", "warning", "note") for one in quick.verdicts)
+    assert quick.verdicts[0].sentence in quick._repr_html_()
+
+
+def test_snapshots_are_arrays(quick):
+    snapshot = next(one for one in quick.snapshots if one.engine == "ed")
+    assert len(snapshot) == 400 and snapshot.positions.shape == snapshot.velocities.shape == (400, 3)
+    side = np.array(snapshot.box[:2])
+    assert np.all((snapshot.positions[:, :2] >= 0) & (snapshot.positions[:, :2] < side))
+    away = snapshot.positions[:, None, :2] - snapshot.positions[None, :, :2]
+    away -= side * np.round(away / side)
+    distance = np.linalg.norm(away, axis=2)[np.triu_indices(400, 1)]
+    # Disks of one diameter do not overlap, but for rounding.
+    assert distance.min() >= 2 * snapshot.radii[0] - 1e-9
+
+
+def test_snapshots_at_an_interval_of_chosen_engines(root, tmp_path):
+    keys = {**SMALL, "measure.snapshots.interval": 2.5, "measure.snapshots.engines": ["ed"]}
+    options = {"out": tmp_path / "quick", "replicas": 1, "progress": False}
+    results = stosszahl.run(root / "cases/quick.toml", keys, **options)
+    assert [(one.engine, one.time) for one in results.snapshots] == [("ed", time) for time in (0, 2.5, 5, 7.5, 10)]
+    assert {one.periodic for one in results.snapshots} == {(True, True, False)}
+    for bad in ({"interval": 1e-9}, {"times": [1]}, {"engines": ["dsmc-esmc"]}):
+        keys = {"measure.snapshots.interval": 1.0, **{f"measure.snapshots.{key}": value for key, value in bad.items()}}
+        with pytest.raises(stosszahl.CaseError, match="measure.snapshots"):
+            stosszahl.check(root / "cases/quick.toml", keys)
+
+
+def test_the_manifest_names_the_commit(quick, root):
+    head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], cwd=root, capture_output=True, text=True)
+    if head.returncode == 0:
+        assert re.fullmatch("[0-9a-f]{12}(, changed)?", quick.manifest["program"]["commit"])
+
+
+def test_every_figure_can_be_drawn(quick, tmp_path):
+    import matplotlib.pyplot as plt
+
+    drawn = 0
+    for entry in quick.manifest["tables"]:
+        for number in range(len(entry["figures"])):
+            figure = quick.figure(entry["name"], number)
+            assert any(axes.has_data() for axes in figure.axes), entry["name"]
+            plt.close(figure)
+            drawn += 1
+    assert drawn >= 5
+    quick.figure("energy").savefig(tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 5000
+
+
+def test_check_says_what_a_case_means(root):
+    (outline,) = stosszahl.check(root / "cases/quick.toml", {"gas.restitution": 0.9}, replicas=2)
+    assert outline["replicas"] == 2 and "ed" in outline["engines"] and outline["seconds"] > 0
+    assert any(one["name"].replace("_", " ") == "mean free path" for one in outline["derived"])
+
+
+def test_a_dictionary_is_a_case_and_a_sweep_has_points(tmp_path):
+    case = {
+        "format": 2,
+        "title": "Cooling",
+        "gas": {"number": 100, "restitution": 0.9},
+        "box": {"packing_fraction": 0.1},
+        "run": {"until": 2},
+        "engine": {"ed": {}},
+    }
+    shares = []
+    over = {"gas.restitution": np.array([0.7, 0.9])}
+    results = stosszahl.sweep(case, over, out=tmp_path / "sweep", progress=lambda share, collisions: shares.append(share))
+    assert results.is_sweep and list(results.points) == ["restitution=0.7", "restitution=0.9"]
+    assert shares == sorted(shares) and shares[-1] == 1.0
+    energy = results["energy"]
+    assert list(energy)[0] == "gas.restitution" and set(energy["gas.restitution"]) == {0.7, 0.9}
+    last = energy.groupby("gas.restitution")["energy_ratio"].last()
+    assert last[0.7] > 0 and len(energy) == sum(len(point["energy"]) for point in results.points.values())
+    with pytest.raises(stosszahl.ResultsError, match="of one of its points"):
+        results.figure("energy")
+    assert stosszahl.report(tmp_path / "sweep") == results.report
+
+
+def test_folders_are_refused_resumed_and_replaced(root, quick, tmp_path):
+    keys, out = SMALL, tmp_path / "quick"
+    shutil.copytree(quick.folder, out)
+    options = {"out": out, "replicas": 4, "progress": False}
+    with pytest.raises(stosszahl.ResultsError, match="exists"):
+        stosszahl.run(root / "cases/quick.toml", keys, **options)
+    again = stosszahl.run(root / "cases/quick.toml", keys, resume=True, **options)
+    assert tables(again) == tables(quick)
+
+
+def test_ctrl_c_leaves_a_folder_that_goes_on_to_the_same_tables(root, quick, tmp_path):
+    out = tmp_path / "quick"
+    options = {"out": out, "replicas": 4}
+
+    def interrupt(share, collisions):
+        if collisions > 0:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt, match="resume=True"):
+        stosszahl.run(root / "cases/quick.toml", SMALL, progress=interrupt, **options)
+    assert not (out / "manifest.json").exists() and (out / "run.json").exists()
+    done = stosszahl.run(root / "cases/quick.toml", SMALL, resume=True, progress=False, **options)
+    assert tables(done) == tables(quick)
+
+
+def test_an_exception_in_progress_stops_the_run(root, tmp_path):
+    def refuse(share, collisions):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        stosszahl.run(root / "cases/quick.toml", SMALL, out=tmp_path / "quick", progress=refuse)
+
+
+def test_a_run_in_another_thread(root, quick, tmp_path):
+    found = []
+    thread = threading.Thread(
+        target=lambda: found.append(
+            stosszahl.run(root / "cases/quick.toml", SMALL, out=tmp_path / "quick", replicas=4, progress=False)
+        )
+    )
+    thread.start()
+    thread.join()
+    assert tables(found[0]) == tables(quick)
+
+
+def test_the_schema_is_json():
+    assert "properties" in stosszahl.schema()

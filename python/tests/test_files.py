@@ -1,0 +1,139 @@
+"""Files, each opened by the program that it is for; those that are not installed are skipped."""
+
+import numpy as np
+import pytest
+import stosszahl
+from stosszahl import EventDriven, Gas, Trajectory, trajectory
+
+TIMES = [0.0, 1.0, 2.0]
+
+
+@pytest.fixture(scope="module")
+def frames():
+    engine = EventDriven(Gas.disks(200, box_size=(30, 20), restitution=0.9, walls={"y": (stosszahl.Wall(), stosszahl.Wall())}))
+    return trajectory(engine, TIMES)
+
+
+def same(frames, time, read):
+    return [np.array_equal(one.positions, positions) for one, positions in zip(frames, read)] == [True] * len(TIMES) and np.array_equal(time, TIMES)
+
+
+def test_npz(frames, tmp_path):
+    read = np.load(frames.write(tmp_path / "x.npz"))
+    assert same(frames, read["time"], read["positions"]) and read["periodic"].tolist() == [True, False, False]
+    assert np.array_equal(read["box"], [[30, 20, 1]] * 3)
+
+
+def test_extended_xyz_with_ase(frames, tmp_path):
+    ase_io = pytest.importorskip("ase.io")
+    read = ase_io.read(frames.write(tmp_path / "x.xyz"), index=":")
+    assert same(frames, [one.info["Time"] for one in read], [one.positions for one in read])
+    assert np.array_equal(read[1].arrays["velo"], frames[1].velocities) and np.array_equal(read[0].arrays["radius"], frames[0].radii)
+    assert read[0].pbc.tolist() == [True, False, False] and read[0].cell.lengths().tolist() == [30, 20, 1]
+
+
+def test_gsd(frames, tmp_path):
+    hoomd = pytest.importorskip("gsd.hoomd")
+    with hoomd.open(frames.write(tmp_path / "x.gsd")) as file:
+        assert len(file) == 3
+        for one, frame in zip(frames, file):
+            # Single precision, around the middle of the box.
+            assert np.abs(frame.particles.position + [15, 10, 0] - one.positions).max() < 30 * 2**-23
+            assert frame.configuration.dimensions == 2 and frame.configuration.box[:2].tolist() == [30, 20]
+            assert np.all(frame.particles.diameter == 1) and frame.log["time"] == one.time
+
+
+def test_h5md(frames, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(frames.write(tmp_path / "x.h5")) as file:
+        group = file["particles/all"]
+        assert same(frames, group["position/time"][:], group["position/value"][:])
+        assert np.array_equal(group["velocity/value"][2], frames[2].velocities)
+        assert [one.decode() for one in group["box"].attrs["boundary"]] == ["periodic", "none", "none"]
+        assert np.array_equal(group["velocity/step"][:], group["box/edges/step"][:])
+
+
+def test_neighbours_with_freud(tmp_path):
+    freud = pytest.importorskip("freud")
+    hoomd = pytest.importorskip("gsd.hoomd")
+    engine = EventDriven(Gas.disks(400, packing_fraction=0.3, seed=3))
+    engine.equilibrate(20)
+    state = engine.state()
+    (frame,) = Trajectory([state])
+    with hoomd.open(Trajectory([state]).write(tmp_path / "x.gsd")) as file:
+        box, points = freud.box.Box.from_box(file[0].configuration.box), file[0].particles.position
+    found = freud.locality.AABBQuery(box, points).query(points, {"r_max": 1.5, "exclude_ii": True}).toNeighborList()
+    away = frame.positions[:, None] - frame.positions[None]
+    away -= np.array(frame.box) * np.round(away / frame.box)
+    near = np.linalg.norm(away, axis=2) < 1.5
+    assert len(found) == near.sum() - len(frame) > 400
+
+
+def test_snapshots_of_a_run_with_ase(quick, tmp_path):
+    ase_io = pytest.importorskip("ase.io")
+    path = next(quick.folder.glob("snapshots/ed-*.xyz"))
+    (ours,) = trajectory(quick, engine="ed")
+    read = ase_io.read(path)
+    assert np.array_equal(read.positions, ours.positions) and np.array_equal(read.arrays["velo"], ours.velocities)
+    assert read.pbc.tolist() == list(ours.periodic) == [True, True, False]
+
+
+@pytest.fixture(scope="module")
+def flow(root, tmp_path_factory):
+    keys = {"measure.fields.cells": [12, 8], "measure.fields.blocks": 10, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
+    out = tmp_path_factory.mktemp("results") / "flow"
+    return stosszahl.run(root / "cases/channel-disks.toml", keys, out=out, replicas=1, until=5, progress=False)
+
+
+def test_fields_with_vtk(flow, tmp_path):
+    vtk = pytest.importorskip("vtk")
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    collection = stosszahl.write_fields(flow, tmp_path / "fields")
+    table = flow["fields"]
+    table = table[table["engine"] == table["engine"].iloc[0]]
+    files = sorted(collection.parent.glob("*.vti"))
+    assert len(files) == table["window_end"].nunique() and all(file.name in collection.read_text() for file in files)
+    reader = vtk.vtkXMLImageDataReader()
+    reader.SetFileName(str(files[-1]))
+    reader.Update()
+    image = reader.GetOutput()
+    last = table[table["window_end"] == table["window_end"].max()]
+    assert image.GetNumberOfCells() == len(last) > 1
+    values = vtk_to_numpy(image.GetCellData().GetArray("number_density"))
+    for cell in range(image.GetNumberOfCells()):
+        low, high = np.reshape(image.GetCell(cell).GetBounds(), (3, 2)).T
+        middle = 0.5 * (low + high)
+        nearest = last.iloc[np.hypot(last["x"] - middle[0], last["y"] - middle[1]).argmin()]
+        assert abs(nearest["x"] - middle[0]) + abs(nearest["y"] - middle[1]) < 1e-9
+        assert values[cell] == nearest["number_density"]
+
+
+def test_files_that_cannot_be_written(frames, quick, tmp_path):
+    with pytest.raises(stosszahl.ResultsError, match="no format has the ending '.pdb'; allowed: .xyz"):
+        frames.write(tmp_path / "x.pdb")
+    with pytest.raises(stosszahl.ResultsError, match="no snapshot"):
+        Trajectory([]).write(tmp_path / "x.xyz")
+    with pytest.raises(stosszahl.ResultsError, match="differ in the number of particles"):
+        Trajectory([Gas.disks(2), Gas.disks(3)]).write(tmp_path / "x.npz")
+    with pytest.raises(stosszahl.ResultsError, match="without times"):
+        trajectory(EventDriven(Gas.disks(2)))
+    with pytest.raises(stosszahl.ResultsError, match="no snapshots of 'dsmc-esmc'; there are some of: ed"):
+        trajectory(quick, engine="dsmc-esmc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_neighbours_with_ovito(frames, tmp_path):
+    ovito = pytest.importorskip("ovito.data")
+    from ovito.io import import_file
+
+    data = import_file(str(frames.write(tmp_path / "x.xyz"))).compute(2)
+    one = frames[2]
+    # It reads decimal numbers to a few units of the last place.
+    assert np.abs(data.particles.positions - one.positions).max() < 30 * 2**-50
+    assert np.array_equal(data.particles["Radius"], one.radii) and tuple(data.cell.pbc) == one.periodic
+    finder = ovito.CutoffNeighborFinder(1.5, data)
+    found = sum(1 for index in range(data.particles.count) for _ in finder.find(index))
+    away = one.positions[:, None] - one.positions[None]
+    away[..., 0] -= 30 * np.round(away[..., 0] / 30)
+    assert found == (np.linalg.norm(away, axis=2) < 1.5).sum() - len(one) > 100
