@@ -49,6 +49,13 @@ pub enum Command {
         #[command(flatten)]
         case: CaseArguments,
     },
+    /// List the bundled cases with the question that each answers, or print one of them.
+    ///
+    /// `stosszahl run NAME` runs one; `stosszahl cases NAME > own.toml` begins a case of one's own.
+    Cases {
+        /// The case to print.
+        name: Option<String>,
+    },
     /// Rebuild report.html from the tables of a results folder.
     Report {
         /// A results folder.
@@ -82,7 +89,7 @@ pub enum Command {
 /// What may be set from outside a case file.
 #[derive(Debug, Args)]
 pub struct CaseArguments {
-    /// The case file (TOML).
+    /// The case file (TOML), or the name of a bundled case.
     pub case: PathBuf,
     /// Number of replicas, in place of the case's.
     #[arg(long, value_name = "N")]

@@ -18,6 +18,7 @@ use stosszahl::study::plan::{EngineCost, available_threads};
 use stosszahl::study::{self, Options, PointSummary, RunError, check, run_case};
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
+use crate::bundled;
 use crate::progress::Display;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
@@ -46,6 +47,9 @@ enum CommandError {
         /// What was written.
         found: String,
     },
+    /// There is no bundled case of this name.
+    #[error("no bundled case is called {0}; `stosszahl cases` lists them")]
+    NoBundledCase(String),
     /// A page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -64,6 +68,7 @@ impl CommandError {
             Self::Frontier(error) if error.is_refusal() => 2,
             Self::Case(_)
             | Self::Target { .. }
+            | Self::NoBundledCase(_)
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
             | Self::Report(ReportError::NoResults { .. }) => 2,
             Self::Run(_)
@@ -94,6 +99,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Run(arguments) => run(&arguments),
         Command::Check { case } => outline(&case),
+        Command::Cases { name } => cases(name.as_deref()),
         Command::Report { folder } => write_report(&folder)
             .map_err(CommandError::from)
             .and_then(|path| Ok(say(&path.display().to_string())?)),
@@ -132,7 +138,32 @@ fn explain(error: &CommandError) {
 }
 
 fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
-    Ok(study::format().read(&arguments.case, &arguments.overrides())?)
+    let (format, overrides) = (study::format(), arguments.overrides());
+    Ok(match bundled::find(&arguments.case) {
+        Some(one) => {
+            format.from_text(&arguments.case.with_extension("toml"), one.text, &overrides)?
+        }
+        None => format.read(&arguments.case, &overrides)?,
+    })
+}
+
+/// The bundled cases with their questions, or the text of one.
+fn cases(name: Option<&str>) -> Result<(), CommandError> {
+    let Some(name) = name else {
+        let all = bundled::all();
+        let widest = all.iter().map(|one| one.name.len()).max().unwrap_or(0);
+        for one in all {
+            say(&beside(
+                &format!("{:<widest$}  ", one.name),
+                &one.question(),
+            ))?;
+        }
+        return Ok(());
+    };
+    let all = bundled::all();
+    let found = all.iter().find(|one| one.name == name);
+    let found = found.ok_or_else(|| CommandError::NoBundledCase(name.to_owned()))?;
+    Ok(say(found.text.trim_end())?)
 }
 
 fn schema() -> Result<(), CommandError> {
@@ -349,15 +380,19 @@ fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
 
 /// A word, and a sentence beside it that ends where the terminal does.
 fn line(word: &str, text: &str) -> String {
-    const INDENT: &str = "           ";
-    let word = format!("{word:<10} ");
+    beside(&format!("{word:<10} "), text)
+}
+
+/// Words on the left, and beside them a text that ends where the terminal does.
+fn beside(left: &str, text: &str) -> String {
     // To a file or another program it goes as it is.
     if !io::stdout().is_terminal() {
-        return format!("{word}{text}");
+        return format!("{left}{text}");
     }
-    let width = textwrap::termwidth().max(40);
-    let options = textwrap::Options::new(width).initial_indent(&word);
-    textwrap::fill(text, options.subsequent_indent(INDENT))
+    let width = textwrap::termwidth().max(left.len() + 30);
+    let indent = " ".repeat(left.len());
+    let options = textwrap::Options::new(width).initial_indent(left);
+    textwrap::fill(text, options.subsequent_indent(&indent))
 }
 
 /// Conclusions, choices and warnings of all points as JSON.

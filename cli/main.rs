@@ -1,6 +1,7 @@
 //! The `stosszahl` command.
 
 mod arguments;
+mod bundled;
 mod commands;
 mod progress;
 

@@ -454,6 +454,27 @@ fn a_folder_that_cannot_be_written_is_named() {
     }
 }
 
+/// Bundled cases are listed with their questions, printed, and run by name; each has a question, and an own file goes first.
+#[test]
+fn bundled_cases_are_known_by_name() {
+    let desk = Desk::new(COOLING);
+    let list = desk.done("cases").out;
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let files = fs::read_dir(folder).expect("the cases").count();
+    assert_eq!(list.lines().count(), files);
+    assert!(
+        list.lines().all(|line| line.trim_end().ends_with('?')),
+        "{list}"
+    );
+    let text = desk.done("cases quick").out;
+    assert!(text.contains("format = 2"));
+    let said = desk.done("check quick --until 1").out;
+    assert!(said.contains("Free cooling of 2500 disks"), "{said}");
+    desk.refused("cases quik", &["quik", "stosszahl cases"]);
+    desk.write("quick", "format = 2\nno_key = 1\n");
+    desk.refused("check quick", &["no_key"]);
+}
+
 /// At the end of a run the first conclusions are printed; all of them, the place of the report alone, or JSON, where asked for.
 #[test]
 fn a_run_says_as_much_as_is_asked_for() {
