@@ -227,22 +227,26 @@ def report(folder: Path_) -> Path:
 
 
 class Line:
-    """Progress as one line on standard error, at most ten times a second."""
+    """Progress on standard error: one line on a terminal or in a notebook, elsewhere a line every ten seconds."""
 
     WIDTH = 40
 
     def __init__(self, name: str) -> None:
-        self.name, self.began, self.shown = name, time.monotonic(), 0.0
+        self.name, self.began = name, time.monotonic()
+        self.redraws = sys.stderr.isatty() or "ipykernel" in sys.modules
+        self.shown = self.began
+        self.open = False
 
     def __call__(self, share: float, collisions: int) -> None:
         now = time.monotonic()
-        if share < 1.0 and now - self.shown < 0.1:
+        if now - self.shown < (0.1 if self.redraws else 10.0):
             return
         self.shown = now
         bar = "#" * round(share * self.WIDTH)
-        text = f"\r{self.name} [{bar:<{self.WIDTH}}] {100 * share:3.0f} %, {collisions:.2e} collisions, {now - self.began:.0f} s"
-        print(text, end="", file=sys.stderr, flush=True)
+        text = f"{self.name} [{bar:<{self.WIDTH}}] {100 * share:3.0f} %, {collisions:.2e} collisions, {now - self.began:.0f} s"
+        print(f"\r{text}" if self.redraws else text, end="" if self.redraws else "\n", file=sys.stderr, flush=True)
+        self.open = self.redraws
 
     def end(self) -> None:
-        if self.shown:
+        if self.open:
             print(file=sys.stderr)
