@@ -12,7 +12,7 @@ use stosszahl::case::format::share;
 use stosszahl::case::{CaseError, CaseFile};
 use stosszahl::model::Interrupt;
 use stosszahl::report::{Listing, ReportError, listing, write_report};
-use stosszahl::results::{Existing, ResultsError, Verdict, headlines, write_file};
+use stosszahl::results::{Existing, ResultsError, Verdict, VerdictKind, headlines, write_file};
 use stosszahl::study::frontier::{self, FrontierError, frontier};
 use stosszahl::study::plan::{EngineCost, available_threads};
 use stosszahl::study::{self, Options, PointSummary, RunError, check, run_case};
@@ -352,7 +352,7 @@ fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     Ok(say(&page)?)
 }
 
-/// What a point says: all of it, or the conclusions that come first and how many more there are.
+/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are.
 fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
@@ -363,8 +363,10 @@ fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
             .chain(others.map(|text| line("note", text)))
             .collect();
     }
-    let mut lines: Vec<String> = first.iter().map(|one| told(one)).collect();
-    let more = point.verdicts.len() - first.len() + others.count();
+    let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
+    let urgent = point.verdicts.iter().filter(warnings).map(told);
+    let mut lines: Vec<String> = first.iter().map(|one| told(one)).chain(urgent).collect();
+    let more = point.verdicts.len() + others.count() - lines.len();
     if more > 0 {
         let what = match more {
             1 => "1 more line".to_owned(),

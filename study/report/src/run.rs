@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
-use stosszahl_results::{Manifest, REPORT_FILE, Stored, Verdict, engine_title, headlines};
+use stosszahl_results::{
+    Manifest, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+};
 
 use crate::ReportError;
 use crate::figure::draw;
@@ -54,11 +56,9 @@ fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
         .map(|one| engine_title(&one.engine))
         .collect();
     let first = headlines(&manifest.verdicts);
-    let rest: Vec<&Verdict> = manifest
-        .verdicts
-        .iter()
-        .filter(|one| !first.contains(one))
-        .collect();
+    let others = manifest.verdicts.iter().filter(|one| !first.contains(one));
+    let (urgent, rest): (Vec<&Verdict>, Vec<&Verdict>) =
+        others.partition(|one| one.kind == VerdictKind::Warning);
     let uneven = manifest
         .start
         .iter()
@@ -78,6 +78,8 @@ fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
     for file in &frames.missing {
         warnings.push(html! { "The snapshot " code { (file) } " is missing." });
     }
+    let said = |one: &&Verdict| html! { strong { (one.topic) } ": " (one.sentence) };
+    warnings.extend(urgent.iter().map(said));
     html! {
         section id="verdicts" {
             (page::warnings(&warnings))
