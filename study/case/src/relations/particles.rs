@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Checked, MOST, MOST_MASSES, Relations};
+use crate::error::brief_number;
 use crate::format::{Distribution, Kind, Placement, Rounding, Units, Velocities};
 
 impl Relations<'_> {
@@ -159,7 +160,7 @@ impl Relations<'_> {
             self.ensure(
                 (total - 1.0).abs() < 1e-6,
                 format!("species.{}.share", species.len()),
-                format!("shares add up to 1; these to {total}"),
+                format!("shares add up to 1; these to {}", brief_number(total)),
             )?;
             self.ensure(
                 case.gas.number.is_some(),
@@ -169,8 +170,10 @@ impl Relations<'_> {
         }
         let total: f64 = self.contents().iter().map(|one| one.0).sum();
         if !species.is_empty() {
-            let allowed =
-                format!("all species together have from 1 to {MOST} particles; these have {total}");
+            let allowed = format!(
+                "all species together have from 1 to {MOST} particles; these have {}",
+                brief_number(total)
+            );
             self.ensure((1.0..=MOST).contains(&total), "species", allowed)?;
         }
         let mut pairs = BTreeSet::new();
