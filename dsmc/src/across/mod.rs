@@ -155,6 +155,8 @@ fn ranges<P: Physics>(
 ) -> Ranges {
     let narrowest = grid.narrowest();
     let cells = |distance: f64| (distance / narrowest).ceil() as usize;
+    // More cells than all are not needed, however far: in an empty box partners may be anywhere.
+    let all = grid.counts().into_iter().max().unwrap_or(1) as usize;
     let largest = sizes.largest_radius();
     let longest = largest + mean_radius;
     if let Scheme::ContactPoint { .. } = scheme {
@@ -165,9 +167,9 @@ fn ranges<P: Physics>(
         };
         Ranges {
             point: cells(Arm::LONGEST * longest),
-            near: cells(radius).max(1),
+            near: cells(radius).clamp(1, all),
             far: partners::WIDEST as usize,
-            shift: cells(Arm::LONGEST * spread),
+            shift: cells(Arm::LONGEST * spread).min(all),
         }
     } else {
         Ranges {
