@@ -310,7 +310,7 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
 fn comparisons_with_large_errors_of_an_engine_are_void() {
     let case = |engines: &str| {
         plan(&format!(
-            "[gas]\nrestitution = 0.8\npacking_fraction = 0.25\n[[species]]\nnumber = 400\n[box]\n[run]\nuntil = 1\n[engine.ed]\n{engines}"
+            "[gas]\nrestitution = 0.8\nnumber = 400\n[box]\npacking_fraction = 0.25\n[run]\nuntil = 1\n[engine.ed]\n{engines}"
         ))
     };
     let few = case("[engine.dsmc-enskog]\n[engine.dsmc-contact-point]\n");

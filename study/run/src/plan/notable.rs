@@ -207,7 +207,7 @@ impl Plan {
         let simulators = self.simulators_per_cell(parameters);
         (simulators < FEW).then(|| {
             format!(
-                "{} has {} simulators in a cell, and large errors of its own",
+                "{} has {} simulators in a cell",
                 engine_title(engine.name),
                 short(simulators)
             )
