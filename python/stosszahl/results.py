@@ -26,7 +26,7 @@ __all__ = ["Results", "Snapshot", "Verdict"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """A conclusion in words; ``kind`` is agree, differ, undecided, warning or note."""
+    """A conclusion in words; ``kind`` is agree, differ, undecided, void, warning or note."""
 
     kind: str
     topic: str

@@ -45,7 +45,7 @@ def test_tables_are_frames_that_know_their_units(quick):
 
 
 def test_verdicts_are_in_words(quick):
-    assert quick.verdicts and all(one.kind in ("agree", "differ", "undecided", "warning", "note") for one in quick.verdicts)
+    assert quick.verdicts and all(one.kind in ("agree", "differ", "undecided", "void", "warning", "note") for one in quick.verdicts)
     assert quick.verdicts[0].sentence in quick._repr_html_()
 
 
