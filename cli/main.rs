@@ -1,14 +1,10 @@
 //! The `stosszahl` command.
 
-mod arguments;
-mod bundled;
-mod commands;
-mod progress;
-
 use std::process::ExitCode;
 
 use clap::Parser;
+use stosszahl::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
-    commands::execute(arguments::Arguments::parse())
+    commands::execute(Arguments::parse())
 }
