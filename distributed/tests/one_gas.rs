@@ -13,7 +13,7 @@ title = "a channel"
 replicas = 2
 [gas]
 dimension = 3
-number = 20000
+number = 8000
 temperature = 0.5
 restitution = 0.9
 mean_free_path = 1
@@ -30,13 +30,13 @@ velocity = [2.2567, 0, 0]
 [start]
 velocity = [2.2567, 0, 0]
 [run]
-until = 3
-samples = 6
+until = 1
+samples = 4
 [engine.dsmc-boltzmann]
 cell_size = 0.25
 [measure.fields]
 cells = [8, 4]
-blocks = 3
+blocks = 2
 "#;
 
 /// Neighbourhoods of cells, and partners across cells.
@@ -45,17 +45,19 @@ format = 2
 title = "a box"
 replicas = 1
 [gas]
-number = 12000
+number = 4000
 restitution = 0.9
 [box]
 packing_fraction = 0.2
 [start]
 equilibration = 0
 [run]
-until = 4
-samples = 3
+until = 0.5
+samples = 2
 [engine.dsmc-enskog]
+simulators_per_particle = 2
 [engine.dsmc-contact-point]
+simulators_per_particle = 2
 [measure.impact_parameters]
 [measure.structure_factor]
 "#;
