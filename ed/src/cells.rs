@@ -120,6 +120,16 @@ impl Cells {
         }
     }
 
+    /// The same grid without disks.
+    pub(crate) fn emptied(&self) -> Self {
+        Self {
+            columns: self.columns.clone(),
+            rows: self.rows.clone(),
+            firsts: memory::filled(NONE, self.firsts.len()),
+            ..*self
+        }
+    }
+
     /// Sides of a cell.
     #[inline]
     pub(crate) fn width(&self) -> Vector2<f64> {

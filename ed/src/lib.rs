@@ -49,6 +49,7 @@ mod progress;
 mod rebound;
 mod simulate;
 mod start;
+mod strips;
 mod surroundings;
 mod windings;
 
@@ -59,4 +60,5 @@ pub use engine::Engine;
 pub use error::{EngineError, Touchable};
 pub use foresight::Plan;
 pub use simulate::{resume, simulate};
+pub use strips::Spread;
 pub use surroundings::Boundaries;

@@ -368,7 +368,6 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
             ("predictions_per_collision", each(tally.predictions)),
             ("calendar_pushes_per_collision", each(tally.pushes)),
             ("cell_crossings_per_collision", each(tally.crossings)),
-            ("stale_events_per_collision", each(tally.stale)),
             ("broken_contacts_per_collision", each(tally.broken)),
             (
                 "share_of_collisions_made_elastic",

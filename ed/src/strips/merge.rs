@@ -1,0 +1,139 @@
+//! What depends on the order of all events, from the logs of strips.
+
+use stosszahl_model::{Collision, Field, Physics, Plane, Recorder};
+
+use super::window::{Contact, Edge, SEAM, Window};
+use crate::calendar::Calendar;
+use crate::cells::NONE;
+use crate::engine::Engine;
+use crate::progress::{Latest, PATIENCE};
+
+/// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
+pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
+    let halo = lower.rows.len() / 2;
+    let parts = |row: &usize| lower.rows[*row] != upper.rows[*row];
+    // The upper strip is wrong far below the edge, and the lower one far above.
+    let below = (0..halo).rev().find(parts).map_or(0, |row| row + 1);
+    let above = (halo..2 * halo).find(parts).map_or(0, |row| 2 * halo - row);
+    below.max(above) as f64 / (halo as i32 - SEAM).max(1) as f64
+}
+
+/// The next contact of each strip, in the order of time; simultaneous ones by their disks.
+struct InTime<'a> {
+    strips: Vec<&'a [Contact]>,
+}
+
+impl<'a> Iterator for InTime<'a> {
+    type Item = (usize, &'a Contact);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut first: Option<(usize, &Contact)> = None;
+        for (strip, contacts) in self.strips.iter().enumerate() {
+            if let Some(contact) = contacts.first()
+                && first.is_none_or(|(_, best)| {
+                    (contact.now, contact.pair[0]) < (best.now, best.pair[0])
+                })
+            {
+                first = Some((strip, contact));
+            }
+        }
+        let (strip, contact) = first?;
+        self.strips[strip] = &self.strips[strip][1..];
+        Some((strip, contact))
+    }
+}
+
+impl<P, Q> Engine<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
+    /// Takes over what strips have done, but for their disks. False, and nothing is changed, if an engine alone would have stopped.
+    pub(super) fn merge(
+        &mut self,
+        strips: &[Self],
+        observed: &[Vec<Collision>],
+        ends: bool,
+        recorder: &mut Recorder<'_>,
+    ) -> bool {
+        let windows: Vec<&Window<P>> = (strips.iter())
+            .filter_map(|strip| strip.window.as_deref())
+            .collect();
+        let idled: u64 = windows.iter().map(|window| window.idled).sum();
+        if self.progress.idle() + idled > PATIENCE {
+            return false;
+        }
+        let contacts = || InTime {
+            strips: windows.iter().map(|window| &window.contacts[..]).collect(),
+        };
+        let mut progress = self.progress.clone();
+        let before = self.tally.contacts();
+        let mut last = None;
+        for (number, (strip, contact)) in contacts().enumerate() {
+            let latest = Latest {
+                pair: contact.pair,
+                now: contact.now,
+                age: self.epoch * self.speed + contact.now,
+                approach: contact.approach,
+                diameter: contact.diameter,
+                unit: self.unit,
+                disks: self.names.len(),
+                straight: P::Field::FREE,
+            };
+            if progress.collision(before + number as u64 + 1, &latest) {
+                return false;
+            }
+            if ends || contact.pair[1] != NONE {
+                last = Some((strip, contact.now));
+            }
+        }
+        let idle = windows.iter().enumerate().map(|(strip, window)| {
+            let counts = |time: &&f64| match last {
+                Some((its, _)) if its == strip => true,
+                Some((_, last)) => **time > last,
+                None => true,
+            };
+            window.idle.iter().filter(counts).count() as u64
+        });
+        let before = if last.is_some() { 0 } else { progress.idle() };
+        progress.set_idle(before + idle.sum::<u64>());
+        self.progress = progress;
+
+        if recorder.looks() {
+            self.observe(contacts(), observed, recorder);
+        }
+        let mut given: Vec<_> = windows.iter().map(|window| window.given.iter()).collect();
+        if given.iter().any(|given| given.len() > 0) {
+            for (strip, contact) in contacts() {
+                if contact.pair[1] == NONE
+                    && let Some(given) = given[strip].next()
+                {
+                    self.ledgers[given.ledger].enter(1.0, given.momentum, given.energy);
+                }
+            }
+        }
+        for strip in strips {
+            self.tally.add(&strip.tally);
+        }
+        let latest = windows.iter().map(|window| window.latest);
+        self.now = latest.fold(self.now, f64::max);
+        true
+    }
+
+    /// Shows the collisions of all strips to an observer.
+    fn observe(
+        &self,
+        contacts: InTime<'_>,
+        observed: &[Vec<Collision>],
+        recorder: &mut Recorder<'_>,
+    ) {
+        let mut next: Vec<_> = observed.iter().map(|strip| strip.iter()).collect();
+        for (strip, contact) in contacts {
+            if contact.pair[1] != NONE
+                && let Some(collision) = next[strip].next()
+            {
+                recorder.record(|| *collision);
+            }
+        }
+    }
+}
