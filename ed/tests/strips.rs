@@ -132,19 +132,26 @@ fn periodic_gases() {
         let legs = [(FOREVER, 30_000), (FOREVER, 40_001), (FOREVER, 25_000)];
         let name = format!("packing {packing}, restitution {restitution}");
         let dissipation = Dissipation::Scene;
-        compare(&name, &scene, dissipation, &boundaries, &start.into(), &legs);
+        compare(
+            &name,
+            &scene,
+            dissipation,
+            &boundaries,
+            &start.into(),
+            &legs,
+        );
     }
 }
 
 /// A cooled gas has clusters, in which windows are short, and empty regions.
 #[test]
 fn a_clustered_gas() {
-    let scene = grains(Smooth, 0.6, Free);
+    let scene = grains(Smooth, 0.8, Free);
     let boundaries = Boundaries::periodic();
-    let start = lattice(&scene, &boundaries, 20_000, 0.25, 1.0);
+    let start = lattice(&scene, &boundaries, 40_000, 0.25, 2.0);
     let dissipation = Dissipation::ContactTime(1e-5);
     let mut engine = Engine::<_>::new(scene.clone(), dissipation, start).expect("an engine");
-    engine.advance(FOREVER, 1_000_000, &mut ()).expect("time");
+    engine.advance(FOREVER, 2_000_000, &mut ()).expect("time");
     let start = engine.checkpoint();
     let until = start.state.time * 1.2;
     let legs = [(FOREVER, 30_000), (FOREVER, 60_000), (until, u64::MAX)];
@@ -154,20 +161,41 @@ fn a_clustered_gas() {
 /// Between walls of all kinds, around obstacles, under gravity, with spin: what walls have given too.
 #[test]
 fn walls_obstacles_gravity_and_spin() {
-    let diffuse = Wall::still(Rebound::Diffuse {
-        temperature: 1.0,
-    });
-    let mut channel = walled([None, Some([vibrates(bounces(0.9, 0.5), 0.05, 1.0), diffuse])]);
+    let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
+    let mut channel = walled([
+        None,
+        Some([vibrates(bounces(0.9, 0.5), 0.05, 1.0), diffuse]),
+    ]);
     channel.obstacles = vec![
-        obstacle(Outline::Disc { centre: vector![30.0, 40.0], radius: 6.0 }),
-        obstacle(Outline::Disc { centre: vector![60.0, 90.0], radius: 3.0 }),
+        obstacle(Outline::Disc {
+            centre: vector![30.0, 40.0],
+            radius: 6.0,
+        }),
+        obstacle(Outline::Disc {
+            centre: vector![60.0, 90.0],
+            radius: 3.0,
+        }),
     ];
     let legs = [(FOREVER, 20_000), (FOREVER, 20_001), (FOREVER, 20_000)];
     let scene = grains(rough(0.4), 0.9, down(0.01));
     let start = lattice(&scene, &channel, 12_000, 0.25, 1.5);
-    compare("channel", &scene, Dissipation::Scene, &channel, &start.into(), &legs);
+    compare(
+        "channel",
+        &scene,
+        Dissipation::Scene,
+        &channel,
+        &start.into(),
+        &legs,
+    );
     let sides = walled([Some([Wall::specular(), diffuse]), None]);
     let scene = grains(Smooth, 0.9, Free);
     let start = lattice(&scene, &sides, 12_000, 0.4, 1.5);
-    compare("sides", &scene, Dissipation::Scene, &sides, &start.into(), &legs);
+    compare(
+        "sides",
+        &scene,
+        Dissipation::Scene,
+        &sides,
+        &start.into(),
+        &legs,
+    );
 }

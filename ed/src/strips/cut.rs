@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use stosszahl_model::{Physics, Plane, Sizes, SpinOf};
+use stosszahl_model::{Physics, Plane, Sizes, SpinOf, memory};
 
 use super::window::Window;
 use crate::calendar::Calendar;
@@ -107,12 +107,13 @@ impl<P: Physics<Space = Plane>> Taken<P> {
         let numbers: Vec<u32> = (order.par_iter())
             .map(|&(source, disk)| sources[usize::from(source)].number(disk))
             .collect();
-        let all = (order.par_iter().zip(0..order.len() as u32))
-            .map(|(&(source, old), new)| {
+        let mut all = memory::reserved(order.len());
+        all.par_extend((order.par_iter().zip(0..order.len() as u32)).map(
+            |(&(source, old), new)| {
                 let source = usize::from(source);
                 moved(&sources[source], old, &here[source], &numbers, new)
-            })
-            .collect();
+            },
+        ));
         let mut cells = whole.disks.cells.emptied();
         for (source, here) in sources.iter().zip(&here) {
             for &row in rows {
@@ -283,7 +284,8 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     most: [u64; 2],
 ) -> Engine<P, Q> {
     let taken = Taken::new(whole, strips, &place.rows());
-    let window = Window::new(taken.numbers, place, most);
+    let rows = whole.disks.cells.counts()[1];
+    let window = Window::new(taken.numbers, place, rows, most);
     Engine {
         scene: whole.scene.clone(),
         dissipation: whole.dissipation,

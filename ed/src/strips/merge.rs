@@ -1,12 +1,12 @@
 //! What depends on the order of all events, from the logs of strips.
 
-use stosszahl_model::{Collision, Field, Physics, Plane, Recorder};
+use stosszahl_model::{Collision, Field, Physics, Plane, Recorder, Sizes};
 
 use super::window::{Contact, Edge, SEAM, Window};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
 use crate::engine::Engine;
-use crate::progress::{Latest, PATIENCE};
+use crate::progress::{Latest, PATIENCE, RECENT};
 
 /// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
@@ -18,27 +18,42 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     below.max(above) as f64 / (halo as i32 - SEAM).max(1) as f64
 }
 
-/// The next contact of each strip, in the order of time; simultaneous ones by their disks.
-struct InTime<'a> {
-    strips: Vec<&'a [Contact]>,
+/// The contacts of all strips, with the number of the strip, in the order of time; simultaneous ones by their disks.
+struct InTime<'a, P: Physics> {
+    windows: &'a [&'a Window<P>],
+    next: Vec<std::slice::Iter<'a, Contact>>,
 }
 
-impl<'a> Iterator for InTime<'a> {
+impl<'a, P: Physics> InTime<'a, P> {
+    fn new(windows: &'a [&'a Window<P>]) -> Self {
+        let next = windows
+            .iter()
+            .map(|window| window.contacts.iter())
+            .collect();
+        Self { windows, next }
+    }
+}
+
+impl<'a, P: Physics> Iterator for InTime<'a, P> {
     type Item = (usize, &'a Contact);
 
     fn next(&mut self) -> Option<Self::Item> {
+        let number = |strip: usize, contact: &Contact| self.windows[strip].number(contact.pair[0]);
         let mut first: Option<(usize, &Contact)> = None;
-        for (strip, contacts) in self.strips.iter().enumerate() {
-            if let Some(contact) = contacts.first()
-                && first.is_none_or(|(_, best)| {
-                    (contact.now, contact.pair[0]) < (best.now, best.pair[0])
-                })
-            {
+        for (strip, next) in self.next.iter().enumerate() {
+            let Some(contact) = next.as_slice().first() else {
+                continue;
+            };
+            let is_first = first.is_none_or(|(its, best)| {
+                contact.now < best.now
+                    || (contact.now == best.now && number(strip, contact) < number(its, best))
+            });
+            if is_first {
                 first = Some((strip, contact));
             }
         }
         let (strip, contact) = first?;
-        self.strips[strip] = &self.strips[strip][1..];
+        self.next[strip].next();
         Some((strip, contact))
     }
 }
@@ -63,19 +78,27 @@ where
         if self.progress.idle() + idled > PATIENCE {
             return false;
         }
-        let contacts = || InTime {
-            strips: windows.iter().map(|window| &window.contacts[..]).collect(),
-        };
+        let contacts = || InTime::new(&windows);
+        let all: usize = windows.iter().map(|window| window.contacts.len()).sum();
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
         let mut last = None;
         for (number, (strip, contact)) in contacts().enumerate() {
+            let [one, other] = contact.pair;
+            let tags = &strips[strip].tags;
+            let radius = |disk: u32| self.scene.sizes().radius(tags[disk as usize]);
+            // Only the last are remembered.
+            let pair = if all - number <= RECENT {
+                contact.pair.map(|disk| windows[strip].number(disk))
+            } else {
+                contact.pair
+            };
             let latest = Latest {
-                pair: contact.pair,
+                pair,
                 now: contact.now,
                 age: self.epoch * self.speed + contact.now,
                 approach: contact.approach,
-                diameter: contact.diameter,
+                diameter: radius(one) + radius(if other == NONE { one } else { other }),
                 unit: self.unit,
                 disks: self.names.len(),
                 straight: P::Field::FREE,
@@ -83,7 +106,7 @@ where
             if progress.collision(before + number as u64 + 1, &latest) {
                 return false;
             }
-            if ends || contact.pair[1] != NONE {
+            if ends || other != NONE {
                 last = Some((strip, contact.now));
             }
         }
@@ -123,7 +146,7 @@ where
     /// Shows the collisions of all strips to an observer.
     fn observe(
         &self,
-        contacts: InTime<'_>,
+        contacts: InTime<'_, P>,
         observed: &[Vec<Collision>],
         recorder: &mut Recorder<'_>,
     ) {

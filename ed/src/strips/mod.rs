@@ -30,24 +30,27 @@ use crate::calendar::Calendar;
 use crate::engine::Engine;
 use crate::events::Goal;
 use cut::Place;
-pub(crate) use window::Window;
 use window::SEAM;
+pub(crate) use window::Window;
 
 /// Share of the rows of a strip in each of its halos.
-const HALO: f64 = 0.04;
+const HALO: f64 = 0.045;
 
 /// Rows in a halo at the least: the seam, and as many again as wrong events may come into.
-const LEAST_HALO: i32 = 8;
+const LEAST_HALO: i32 = 6;
+
+/// At the most: windows are long enough then.
+const MOST_HALO: i32 = 24;
 
 /// First window, in rows of the halo over the way of a typical disk.
 const FIRST_PACE: f64 = 0.1;
 
 /// Share of the halo that wrong events may enter; most change of the window after that.
-const ENTERED: f64 = 0.7;
-const MOST_CHANGE: f64 = 2.0;
+const ENTERED: f64 = 0.6;
+const MOST_CHANGE: f64 = 1.5;
 
 /// Least collisions in a window, for each disk: cutting and joining costs about a tenth of a collision.
-const WORTH: f64 = 0.125;
+const WORTH: f64 = 0.05;
 
 /// Most collisions in a window for each disk: they are logged.
 const MOST_LOGGED: f64 = 4.0;
@@ -134,14 +137,15 @@ where
             return None;
         }
         let least = rows / strips;
-        let halo = ((f64::from(least) * HALO) as i32).max(LEAST_HALO);
+        let halo = ((f64::from(least) * HALO) as i32).clamp(LEAST_HALO, MOST_HALO);
         // No row is in more than two strips, and none twice in one.
         if least < 2 * halo + 2 * SEAM {
             return None;
         }
         let around = cells.is_periodic(1).then_some(rows);
         let place = |number: i32| {
-            let edge = |number: i32| (i64::from(rows) * i64::from(number) / i64::from(strips)) as i32;
+            let edge =
+                |number: i32| (i64::from(rows) * i64::from(number) / i64::from(strips)) as i32;
             let has = |side: bool| around.is_some() || side;
             Place {
                 core: edge(number)..edge(number + 1),
@@ -160,12 +164,20 @@ where
         let mut strips: Vec<Self> = Vec::new();
         let (mut now, mut retries) = (self.now, 0);
         while retries < MOST_RETRIES && now < end {
-            let Some(window) = self.window_until(goal.last, end - now, places[0].halo, recorder) else {
+            let Some(window) = self.window_until(goal.last, end - now, places[0].halo, recorder)
+            else {
                 break;
             };
-            let until = if window < end - now { now + window } else { end };
+            let until = if window < end - now {
+                now + window
+            } else {
+                end
+            };
             let left = goal.last - self.tally.collisions;
-            let most = [200 * self.names.len() as u64 / places.len() as u64 + 1_000_000, left];
+            let most = [
+                200 * self.names.len() as u64 / places.len() as u64 + 1_000_000,
+                left,
+            ];
             let looks = recorder.looks();
             let run = |place: &Place| {
                 let mut keep = Keep {
@@ -209,7 +221,13 @@ where
     }
 
     /// Length of the next window, in own time, within what is left; `None` if it does not pay.
-    fn window_until(&mut self, last: u64, left: f64, halo: i32, recorder: &Recorder<'_>) -> Option<f64> {
+    fn window_until(
+        &mut self,
+        last: u64,
+        left: f64,
+        halo: i32,
+        recorder: &Recorder<'_>,
+    ) -> Option<f64> {
         let disks = self.names.len() as f64;
         if self.unit <= 0.0 {
             return None;
@@ -242,7 +260,10 @@ where
 
     /// Compares the histories of neighbours.
     fn examine(&self, strips: &[Self], left: u64) -> Outcome {
-        let windows: Vec<&Window<P>> = strips.iter().filter_map(|strip| strip.window.as_deref()).collect();
+        let windows: Vec<&Window<P>> = strips
+            .iter()
+            .filter_map(|strip| strip.window.as_deref())
+            .collect();
         if strips.iter().any(|strip| strip.disks.recounts > 0) {
             return Outcome::Unusual;
         }
@@ -276,7 +297,11 @@ where
             };
             events += window.events;
             twice += window.twice;
-            let end = if strip.has_most_contacts() { strip.now } else { end };
+            let end = if strip.has_most_contacts() {
+                strip.now
+            } else {
+                end
+            };
             rate += window.contacts.len() as f64 / (end - begin);
         }
         let way = self.way(halo);
@@ -290,7 +315,11 @@ where
                 let change = (ENTERED / entered.max(1e-3)).min(MOST_CHANGE);
                 let pace = (end - begin) / way * change;
                 // A window that was shorter for other reasons does not say that it has to be.
-                spread.pace = if change < 1.0 { pace } else { pace.max(spread.pace) };
+                spread.pace = if change < 1.0 {
+                    pace
+                } else {
+                    pace.max(spread.pace)
+                };
             }
             Outcome::Wrong => {
                 spread.retries += 1;

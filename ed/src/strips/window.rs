@@ -48,9 +48,8 @@ pub(super) struct Contact {
     pub(super) now: f64,
     /// Speed of approach.
     pub(super) approach: f64,
-    /// The diameter that counts for progress.
-    pub(super) diameter: f64,
-    /// The disk whose event it was, and the other or [`NONE`].
+    /// The disk whose event it was, and the other or [`NONE`], by their numbers in the strip: to look up others would take
+    /// longer than all else here.
     pub(super) pair: [u32; 2],
 }
 
@@ -62,7 +61,7 @@ pub(super) struct Given {
     pub(super) energy: f64,
 }
 
-/// The log of a strip. Disks have the numbers that they have in the whole gas.
+/// The log of a strip.
 #[derive(Debug)]
 pub(crate) struct Window<P: Physics> {
     /// Number in the whole gas of each disk here, in ascending order.
@@ -88,14 +87,17 @@ pub(crate) struct Window<P: Physics> {
     pub(super) latest: f64,
     /// Events, contacts that count, at which the log is full.
     pub(super) most: [u64; 2],
-    /// Before the present event: the row of its disk, whether it counts, and what was done.
+    /// Whether the events of a row can be of interest to neighbours.
+    is_near: Vec<bool>,
+    /// Whether those of the present row can; then, before its event: the row, whether it counts here, and what was done.
+    near: bool,
     row: i32,
     owns: bool,
     tally: Tally,
 }
 
 impl<P: Physics<Space = Plane>> Window<P> {
-    pub(super) fn new(numbers: Vec<u32>, place: &Place, most: [u64; 2]) -> Self {
+    pub(super) fn new(numbers: Vec<u32>, place: &Place, rows_in_box: u16, most: [u64; 2]) -> Self {
         let Place {
             core,
             halo,
@@ -110,7 +112,7 @@ impl<P: Physics<Space = Plane>> Window<P> {
                 rows: vec![0; 2 * halo as usize],
             })
         };
-        Self {
+        let mut window = Self {
             numbers,
             edges: [edge(0), edge(1)],
             core,
@@ -124,25 +126,35 @@ impl<P: Physics<Space = Plane>> Window<P> {
             twice: 0,
             latest: f64::NEG_INFINITY,
             most,
+            is_near: Vec::new(),
+            near: false,
             row: 0,
-            owns: false,
+            owns: true,
             tally: Tally::default(),
-        }
+        };
+        let is_near = |row: i32| {
+            let mut edges = window.edges.iter().flatten();
+            // A partner is in the next row at the most.
+            edges.any(|edge| above(row, edge.row, around).abs() <= halo + 1)
+                || !window.core.contains(&row)
+        };
+        window.is_near = (0..i32::from(rows_in_box)).map(is_near).collect();
+        window
     }
 
     /// Whether the present event counts here.
     pub(crate) fn owns(&self) -> bool {
         self.owns
     }
+}
 
-    /// How far a row is above an edge: 0 is the first row above it, -1 the first below.
-    fn above(&self, row: i32, edge: i32) -> i32 {
-        let steps = row - edge;
-        match self.around {
-            Some(rows) if 2 * steps >= rows => steps - rows,
-            Some(rows) if 2 * steps < -rows => steps + rows,
-            _ => steps,
-        }
+/// How far a row is above an edge: 0 is the first row above it, -1 the first below. With rows in a periodic box.
+fn above(row: i32, edge: i32, around: Option<i32>) -> i32 {
+    let steps = row - edge;
+    match around {
+        Some(rows) if 2 * steps >= rows => steps - rows,
+        Some(rows) if 2 * steps < -rows => steps + rows,
+        _ => steps,
     }
 }
 
@@ -169,51 +181,63 @@ where
     }
 
     /// Before an event of a disk.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn log_before(&mut self, disk: u32) {
-        let (tally, row) = (self.tally, i32::from(self.disks.home(disk)[1]));
+        let row = self.disks.home(disk)[1];
         if let Some(window) = &mut self.window {
-            window.tally = tally;
-            window.row = row;
-            window.owns = window.core.contains(&row);
+            window.near = window.is_near[usize::from(row)];
+            window.owns = true;
+            if window.near {
+                window.tally = self.tally;
+                window.row = i32::from(row);
+                window.owns = window.core.contains(&window.row);
+            }
         }
     }
 
     /// After it, with the disks that it has changed.
+    #[inline(always)]
+    pub(crate) fn log_after(&mut self, changed: [u32; 2]) {
+        if let Some(window) = &mut self.window {
+            window.events += 1;
+            if window.near {
+                self.log_near(changed);
+            } else {
+                window.latest = self.now;
+            }
+        }
+    }
+
+    /// An event that neighbours may be interested in.
     #[cold]
     #[inline(never)]
-    pub(crate) fn log_after(&mut self, changed: [u32; 2]) {
+    fn log_near(&mut self, changed: [u32; 2]) {
         let Some(mut window) = self.window.take() else {
             return;
         };
-        window.events += 1;
         if window.owns {
             window.latest = self.now;
         } else {
             self.tally = window.tally;
             window.twice += 1;
         }
-        for side in 0..2 {
-            let Some(mut edge) = window.edges[side].take() else {
-                continue;
-            };
-            let before = window.above(window.row, edge.row);
-            if let Ok(place) = usize::try_from(before + window.halo)
+        let who = window.numbers[changed[0] as usize];
+        let changed = changed.into_iter().filter(|&disk| disk != NONE);
+        for edge in window.edges.iter_mut().flatten() {
+            let above = |row: i32| above(row, edge.row, window.around);
+            if let Ok(place) = usize::try_from(above(window.row) + window.halo)
                 && let Some(sum) = edge.rows.get_mut(place)
             {
-                let who = window.numbers[changed[0] as usize];
                 *sum = mixed(mixed(*sum, self.now.to_bits()), u64::from(who));
             }
-            let within = |row: i32| (-SEAM..SEAM).contains(&window.above(row, edge.row));
+            let within = |row: i32| (-SEAM..SEAM).contains(&above(row));
             let row_of = |disk: u32| i32::from(self.disks.home(disk)[1]);
-            let mut rows = changed.into_iter().filter(|&disk| disk != NONE);
-            if within(window.row) || rows.any(|disk| within(row_of(disk))) {
-                for disk in changed.into_iter().filter(|&disk| disk != NONE) {
-                    edge.seam.push(self.trace(disk, &window.numbers));
-                }
+            if within(window.row) || changed.clone().any(|disk| within(row_of(disk))) {
+                let traces = changed
+                    .clone()
+                    .map(|disk| self.trace(disk, &window.numbers));
+                edge.seam.extend(traces);
             }
-            window.edges[side] = Some(edge);
         }
         self.window = Some(window);
     }
@@ -242,7 +266,12 @@ where
 
     /// A contact with a wall, which is a sign of progress if there is a time to be reached.
     #[cold]
-    pub(crate) fn log_rebound(&mut self, latest: &Latest, ends: bool, given: (usize, Vector2<f64>, f64)) {
+    pub(crate) fn log_rebound(
+        &mut self,
+        latest: &Latest,
+        ends: bool,
+        given: (usize, Vector2<f64>, f64),
+    ) {
         if let Some(window) = &mut self.window
             && window.owns
         {
@@ -261,7 +290,7 @@ where
         }
     }
 
-    /// What is now known of a disk.
+    /// What is now known of a disk, by numbers in the whole gas.
     fn trace(&self, who: u32, numbers: &[u32]) -> Trace<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
         let disks = numbers.len() as u32;
@@ -286,16 +315,17 @@ where
 }
 
 impl<P: Physics> Window<P> {
+    /// Number in the whole gas of a disk, or [`NONE`].
+    pub(super) fn number(&self, disk: u32) -> u32 {
+        let number = self.numbers.get(disk as usize);
+        number.copied().unwrap_or(NONE)
+    }
+
     fn log(&mut self, latest: &Latest) {
-        let number = |disk: u32| match disk {
-            NONE => NONE,
-            disk => self.numbers[disk as usize],
-        };
         self.contacts.push(Contact {
             now: latest.now,
             approach: latest.approach,
-            diameter: latest.diameter,
-            pair: latest.pair.map(number),
+            pair: latest.pair,
         });
     }
 }
