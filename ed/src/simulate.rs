@@ -13,11 +13,15 @@ use stosszahl_model::{
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::engine::Engine;
 use crate::error::EngineError;
+use crate::strips::Spread;
 use crate::surroundings::Boundaries;
 
 /// Collisions in one leg, for each disk, and at least: a new leg costs about as much as a tenth of a collision for each disk.
 const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
+
+/// Disks that a thread of its own pays for.
+const EACH_THREAD: usize = 20_000;
 
 /// Starts exact dynamics of disks.
 ///
@@ -140,6 +144,7 @@ impl Begin<'_> {
             stage,
             origin,
             bytes: 0,
+            spread: Spread::default(),
             stop: Interruption::default(),
             pause: None,
         }))
@@ -163,6 +168,7 @@ struct Disks<P: Physics<Space = Plane>> {
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
+    spread: Spread,
     stop: Interruption,
     pause: Option<Interrupt>,
 }
@@ -201,6 +207,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     fn land(&mut self) -> &mut Checkpoint<P> {
         if let Stage::Flying(engine) = &self.stage {
             self.bytes = engine.bytes();
+            self.spread = engine.spread();
             self.stage = Stage::Between(engine.checkpoint());
         }
         match &mut self.stage {
@@ -214,7 +221,8 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         if let Stage::Between(gas) = &mut self.stage {
             let gas = std::mem::replace(gas, Checkpoint::nowhere(gas));
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
-            let engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
+            let mut engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
+            engine.spread = self.spread;
             self.stage = Stage::Flying(Box::new(engine));
         }
         match &mut self.stage {
@@ -309,6 +317,13 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
 
     fn pause_on(&mut self, pause: &Interrupt) {
         self.pause = Some(pause.clone());
+    }
+
+    fn use_threads(&mut self, threads: usize) {
+        self.spread.strips = threads.min(self.count() / EACH_THREAD);
+        if let Stage::Flying(engine) = &mut self.stage {
+            engine.spread_over(self.spread.strips);
+        }
     }
 
     fn is_interrupted(&self) -> bool {

@@ -5,12 +5,13 @@ mod support;
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, Spread};
+use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, Spread, simulate};
 use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{
-    Body, Collision, EachCollision, Free, Physics, Plane, Rebound, Smooth, State,
+    Body, Budget, Collision, Constant, EachCollision, Free, Grains, Particle, Particles, Physics,
+    Plane, Rebound, Smooth, State,
 };
 use support::{bounces, down, grains, obstacle, rough, vibrates, walled};
 
@@ -141,6 +142,41 @@ fn periodic_gases() {
             &legs,
         );
     }
+}
+
+/// Behind the common interface, leg by leg, with pauses in between.
+#[test]
+fn a_simulation_on_two_threads() {
+    let scene = grains(Smooth, 0.8, Free);
+    let boundaries = Boundaries::periodic();
+    let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
+    let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
+    let particle = |body: &Body<support::Grains<Smooth, Free>>| Particle {
+        position: body.position.push(0.0),
+        velocity: body.velocity.push(0.0),
+        ..Particle::of(0.5, 1.0)
+    };
+    let start = Particles {
+        time: 0.0,
+        dimension: 2,
+        lengths: state.domain.lengths().push(0.0).into(),
+        periodic: [true; 3],
+        all: state.bodies.iter().map(particle).collect(),
+    };
+    let [alone, shared] = [1, 2].map(|threads| {
+        let mut gas =
+            simulate(&grains, Dissipation::Scene, &boundaries, &start).expect("an engine");
+        gas.use_threads(threads);
+        let until = gas.time() + 1e3;
+        for _ in 0..2 {
+            assert!(!gas.advance(until, Budget::Leg, &mut ()).expect("time"));
+        }
+        for budget in [Budget::Collisions(70_001), Budget::Leg] {
+            assert!(!gas.advance(until, budget, &mut ()).expect("time"));
+        }
+        gas.checkpoint().expect("bytes")
+    });
+    assert!(alone == shared);
 }
 
 /// A cooled gas has clusters, in which windows are short, and empty regions.

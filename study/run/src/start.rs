@@ -14,6 +14,7 @@ use stosszahl_model::{
     Surface, Vector as _, Volume,
 };
 
+use crate::engines::threads_each;
 use crate::places::{Full, Places, Room};
 use crate::plan::{Plan, PlanError};
 
@@ -379,6 +380,7 @@ impl Preparation {
         let target = if asked == 0 { 0 } else { target.min(most) };
         let mut gas = self.gas(plan, streams)?;
         gas.stop_on(interrupt);
+        gas.use_threads(threads_each(plan.case.replicas as usize));
         if done < target {
             let leg = (LEG * plan.count() as u64)
                 .max(LEAST_LEG)
