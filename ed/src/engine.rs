@@ -183,13 +183,11 @@ where
         let speed = unit_of_speed(&state, (pull * diameter).sqrt());
         let sizes = scene.sizes();
         let body = |index: usize| {
-            let body = &state.bodies[index];
-            let position = state.domain.wrap(body.position);
-            (
-                position,
-                body.velocity / speed,
-                sizes.radius(sizes.tag(index)),
-            )
+            let Body {
+                position, velocity, ..
+            } = state.bodies[index];
+            let radius = sizes.radius(sizes.tag(index));
+            (state.domain.wrap(position), velocity / speed, radius)
         };
         let unequal = !P::Sizes::UNIFORM;
         let motion = Motion::new(scene.field(), speed);
@@ -209,9 +207,8 @@ where
         } else {
             ledgers
         };
-        let rebounds: Vec<u32> = if bounded {
-            let of = |&name: &u32| rebounds.get(name as usize).copied().unwrap_or(0);
-            names.iter().map(of).collect()
+        let rebounds = if bounded {
+            counted(&rebounds, &names)
         } else {
             Vec::new()
         };
@@ -224,12 +221,7 @@ where
             _ => Vec::new(),
         };
         let windings = windings::follow(&state, &windings, &names)?;
-        let square: f64 = (disks.all.iter())
-            .map(|disk| disk.velocity.norm_squared())
-            .sum();
-        let mean = (square / count.max(1) as f64).max(pull * diameter / speed / speed);
-        let unit = diameter / mean.sqrt();
-        let unit = if unit.is_finite() { unit } else { 0.0 };
+        let unit = typical_time(&disks, diameter, pull / speed / speed);
         let spins = if P::Surface::ROUGH {
             let spin = |&name: &u32| scaled::<P>(state.bodies[name as usize].spin, 1.0 / speed);
             names.iter().map(spin).collect()
@@ -257,11 +249,7 @@ where
             now: 0.0,
             time: state.time,
             refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
-            horizon: if unit > 0.0 {
-                HORIZON * unit
-            } else {
-                f64::INFINITY
-            },
+            horizon: horizon(unit),
             progress: Progress::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
@@ -458,10 +446,6 @@ where
         }
     }
 
-    pub(crate) fn largest_radius(&self) -> f64 {
-        self.scene.sizes().largest_radius()
-    }
-
     #[inline(always)]
     pub(crate) fn contact_distance(&self, first: u32, second: u32) -> f64 {
         let sizes = self.scene.sizes();
@@ -479,6 +463,29 @@ fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f
     } else {
         1.0
     }
+}
+
+/// Own time in which a typical disk flies, or falls, as far as its diameter; zero if none moves.
+fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> f64 {
+    let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
+    let mean = squares.sum::<f64>() / disks.all.len().max(1) as f64;
+    let unit = diameter / mean.max(pull * diameter).sqrt();
+    if unit.is_finite() { unit } else { 0.0 }
+}
+
+/// Own time at which an engine starts afresh: never, if none moves.
+fn horizon(unit: f64) -> f64 {
+    if unit > 0.0 {
+        HORIZON * unit
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Counts of a start by disk; where there are none, nothing was counted yet.
+fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
+    let count = |&name: &u32| counts.get(name as usize).copied().unwrap_or(0);
+    names.iter().map(count).collect()
 }
 
 /// A spin in another unit.

@@ -130,11 +130,11 @@ impl Begin<'_> {
                     checkpoint.clone(),
                     self.boundaries,
                 )?;
-                (Stage::Between(checkpoint), Vec::new())
+                (Stage::Between(Box::new(checkpoint)), Vec::new())
             }
             Source::Checkpoint(bytes) => {
                 let kept: Kept<P> = postcard::from_bytes(bytes)?;
-                (Stage::Between(kept.gas), kept.origin)
+                (Stage::Between(Box::new(kept.gas)), kept.origin)
             }
         };
         Ok(Box::new(Disks {
@@ -175,7 +175,7 @@ struct Disks<P: Physics<Space = Plane>> {
 
 /// Where the gas is kept.
 enum Stage<P: Physics<Space = Plane>> {
-    Between(Checkpoint<P>),
+    Between(Box<Checkpoint<P>>),
     Flying(Box<Engine<P>>),
 }
 
@@ -198,7 +198,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     /// The gas as a checkpoint.
     fn checkpoint(&self) -> Checkpoint<P> {
         match &self.stage {
-            Stage::Between(gas) => gas.clone(),
+            Stage::Between(gas) => (**gas).clone(),
             Stage::Flying(engine) => engine.checkpoint(),
         }
     }
@@ -208,7 +208,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         if let Stage::Flying(engine) = &self.stage {
             self.bytes = engine.bytes();
             self.spread = engine.spread();
-            self.stage = Stage::Between(engine.checkpoint());
+            self.stage = Stage::Between(Box::new(engine.checkpoint()));
         }
         match &mut self.stage {
             Stage::Between(gas) => gas,
@@ -219,7 +219,8 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     /// Makes an engine of the checkpoint.
     fn take_off(&mut self) -> Result<&mut Engine<P>, EngineError> {
         if let Stage::Between(gas) = &mut self.stage {
-            let gas = std::mem::replace(gas, Checkpoint::nowhere(gas));
+            let nowhere = Checkpoint::nowhere(gas);
+            let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
             let mut engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
             engine.spread = self.spread;

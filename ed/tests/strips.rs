@@ -10,8 +10,8 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{
-    Body, Budget, Collision, Constant, EachCollision, Free, Grains, Particle, Particles, Physics,
-    Plane, Rebound, Smooth, State,
+    Body, Budget, Collision, Constant, EachCollision, Free, Grains, Interrupt, Particle, Particles,
+    Physics, Plane, Rebound, Smooth, State,
 };
 use support::{bounces, down, grains, obstacle, rough, vibrates, walled};
 
@@ -107,7 +107,6 @@ fn compare<P: Physics<Space = Plane>>(
     let (plain, _) = run(scene, dissipation, boundaries, start.clone(), legs, 1);
     for strips in [2, 3, 4, 8] {
         let (left, spread) = run(scene, dissipation, boundaries, start.clone(), legs, strips);
-        println!("{name}, {strips} strips: {spread:?}");
         assert!(spread.windows > 0, "{name}: {strips} strips were not used");
         assert_eq!(left.1.len(), plain.1.len(), "{name}: {strips} strips");
         assert!(left.1 == plain.1, "{name}: collisions of {strips} strips");
@@ -234,4 +233,49 @@ fn walls_obstacles_gravity_and_spin() {
         &start.into(),
         &legs,
     );
+}
+
+/// A gas that collapses does so at the same collision, with the same words.
+#[test]
+fn a_collapse_is_that_of_one_engine() {
+    let scene = grains(Smooth, 0.3, Free);
+    let boundaries = Boundaries::periodic();
+    let start = lattice(&scene, &boundaries, 20_000, 0.25, 1.0);
+    let [alone, shared] = [1, 4].map(|strips| {
+        let mut engine =
+            Engine::<_>::new(scene.clone(), Dissipation::Scene, start.clone()).expect("an engine");
+        engine.spread_over(strips);
+        let error = (engine.advance(FOREVER, u64::MAX, &mut ())).expect_err("a collapse");
+        assert_eq!(engine.spread().windows > 0, strips > 1);
+        let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
+        (error.to_string(), bytes)
+    });
+    assert_eq!(alone.0, shared.0);
+    assert!(alone.1 == shared.1);
+}
+
+/// A leap that is interrupted ends.
+#[test]
+fn an_interrupt_ends_all_strips() {
+    let scene = grains(Smooth, 1.0, Free);
+    let boundaries = Boundaries::periodic();
+    let start = lattice(&scene, &boundaries, 20_000, 0.3, 1.0);
+    let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
+    engine.spread_over(4);
+    let interrupt = Interrupt::default();
+    engine.stop_on(&interrupt);
+    let mut seen = 0_u64;
+    let mut observer = EachCollision(|_: &Collision| {
+        seen += 1;
+        if seen == 50_000 {
+            interrupt.raise();
+        }
+    });
+    assert!(
+        !engine
+            .advance(FOREVER, u64::MAX, &mut observer)
+            .expect("an end")
+    );
+    assert!(engine.is_interrupted());
+    assert!(engine.spread().windows > 0);
 }

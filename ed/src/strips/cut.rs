@@ -8,7 +8,7 @@ use stosszahl_model::{Physics, Plane, Sizes, SpinOf, memory};
 
 use super::window::Window;
 use crate::calendar::Calendar;
-use crate::cells::{Cells, NONE};
+use crate::cells::NONE;
 use crate::checkpoint::Tally;
 use crate::contact::Candidates;
 use crate::disk::{Disk, Disks, VOID};
@@ -81,10 +81,40 @@ fn sources<'a, P: Physics<Space = Plane>, Q: Calendar>(
     sources
 }
 
+/// Memory for what is needed while disks are taken.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    /// The disks that are taken from each source, in ascending order.
+    listed: Vec<Vec<u32>>,
+    /// All of them, as source and number there, in the order of their numbers in the whole gas.
+    order: Vec<(u8, u32)>,
+    /// For each disk of each source, its place in that order, or [`NONE`].
+    here: Vec<Vec<u32>>,
+}
+
+/// What a strip that is not needed any more leaves: its memory.
+pub(super) struct Spare<P: Physics<Space = Plane>> {
+    disks: Option<Disks<P::Field>>,
+    numbers: Vec<u32>,
+    scratch: Scratch,
+}
+
+impl<P: Physics<Space = Plane>> Spare<P> {
+    /// None.
+    fn nothing() -> Self {
+        Self {
+            disks: None,
+            numbers: Vec::new(),
+            scratch: Scratch::default(),
+        }
+    }
+}
+
 /// The disks of some rows.
 pub(super) struct Taken<P: Physics<Space = Plane>> {
     /// Their numbers in the whole gas, in ascending order.
     numbers: Vec<u32>,
+    scratch: Scratch,
     disks: Disks<P::Field>,
     tags: Vec<<P::Sizes as Sizes>::Tag>,
     names: Vec<u32>,
@@ -100,47 +130,59 @@ impl<P: Physics<Space = Plane>> Taken<P> {
         whole: &Engine<P, Q>,
         strips: &[Engine<P, Q>],
         rows: &[u16],
+        spare: Spare<P>,
     ) -> Self {
         let sources = sources(whole, strips);
-        let order = in_order(&sources, &listed(&sources, rows));
-        let here = places_here(&sources, &order);
-        let numbers: Vec<u32> = (order.par_iter())
-            .map(|&(source, disk)| sources[usize::from(source)].number(disk))
-            .collect();
-        let mut all = memory::reserved(order.len());
+        let Spare {
+            disks: spare,
+            mut numbers,
+            mut scratch,
+        } = spare;
+        scratch.list(&sources, rows);
+        let Scratch { order, here, .. } = &scratch;
+        numbers.clear();
+        numbers.par_extend(
+            (order.par_iter()).map(|&(source, disk)| sources[usize::from(source)].number(disk)),
+        );
+        let (mut all, mut cells) = match spare {
+            Some(Disks { all, mut cells, .. }) => {
+                cells.clear();
+                (all, cells)
+            }
+            None => (memory::reserved(order.len()), whole.disks.cells.emptied()),
+        };
+        all.clear();
         all.par_extend((order.par_iter().zip(0..order.len() as u32)).map(
             |(&(source, old), new)| {
                 let source = usize::from(source);
                 moved(&sources[source], old, &here[source], &numbers, new)
             },
         ));
-        let mut cells = whole.disks.cells.emptied();
-        for (source, here) in sources.iter().zip(&here) {
-            for &row in rows {
-                if source.rows.contains(&i32::from(row)) {
-                    let from = &source.engine.disks.cells;
-                    move_row(from, &mut cells, row, here);
-                }
-            }
+        for (source, here) in sources.iter().zip(here) {
+            let right = |row: &&u16| source.rows.contains(&i32::from(**row));
+            let rows: Vec<u16> = rows.iter().filter(right).copied().collect();
+            let number = |disk: u32| here[disk as usize];
+            cells.copy_rows(&source.engine.disks.cells, &rows, number);
         }
         let each = |&(source, old): &(u8, u32)| (sources[usize::from(source)].engine, old as usize);
         Self {
             disks: Disks::of(all, whole.disks.motion, cells),
-            tags: gathered(&order, true, |it| each(it).0.tags[each(it).1]),
-            names: gathered(&order, true, |it| each(it).0.names[each(it).1]),
-            spins: gathered(&order, !whole.spins.is_empty(), |it| {
+            tags: gathered(order, true, |it| each(it).0.tags[each(it).1]),
+            names: gathered(order, true, |it| each(it).0.names[each(it).1]),
+            spins: gathered(order, !whole.spins.is_empty(), |it| {
                 each(it).0.spins[each(it).1]
             }),
-            last_contact: gathered(&order, !whole.last_contact.is_empty(), |it| {
+            last_contact: gathered(order, !whole.last_contact.is_empty(), |it| {
                 each(it).0.last_contact[each(it).1]
             }),
-            rebounds: gathered(&order, !whole.rebounds.is_empty(), |it| {
+            rebounds: gathered(order, !whole.rebounds.is_empty(), |it| {
                 each(it).0.rebounds[each(it).1]
             }),
-            windings: gathered(&order, !whole.windings.is_empty(), |it| {
+            windings: gathered(order, !whole.windings.is_empty(), |it| {
                 each(it).0.windings[each(it).1]
             }),
             numbers,
+            scratch,
         }
     }
 }
@@ -158,78 +200,74 @@ fn gathered<T: Send>(
     }
 }
 
-/// The disks of some rows in each source, in ascending order.
-fn listed<P: Physics<Space = Plane>, Q: Calendar>(
-    sources: &[Source<'_, P, Q>],
-    rows: &[u16],
-) -> Vec<Vec<u32>> {
-    let of = |source: &Source<'_, P, Q>| {
-        let mut wanted = vec![false; usize::from(source.engine.disks.cells.counts()[1])];
-        let mut any = false;
-        for &row in rows {
-            let right = source.rows.contains(&i32::from(row));
-            wanted[usize::from(row)] = right;
-            any |= right;
+impl Scratch {
+    /// Lists and orders the disks of some rows.
+    fn list<P: Physics<Space = Plane>, Q: Calendar>(
+        &mut self,
+        sources: &[Source<'_, P, Q>],
+        rows: &[u16],
+    ) {
+        self.listed.resize_with(sources.len(), Vec::new);
+        self.here.resize_with(sources.len(), Vec::new);
+        for (source, listed) in sources.iter().zip(&mut self.listed) {
+            listed.clear();
+            let mut wanted = vec![false; usize::from(source.engine.disks.cells.counts()[1])];
+            let right = |row: &u16| source.rows.contains(&i32::from(*row));
+            for row in rows.iter().copied().filter(right) {
+                wanted[usize::from(row)] = true;
+            }
+            if wanted.contains(&true) {
+                let disks = source.engine.disks.all.iter().zip(0..);
+                let disks = disks.filter(|(disk, _)| wanted[usize::from(disk.home[1])]);
+                listed.extend(disks.map(|(_, number)| number));
+            }
         }
-        let disks = source.engine.disks.all.iter().zip(0..);
-        if !any {
-            return Vec::new();
+        self.put_in_order(sources);
+        for ((source, here), listed) in sources.iter().zip(&mut self.here).zip(&self.listed) {
+            let disks = if listed.is_empty() {
+                0
+            } else {
+                source.engine.disks.all.len()
+            };
+            here.clear();
+            here.resize(disks, NONE);
         }
-        disks
-            .filter(|(disk, _)| wanted[usize::from(disk.home[1])])
-            .map(|(_, number)| number)
-            .collect()
-    };
-    sources.par_iter().map(of).collect()
-}
+        for (&(source, old), new) in self.order.iter().zip(0..) {
+            self.here[usize::from(source)][old as usize] = new;
+        }
+    }
 
-/// Source and number there of all disks that are listed, in the order of their numbers in the whole gas.
-fn in_order<P: Physics<Space = Plane>, Q: Calendar>(
-    sources: &[Source<'_, P, Q>],
-    listed: &[Vec<u32>],
-) -> Vec<(u8, u32)> {
-    let mut order = Vec::with_capacity(listed.iter().map(Vec::len).sum());
-    let number = |source: usize, at: usize| {
-        let disk = listed[source].get(at);
-        disk.map_or(u32::MAX, |&disk| sources[source].number(disk))
-    };
-    let mut heads: Vec<(u32, usize, usize)> = (0..listed.len())
-        .map(|source| (number(source, 0), source, 0))
-        .collect();
-    loop {
-        heads.sort_unstable();
-        let (first, source, mut at) = heads[0];
-        if first == u32::MAX {
-            return order;
+    fn put_in_order<P: Physics<Space = Plane>, Q: Calendar>(
+        &mut self,
+        sources: &[Source<'_, P, Q>],
+    ) {
+        let listed = &self.listed;
+        self.order.clear();
+        self.order.reserve(listed.iter().map(Vec::len).sum());
+        let number = |source: usize, at: usize| {
+            let disk = listed[source].get(at);
+            disk.map_or(u32::MAX, |&disk| sources[source].number(disk))
+        };
+        let mut heads: Vec<(u32, usize, usize)> = (0..listed.len())
+            .map(|source| (number(source, 0), source, 0))
+            .collect();
+        loop {
+            heads.sort_unstable();
+            let (first, source, mut at) = heads[0];
+            if first == u32::MAX {
+                return;
+            }
+            // Disks that follow each other are mostly in the same strip.
+            let until = heads.get(1).map_or(u32::MAX, |next| next.0);
+            let mut next = first;
+            while next < until {
+                self.order.push((source as u8, listed[source][at]));
+                at += 1;
+                next = number(source, at);
+            }
+            heads[0] = (next, source, at);
         }
-        // Disks that follow each other are mostly in the same strip.
-        let until = heads.get(1).map_or(u32::MAX, |next| next.0);
-        let mut next = first;
-        while next < until {
-            order.push((source as u8, listed[source][at]));
-            at += 1;
-            next = number(source, at);
-        }
-        heads[0] = (next, source, at);
     }
-}
-
-/// For each disk of each source, its place among those that are taken, or [`NONE`].
-fn places_here<P: Physics<Space = Plane>, Q: Calendar>(
-    sources: &[Source<'_, P, Q>],
-    order: &[(u8, u32)],
-) -> Vec<Vec<u32>> {
-    let mut is_used = vec![false; sources.len()];
-    for &(source, _) in order {
-        is_used[usize::from(source)] = true;
-    }
-    let mut here: Vec<Vec<u32>> = (sources.iter().zip(is_used))
-        .map(|(source, used)| vec![NONE; usize::from(used) * source.engine.disks.all.len()])
-        .collect();
-    for (&(source, old), new) in order.iter().zip(0..) {
-        here[usize::from(source)][old as usize] = new;
-    }
-    here
 }
 
 /// A disk of a source with the numbers that it and others have among those that are taken.
@@ -263,34 +301,42 @@ fn moved<P: Physics<Space = Plane>, Q: Calendar>(
     disk
 }
 
-/// Copies the lists of a row from one grid into another.
-fn move_row(from: &Cells, to: &mut Cells, row: u16, here: &[u32]) {
-    for column in 0..from.counts()[0] {
-        let place = from.place([column, row], 1, 1);
-        let first = from.first(place);
-        if first != NONE {
-            to.set_first(place, here[first as usize]);
-        }
-    }
-}
-
 /// Cuts a strip out of a gas, which may be in strips already. It goes on from an own time, and stops when so many events
-/// or contacts are logged.
+/// or contacts are logged. A `spare` strip gives its memory.
 pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &Engine<P, Q>,
     strips: &[Engine<P, Q>],
     place: &Place,
     now: f64,
     most: [u64; 2],
+    spare: Option<Engine<P, Q>>,
 ) -> Engine<P, Q> {
-    let taken = Taken::new(whole, strips, &place.rows());
+    let mut old = Spare::nothing();
+    let (mut calendar, mut log) = (None, Vec::new());
+    if let Some(spare) = spare {
+        old.disks = Some(spare.disks);
+        calendar = Some(spare.calendar);
+        if let Some(window) = spare.window {
+            (old.numbers, old.scratch) = (window.numbers, window.scratch);
+            log = window.contacts;
+        }
+    }
+    let taken = Taken::new(whole, strips, &place.rows(), old);
+    let calendar = match calendar {
+        Some(mut calendar) => {
+            calendar.renew(&taken.disks, now);
+            calendar
+        }
+        None => Q::new(&taken.disks, now),
+    };
     let rows = whole.disks.cells.counts()[1];
-    let window = Window::new(taken.numbers, place, rows, most);
+    let mut window = Window::new(taken.numbers, place, rows, most, log);
+    window.scratch = taken.scratch;
     Engine {
         scene: whole.scene.clone(),
         dissipation: whole.dissipation,
         domain: whole.domain,
-        calendar: Q::new(&taken.disks, now),
+        calendar,
         disks: taken.disks,
         tags: taken.tags,
         names: taken.names,
@@ -323,7 +369,7 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
     strips: Vec<Engine<P, Q>>,
 ) {
     let rows: Vec<u16> = (0..whole.disks.cells.counts()[1]).collect();
-    let taken = Taken::new(whole, &strips, &rows);
+    let taken = Taken::new(whole, &strips, &rows, Spare::nothing());
     drop(strips);
     whole.disks = taken.disks;
     (whole.tags, whole.names) = (taken.tags, taken.names);

@@ -15,7 +15,7 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     // The upper strip is wrong far below the edge, and the lower one far above.
     let below = (0..halo).rev().find(parts).map_or(0, |row| row + 1);
     let above = (halo..2 * halo).find(parts).map_or(0, |row| 2 * halo - row);
-    below.max(above) as f64 / (halo as i32 - SEAM).max(1) as f64
+    below.max(above) as f64 / (halo - SEAM as usize) as f64
 }
 
 /// The contacts of all strips, with the number of the strip, in the order of time; simultaneous ones by their disks.
@@ -123,7 +123,7 @@ where
         self.progress = progress;
 
         if recorder.looks() {
-            self.observe(contacts(), observed, recorder);
+            observe(contacts(), observed, recorder);
         }
         let mut given: Vec<_> = windows.iter().map(|window| window.given.iter()).collect();
         if given.iter().any(|given| given.len() > 0) {
@@ -142,21 +142,20 @@ where
         self.now = latest.fold(self.now, f64::max);
         true
     }
+}
 
-    /// Shows the collisions of all strips to an observer.
-    fn observe(
-        &self,
-        contacts: InTime<'_, P>,
-        observed: &[Vec<Collision>],
-        recorder: &mut Recorder<'_>,
-    ) {
-        let mut next: Vec<_> = observed.iter().map(|strip| strip.iter()).collect();
-        for (strip, contact) in contacts {
-            if contact.pair[1] != NONE
-                && let Some(collision) = next[strip].next()
-            {
-                recorder.record(|| *collision);
-            }
+/// Shows the collisions of all strips to an observer.
+fn observe<P: Physics<Space = Plane>>(
+    contacts: InTime<'_, P>,
+    observed: &[Vec<Collision>],
+    recorder: &mut Recorder<'_>,
+) {
+    let mut next: Vec<_> = observed.iter().map(|strip| strip.iter()).collect();
+    for (strip, contact) in contacts {
+        if contact.pair[1] != NONE
+            && let Some(collision) = next[strip].next()
+        {
+            recorder.record(|| *collision);
         }
     }
 }

@@ -33,24 +33,23 @@ use cut::Place;
 use window::SEAM;
 pub(crate) use window::Window;
 
-/// Share of the rows of a strip in each of its halos.
-const HALO: f64 = 0.045;
-
 /// Rows in a halo at the least: the seam, and as many again as wrong events may come into.
 const LEAST_HALO: i32 = 6;
 
-/// At the most: windows are long enough then.
-const MOST_HALO: i32 = 24;
+/// Cost of a window, in collisions of each disk: cutting, logs, calendars.
+const COST: f64 = 0.06;
 
-/// First window, in rows of the halo over the way of a typical disk.
-const FIRST_PACE: f64 = 0.1;
+/// Collisions of each disk in a window, for each row of the halo beyond the seam: the first guess, and the least that pays in all.
+const FIRST_REACH: f64 = 0.02;
+const WORTH: f64 = 0.08;
 
-/// Share of the halo that wrong events may enter; most change of the window after that.
+/// Share of these rows that wrong events may enter; most growth from a window to the next.
 const ENTERED: f64 = 0.6;
-const MOST_CHANGE: f64 = 1.5;
+const GROWTH: f64 = 1.3;
 
-/// Least collisions in a window, for each disk: cutting and joining costs about a tenth of a collision.
-const WORTH: f64 = 0.05;
+/// What is left of it after a window that was wrong, and how many of these in a row are enough.
+const AFTER_WRONG: f64 = 0.6;
+const MOST_RETRIES: u32 = 8;
 
 /// Most collisions in a window for each disk: they are logged.
 const MOST_LOGGED: f64 = 4.0;
@@ -59,9 +58,6 @@ const MOST_OBSERVED: f64 = 1.0;
 /// Share of the collisions that are left, less some standard deviations, that a window aims at.
 const AIM: f64 = 0.99;
 const DEVIATIONS: f64 = 5.0;
-
-/// Windows done again in a row after which the engine goes on alone.
-const MOST_RETRIES: u32 = 6;
 
 /// How a gas is spread over threads, and what came of it. Nothing in a result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,10 +74,8 @@ pub struct Spread {
     pub twice: u64,
     /// Events in windows that were not kept.
     pub lost: u64,
-    /// Length of a window, in the time that a typical disk takes for the way of the halo; 0 if not known yet.
-    pace: f64,
-    /// Collisions of a disk in the time that it takes for its diameter; 0 if not known yet.
-    rate: f64,
+    /// Collisions of each disk that a window may have for each row of the halo beyond the seam; 0 if not known yet.
+    reach: f64,
 }
 
 /// What came of a window.
@@ -128,7 +122,8 @@ where
         self.spread
     }
 
-    /// The rows of each strip, if the box has enough.
+    /// The rows of each strip, if the box has enough. The wider the halo, the longer a window may be, and the more is done twice: the
+    /// cost 2 h/H + c/(k (h - s)) of strips of H rows is least at h = s + sqrt(c H/2k).
     fn places(&self) -> Option<Vec<Place>> {
         let cells = &self.disks.cells;
         let rows = i32::from(cells.counts()[1]);
@@ -137,11 +132,13 @@ where
             return None;
         }
         let least = rows / strips;
-        let halo = ((f64::from(least) * HALO) as i32).clamp(LEAST_HALO, MOST_HALO);
+        let best = (COST * f64::from(least) / (2.0 * self.spread.reach)).sqrt();
         // No row is in more than two strips, and none twice in one.
-        if least < 2 * halo + 2 * SEAM {
+        let most = least / 2 - SEAM;
+        if most < LEAST_HALO {
             return None;
         }
+        let halo = (SEAM + best.min(1e6) as i32).clamp(LEAST_HALO, most);
         let around = cells.is_periodic(1).then_some(rows);
         let place = |number: i32| {
             let edge =
@@ -159,32 +156,35 @@ where
 
     /// Goes towards a goal in strips, as far as that pays.
     pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) {
-        let Some(places) = self.places() else { return };
+        if self.spread.reach == 0.0 {
+            self.spread.reach = FIRST_REACH;
+        }
         let end = goal.end.min(self.horizon.next_down());
+        let mut rate = self.rate_to_come();
         let mut strips: Vec<Self> = Vec::new();
+        let mut spare: Vec<Self> = Vec::new();
         let (mut now, mut retries) = (self.now, 0);
-        while retries < MOST_RETRIES && now < end {
-            let Some(window) = self.window_until(goal.last, end - now, places[0].halo, recorder)
-            else {
-                break;
-            };
+        while retries < MOST_RETRIES
+            && now < end
+            && let Some(places) = self.places()
+            && let Some(window) = self.window(&places[0], goal.last, rate, end - now, recorder)
+        {
             let until = if window < end - now {
                 now + window
             } else {
                 end
             };
             let left = goal.last - self.tally.collisions;
-            let most = [
-                200 * self.names.len() as u64 / places.len() as u64 + 1_000_000,
-                left,
-            ];
+            let most = [self.most_events(places.len()), left];
             let looks = recorder.looks();
-            let run = |place: &Place| {
+            let mut old: Vec<Option<Self>> = spare.drain(..).map(Some).collect();
+            old.resize_with(places.len(), || None);
+            let run = |(place, spare): (&Place, Option<Self>)| {
                 let mut keep = Keep {
                     looks,
                     all: Vec::new(),
                 };
-                let mut strip = cut::strip(&*self, &strips, place, now, most);
+                let mut strip = cut::strip(&*self, &strips, place, now, most, spare);
                 let goal = Goal {
                     end: until,
                     ends: goal.ends,
@@ -194,72 +194,82 @@ where
                 let ended = ended.unwrap_or(false) || strip.has_most_contacts();
                 ((strip, keep.all), ended)
             };
-            let done: Vec<_> = places.par_iter().map(run).collect();
+            let done: Vec<_> = places.par_iter().zip(old).map(run).collect();
             let (done, ended): (Vec<_>, Vec<bool>) = done.into_iter().unzip();
             let (done, observed): (Vec<_>, Vec<_>) = done.into_iter().unzip();
             let outcome = if ended.contains(&false) {
                 Outcome::Unusual
             } else {
-                self.examine(&done, left)
+                Self::examine(&done, left)
             };
-            self.learn(&outcome, &done, [now, until], places[0].halo);
+            rate = self
+                .learn(&outcome, &done, [now, until], places[0].halo)
+                .unwrap_or(rate);
             match outcome {
                 Outcome::Kept(_) if self.merge(&done, &observed, goal.ends, recorder) => {
                     if strips.is_empty() {
                         cut::empty(self);
                     }
-                    (strips, now, retries) = (done, until, 0);
+                    spare = std::mem::replace(&mut strips, done);
+                    (now, retries) = (until, 0);
                 }
-                Outcome::Wrong | Outcome::TooMany => retries += 1,
+                Outcome::Wrong | Outcome::TooMany => {
+                    spare = done;
+                    retries += 1;
+                }
                 _ => break,
             }
         }
+        drop(spare);
         if !strips.is_empty() {
             cut::join(self, strips);
             self.calendar = Q::new(&self.disks, now);
         }
     }
 
+    /// Events of a strip that are too many for a gas that goes on as usual.
+    fn most_events(&self, strips: usize) -> u64 {
+        200 * (self.names.len() / strips) as u64 + 1_000_000
+    }
+
+    /// Collisions in the unit of own time, within a factor of two, from the earliest twentieth of the contacts that are known now.
+    fn rate_to_come(&self) -> f64 {
+        let contacts = self.disks.all.iter().map(|disk| disk.contact - self.now);
+        let mut waits: Vec<f64> = contacts.filter(|wait| wait.is_finite()).collect();
+        let early = waits.len() / 20;
+        if early == 0 {
+            return 0.0;
+        }
+        let wait = *waits.select_nth_unstable_by(early, f64::total_cmp).1;
+        // Both of two disks may know.
+        0.75 * early as f64 / wait.max(f64::MIN_POSITIVE)
+    }
+
     /// Length of the next window, in own time, within what is left; `None` if it does not pay.
-    fn window_until(
-        &mut self,
+    fn window(
+        &self,
+        place: &Place,
         last: u64,
+        rate: f64,
         left: f64,
-        halo: i32,
         recorder: &Recorder<'_>,
     ) -> Option<f64> {
         let disks = self.names.len() as f64;
-        if self.unit <= 0.0 {
-            return None;
-        }
-        if self.spread.pace == 0.0 {
-            self.spread.pace = FIRST_PACE;
-        }
-        let window = left.min(self.spread.pace * self.way(halo));
-        // Collisions in the unit of time.
-        let rate = self.spread.rate * disks / self.unit;
-        if rate == 0.0 {
-            return Some(window);
-        }
-        let collisions = (last - self.tally.collisions) as f64;
-        let safe = AIM * (collisions - DEVIATIONS * collisions.sqrt());
+        let to_go = (last - self.tally.collisions) as f64;
         let logged = if recorder.looks() {
             MOST_OBSERVED
         } else {
             MOST_LOGGED
         };
-        let window = window.min(safe / rate).min(logged * disks / rate);
-        (window * rate >= WORTH * disks).then_some(window)
-    }
-
-    /// Own time in which a typical disk flies as far as the halo is wide.
-    fn way(&self, halo: i32) -> f64 {
-        let diameter = 2.0 * self.largest_radius();
-        self.unit * f64::from(halo) * self.disks.cells.width()[1] / diameter
+        let collisions = (self.spread.reach * f64::from(place.halo - SEAM))
+            .min(logged)
+            .min(AIM * (to_go - DEVIATIONS * to_go.sqrt()) / disks)
+            .min(left * rate / disks);
+        (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
     /// Compares the histories of neighbours.
-    fn examine(&self, strips: &[Self], left: u64) -> Outcome {
+    fn examine(strips: &[Self], left: u64) -> Outcome {
         let windows: Vec<&Window<P>> = strips
             .iter()
             .filter_map(|strip| strip.window.as_deref())
@@ -288,8 +298,14 @@ where
         Outcome::Kept(entered)
     }
 
-    /// Chooses the next windows from the present one, and counts.
-    fn learn(&mut self, outcome: &Outcome, strips: &[Self], [begin, end]: [f64; 2], halo: i32) {
+    /// Chooses the next windows from the present one, and counts. The collisions in the unit of time.
+    fn learn(
+        &mut self,
+        outcome: &Outcome,
+        strips: &[Self],
+        [begin, end]: [f64; 2],
+        halo: i32,
+    ) -> Option<f64> {
         let (mut events, mut twice, mut rate) = (0, 0, 0.0);
         for strip in strips {
             let Some(window) = &strip.window else {
@@ -304,32 +320,24 @@ where
             };
             rate += window.contacts.len() as f64 / (end - begin);
         }
-        let way = self.way(halo);
-        let disks = self.names.len() as f64;
+        let collisions = rate * (end - begin) / self.names.len() as f64;
         let spread = &mut self.spread;
         match *outcome {
             Outcome::Kept(entered) => {
                 spread.windows += 1;
                 spread.events += events - twice;
                 spread.twice += twice;
-                let change = (ENTERED / entered.max(1e-3)).min(MOST_CHANGE);
-                let pace = (end - begin) / way * change;
-                // A window that was shorter for other reasons does not say that it has to be.
-                spread.pace = if change < 1.0 {
-                    pace
-                } else {
-                    pace.max(spread.pace)
-                };
+                let reach = collisions / f64::from(halo - SEAM) * ENTERED / entered.max(1e-3);
+                spread.reach = reach.min(GROWTH * spread.reach);
             }
             Outcome::Wrong => {
                 spread.retries += 1;
-                spread.pace = (end - begin) / way / MOST_CHANGE;
                 spread.lost += events;
+                let reach = collisions / f64::from(halo - SEAM);
+                spread.reach = AFTER_WRONG * reach.min(spread.reach);
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
         }
-        if !matches!(outcome, Outcome::Unusual) {
-            spread.rate = rate / disks * self.unit;
-        }
+        (!matches!(outcome, Outcome::Unusual)).then_some(rate)
     }
 }

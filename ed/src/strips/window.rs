@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector2;
 use stosszahl_model::{Physics, Plane, SpinOf};
 
-use super::cut::Place;
+use super::cut::{Place, Scratch};
 use crate::calendar::Calendar;
 use crate::cells::{Cell, NONE};
 use crate::checkpoint::Tally;
@@ -66,6 +66,8 @@ pub(super) struct Given {
 pub(crate) struct Window<P: Physics> {
     /// Number in the whole gas of each disk here, in ascending order.
     pub(super) numbers: Vec<u32>,
+    /// For the next window.
+    pub(super) scratch: Scratch,
     /// Rows whose events count here; those around them are simulated twice.
     pub(super) core: Range<i32>,
     /// Rows around the core on each side.
@@ -97,7 +99,14 @@ pub(crate) struct Window<P: Physics> {
 }
 
 impl<P: Physics<Space = Plane>> Window<P> {
-    pub(super) fn new(numbers: Vec<u32>, place: &Place, rows_in_box: u16, most: [u64; 2]) -> Self {
+    pub(super) fn new(
+        numbers: Vec<u32>,
+        place: &Place,
+        rows_in_box: u16,
+        most: [u64; 2],
+        mut contacts: Vec<Contact>,
+    ) -> Self {
+        contacts.clear();
         let Place {
             core,
             halo,
@@ -114,11 +123,12 @@ impl<P: Physics<Space = Plane>> Window<P> {
         };
         let mut window = Self {
             numbers,
+            scratch: Scratch::default(),
             edges: [edge(0), edge(1)],
             core,
             halo,
             around,
-            contacts: Vec::new(),
+            contacts,
             given: Vec::new(),
             idle: Vec::new(),
             idled: 0,

@@ -60,7 +60,9 @@ pub fn begin(
 ) -> Result<Box<dyn Simulation>, BeginError> {
     let mut gas = made(plan, engine, streams, needs, from, interrupt)?;
     gas.stop_on(interrupt);
-    gas.use_threads(threads_each(plan.engines.len() * plan.case.replicas as usize));
+    gas.use_threads(threads_each(
+        plan.engines.len() * plan.case.replicas as usize,
+    ));
     Ok(gas)
 }
 

@@ -137,7 +137,10 @@ impl Work for BenchEd {
             ("threads", self.threads.into()),
             ("windows", spread.windows.into()),
             ("windows_done_again", spread.retries.into()),
-            ("events_done_twice", (spread.twice as f64 * per_event).into()),
+            (
+                "events_done_twice",
+                (spread.twice as f64 * per_event).into(),
+            ),
             ("events_lost", (spread.lost as f64 * per_event).into()),
         ]))
     }
