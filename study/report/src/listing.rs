@@ -4,7 +4,7 @@ use maud::html;
 use stosszahl_results::Table;
 
 use crate::figure::draw;
-use crate::page::{Column, document, drawn, table};
+use crate::page::{self, Column, document, table};
 
 /// A list in words: its title, its columns, its rows.
 pub type Listing<'a> = (&'a str, &'a [Column<'a>], &'a [Vec<String>]);
@@ -24,7 +24,7 @@ pub fn listing(
         h1 { (title) }
         @for sentence in sentences { p { (sentence) } }
         @for (number, (figure, found)) in (1..).zip(figures) {
-            (drawn(number, &figure.title, &figure.caption, &found))
+            (page::figure(number, &figure.title, &figure.caption, &found))
         }
         @for (title, columns, rows) in lists.iter().filter(|list| !list.2.is_empty()) {
             h2 { (title) }

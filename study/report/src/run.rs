@@ -7,26 +7,31 @@ use stosszahl_results::{
     Manifest, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
 };
 
-use crate::ReportError;
 use crate::figure::draw;
 use crate::page::{self, Column};
+use crate::sheet::sheet;
 use crate::viewer::{self, Frames};
 use crate::words::number;
+use crate::{Report, ReportError};
 
 /// The table in which engines are compared.
 const QUOTIENTS: &str = "comparison";
 
 /// Builds the page of a finished run.
-pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportError> {
+pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportError> {
     let manifest = &stored.manifest;
     let frames = viewer::frames(folder, manifest)?;
-    let (first, figures, drawn) = figures(stored);
-    let rest: Vec<_> = stored
-        .tables
-        .iter()
-        .zip(&drawn)
-        .filter(|(_, drawn)| !**drawn)
-        .collect();
+    let Figures {
+        first,
+        others,
+        drawings,
+    } = figures(stored);
+    let rest = || {
+        stored
+            .tables
+            .iter()
+            .filter(|table| table.figures.is_empty())
+    };
     let content = html! {
         h1 { (manifest.title) }
         nav {
@@ -35,16 +40,19 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportErro
             a href="#tables" { "Numbers" } a href="#provenance" { "Case and provenance" }
         }
         (summary(stored, &frames, &first))
-        section id="figures" { h2 { "Figures" } (figures) }
+        section id="figures" { h2 { "Figures" } (others) }
         (snapshots(&frames, manifest))
         section id="tables" {
-            @if !rest.is_empty() { h2 { "More tables" } @for (table, _) in rest { (page::folded(table)) } }
+            @if rest().next().is_some() { h2 { "More tables" } @for table in rest() { (page::folded(table)) } }
             (derived(manifest)) (work(manifest)) (start(manifest))
         }
         (provenance(manifest))
     };
     let script = (!frames.data.is_empty()).then_some(viewer::SCRIPT);
-    Ok(page::document(&manifest.title, &content, script))
+    Ok(Report {
+        page: page::document(&manifest.title, &content, script),
+        drawings,
+    })
 }
 
 /// What was run, in a few sentences, and what follows.
@@ -124,40 +132,44 @@ fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
     }
 }
 
-/// The first figure, and that of the quotients of engines where it is not the first; all others, each with its table below; and
-/// which tables have one.
-fn figures(stored: &Stored) -> (Markup, Markup, Vec<bool>) {
-    let (mut first, mut count) = (Vec::new(), 0);
-    let mut parts = Vec::new();
-    let mut shown = Vec::new();
+/// The figures of a run.
+struct Figures {
+    /// The first, and that of the quotients of engines where it is not the first.
+    first: Markup,
+    /// All others, each with its table below.
+    others: Markup,
+    /// Names and texts of the drawings.
+    drawings: Vec<(String, String)>,
+}
+
+fn figures(stored: &Stored) -> Figures {
+    let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
     for table in &stored.tables {
-        for figure in &table.figures {
-            if let Some(drawn) = draw(table, figure) {
-                count += 1;
-                let drawn = page::drawn(count, &figure.title, &figure.caption, &drawn);
-                if count == 1 || (table.name == QUOTIENTS && first.len() == 1) {
-                    first.push(drawn);
-                } else {
-                    parts.push(drawn);
-                }
+        for (figure, file) in table.figures.iter().zip(table.drawings()) {
+            let Some(drawn) = draw(table, figure) else {
+                others.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+                continue;
+            };
+            let markup = page::figure(drawings.len() + 1, &figure.title, &figure.caption, &drawn);
+            drawings.push((file, sheet(&figure.title, &drawn)));
+            if drawings.len() == 1 || (table.name == QUOTIENTS && first.len() == 1) {
+                first.push(markup);
             } else {
-                parts.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+                others.push(markup);
             }
         }
         if !table.figures.is_empty() {
-            parts.push(page::folded(table));
+            others.push(page::folded(table));
         }
-        shown.push(!table.figures.is_empty());
     }
-    let markup = html! {
-        @if parts.is_empty() { p.absent { "No table of this run is drawn." } }
-        @for part in parts { (part) }
-    };
-    (
-        html! { div.answer { @for one in first { (one) } } },
-        markup,
-        shown,
-    )
+    Figures {
+        first: html! { div.answer { @for one in &first { (one) } } },
+        others: html! {
+            @if others.is_empty() { p.absent { "No table of this run is drawn." } }
+            @for part in &others { (part) }
+        },
+        drawings,
+    }
 }
 
 /// The viewer of the particles.

@@ -13,19 +13,19 @@ use stosszahl_results::{
 use crate::figure::draw;
 use crate::page;
 use crate::words::number;
-use crate::{ReportError, run, write_page};
+use crate::{Report, ReportError, run};
 
 /// Name of the column that says which point a row is of.
 const POINT: &str = "point";
 
 /// Builds the page of a sweep and rewrites the reports of its finished points.
-pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<String, ReportError> {
+pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError> {
     let mut points = Vec::new();
     for point in &sweep.points {
         let inside = folder.join(&point.name);
         let stored = Stored::read(&inside)?;
         if let Some(stored) = &stored {
-            write_page(&inside, &run::build(&inside, stored)?)?;
+            run::build(&inside, stored)?.write(&inside)?;
         }
         points.push(stored);
     }
@@ -44,7 +44,10 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<String, ReportError>
         @for (table, figure) in common(&points) { (over_points(sweep, &points, &keys, (table, figure), &mut count)) }
         (page::case_file(&sweep.case_text))
     };
-    Ok(page::document(&sweep.title, &content, None))
+    Ok(Report {
+        page: page::document(&sweep.title, &content, None),
+        drawings: Vec::new(),
+    })
 }
 
 /// The tables and figures of the first finished point.
@@ -196,7 +199,7 @@ fn over_points(
         } else {
             " Of each point the last rows are drawn."
         };
-        parts.push(page::drawn(
+        parts.push(page::figure(
             *count,
             &format!("{}, at each point", figure.title),
             &format!("{}{last}", figure.caption),
@@ -207,7 +210,7 @@ fn over_points(
         && let Some(drawn) = draw(&table, &figure)
     {
         *count += 1;
-        parts.push(page::drawn(*count, &figure.title, &figure.caption, &drawn));
+        parts.push(page::figure(*count, &figure.title, &figure.caption, &drawn));
     }
     html! { @if !parts.is_empty() { h2 { (figure.title) } @for part in parts { (part) } } }
 }
