@@ -352,7 +352,10 @@ impl<'a> Curves<'a> {
                 self.others.clone()
             };
             let cells: Vec<&Cell> = group.keys[keys.len() - named.len()..].to_vec();
-            let label = title(self.table, &named, &cells);
+            let mut label = title(self.table, &named, &cells);
+            if label.is_empty() && theory.is_some() {
+                label = "measured".to_owned();
+            }
             if let Some(theory) = theory {
                 let points = self.points(&group.rows, theory, None, None);
                 if !points.is_empty() && !laws.iter().any(|law| law.points == points) {

@@ -201,8 +201,18 @@
         const made = {
           scale: name, label, size, stroke: ink, font: `12px ${family}`, labelFont: `13px ${family}`, labelSize: 20, gap: 4,
           grid: { stroke: grid, width: 1 }, ticks: step, border: { show: true, stroke: ink, width: 1 },
-          values: (chart, splits) => this.texts(splits, this.logarithmic[name]),
+          values: (chart, splits) => this.texts(splits),
         };
+        if (this.logarithmic[name]) {
+          const ticks = () => {
+            const [low, high] = panel.range[name];
+            const four = [0, 1, 2, 3].map((i) => Number((low + ((i + 0.5) * (high - low)) / 4).toPrecision(3)));
+            return this.decades(low, high) || four.map((value) => [value, number(value, 3)]);
+          };
+          made.splits = () => ticks().map((tick) => tick[0]);
+          made.values = () => ticks().map((tick) => tick[1]);
+          made.filter = (chart, splits) => splits;
+        }
         if (names.length) {
           made.splits = names.map((_, i) => i + 1);
           made.values = names;
@@ -238,24 +248,36 @@
       };
     }
 
-    texts(splits, logarithmic) {
-      const known = splits.filter((value) => value !== null && value !== undefined);
-      if (logarithmic) {
-        const wide = known.some((value) => value < 0.01 || value > 10000);
-        return splits.map((value) => {
-          if (value === null || value === undefined || value === "") return "";
-          const [mantissa, power] = value.toExponential(0).split("e").map(Number);
-          if (!wide || power === 0) return number(value, 3);
-          return mantissa === 1 ? raised(power) : `${mantissa}·${raised(power)}`;
-        });
-      }
-      const step = known.length > 1 ? Math.abs(known[1] - known[0]) : 1;
-      const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    texts(splits) {
+      const step = splits.length > 1 ? Math.abs(splits[1] - splits[0]) : 1;
+      // As many as tell neighbours apart: one for steps of 2.5.
+      let decimals = 0;
+      while (decimals < 6 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6 * step * 10 ** decimals) decimals++;
       return splits.map((value) => {
-        if (value === null || value === undefined) return "";
         const digits = Math.floor(Math.log10(Math.abs(value || step) / step)) + 2;
         return decimals > 4 || Math.abs(value) >= 1e6 ? number(value, Math.max(1, digits)) : value.toFixed(decimals).replace("-", "−");
       });
+    }
+
+    // Ticks of a logarithmic axis with their labels; those of uPlot are right only where an axis begins at a whole power.
+    decades(low, high) {
+      const [first, last] = [Math.log10(low), Math.log10(high)];
+      const span = last - first;
+      const stride = Math.max(1, Math.ceil(span / 7));
+      const plain = first > -2.1 && last < 4.1;
+      const labelled = span < 1.1 ? (span > 0.6 ? [1, 2, 3, 4, 5, 6, 8] : [1, 2, 3, 4, 5, 6, 7, 8, 9]) : span < 2.2 ? [1, 2, 5] : [1];
+      const ticks = [];
+      for (let power = Math.floor(first); power <= last; power++) {
+        for (let factor = 1; factor <= (span > 8 ? 1 : 9); factor++) {
+          const value = Number(`${factor}e${power}`);
+          if (value < low * (1 - 1e-9) || value > high * (1 + 1e-9)) continue;
+          const named = labelled.includes(factor) && (factor > 1 || power % stride === 0);
+          const text = plain ? number(value, 1) : factor > 1 ? `${factor}·${raised(power)}` : power ? raised(power) : "1";
+          ticks.push([value, named ? text : ""]);
+        }
+      }
+      // Within less than a factor there may be none: then those of a linear axis do.
+      return ticks.length > 1 ? ticks : null;
     }
 
     // Error bars or bands, marks, reference lines and words.
