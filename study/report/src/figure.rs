@@ -116,6 +116,14 @@ fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a
     found
 }
 
+/// Whether a group is about two engines of which none is the exact one.
+fn of_others(table: &Table, columns: &[usize], keys: &[&Cell]) -> bool {
+    let named = columns.iter().zip(keys);
+    let engines = named.filter(|(column, _)| table.columns[**column].name.starts_with("engine"));
+    let exact = |cell: &&Cell| matches!(cell, Cell::Text(text) if text == "ed");
+    engines.clone().count() > 1 && !engines.map(|(_, cell)| *cell).any(|cell| exact(&cell))
+}
+
 /// The columns of some names, those that the table has.
 fn find(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
     names
@@ -333,6 +341,12 @@ impl<'a> Curves<'a> {
             };
             let engine = engine(self.table, &keys, &group.keys).or(of_panel);
             let (colour, marker) = match engine {
+                // Of a pair without the exact engine neither has a colour of its own left.
+                Some(engine)
+                    if self.others.is_empty() && of_others(self.table, &keys, &group.keys) =>
+                {
+                    ("var(--ink)".into(), engine_marker(engine))
+                }
                 Some(engine) if self.others.is_empty() => {
                     (engine_colour(engine), engine_marker(engine))
                 }
@@ -354,7 +368,7 @@ impl<'a> Curves<'a> {
             let cells: Vec<&Cell> = group.keys[keys.len() - named.len()..].to_vec();
             let mut label = title(self.table, &named, &cells);
             if label.is_empty() && theory.is_some() {
-                label = "measured".to_owned();
+                label.push_str("measured");
             }
             if let Some(theory) = theory {
                 let points = self.points(&group.rows, theory, None, None);
