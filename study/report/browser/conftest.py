@@ -71,15 +71,25 @@ def open_page(browser):
     assert not said, said
 
 
+def until(page, condition):
+    """Waits until a condition holds; Playwright's own way is stopped by the policy of the page, which allows no `eval`."""
+    for _ in range(200):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError(f"never: {condition}")
+
+
 def show_all(page):
     """Scrolls through the page, as charts are made when they come into view, until all are there."""
     height = page.evaluate("document.documentElement.scrollHeight")
     for place in range(0, height, 600):
         page.evaluate(f"scrollTo(0, {place})")
         page.wait_for_timeout(30)
-    page.wait_for_function(
+    until(
+        page,
         "[...document.querySelectorAll('figure.interactive')].every((figure) => figure.querySelector('.u-over')"
-        " || [...figure.querySelectorAll('.panel')].every((panel) => panel.querySelector('g.cells')))"
+        " || [...figure.querySelectorAll('.panel')].every((panel) => panel.querySelector('g.cells')))",
     )
     page.evaluate("scrollTo(0, 0)")
     page.wait_for_timeout(100)

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from pypdf import PdfReader
 
-from conftest import KINDS
+from conftest import KINDS, until
 
 # All that a figure shows: pixels of its charts, which buttons are pressed, and its text.
 STATE = """(figure) => [...figure.querySelectorAll("canvas")].map((canvas) => canvas.toDataURL()).join()
@@ -180,6 +180,59 @@ def test_a_box_magnifies_and_a_double_click_returns(open_page):
     assert figure.evaluate(STATE) == before
 
 
+PICTURES = "() => [...document.querySelectorAll('#viewer canvas')].map((canvas) => canvas.toDataURL()).join()"
+
+
+@pytest.mark.parametrize("kind", ["comparison", "flow"])
+def test_every_control_of_the_player_moves_something(open_page, kind):
+    page = open_page(kind)
+    page.wait_for_selector("#viewer[data-ready]")
+
+    def changes(action):
+        before = page.evaluate(PICTURES)
+        action()
+        page.wait_for_timeout(200)
+        return page.evaluate(PICTURES) != before
+
+    assert len(set(page.evaluate(PICTURES).split(","))) >= 2, "engines look alike"
+    for colour in ("speed", "density", "field", "direction"):
+        assert changes(lambda: page.select_option("#viewer-colour", colour)), colour
+    for name in ("closer", "home", "closer", "farther"):
+        assert changes(page.locator(f"#viewer-{name}").click), name
+    page.locator("#viewer-home").click()
+    first = page.locator("#viewer canvas").first
+    first.scroll_into_view_if_needed()
+    box = first.bounding_box()
+    page.mouse.click(box["x"] + 50, box["y"] + 50)
+    assert changes(lambda: page.mouse.wheel(0, -500))
+    page.mouse.move(box["x"] + 100, box["y"] + 60)
+    page.mouse.down()
+    assert changes(lambda: page.mouse.move(box["x"] + 40, box["y"] + 40, steps=3))
+    page.mouse.up()
+    assert changes(lambda: page.mouse.dblclick(box["x"] + 50, box["y"] + 50))
+    slider = page.locator("#viewer-time")
+    assert changes(lambda: slider.fill("0"))
+    assert page.locator("#viewer-label").inner_text() == "t = 0"
+    # Twenty frames in a second leave the first one within two seconds; a pause stays where it is.
+    page.select_option("#viewer-speed", "20")
+    page.locator("#viewer-play").click()
+    until(page, "Number(document.getElementById('viewer-time').value) > 2")
+    page.locator("#viewer-play").click()
+    page.wait_for_timeout(150)
+    assert not changes(lambda: None)
+
+
+def test_the_player_draws_a_fair_sample(open_page):
+    """Two simulators stand for each disk: as many are drawn as there are disks."""
+    page = open_page("comparison")
+    page.wait_for_selector("#viewer[data-ready]")
+    notes = [note.inner_text() for note in page.locator(".screen p").all()]
+    assert notes[0] == notes[1] == "2500 particles"
+    sampled = int(notes[2].rsplit(" ", 1)[1])
+    # Of 5000 simulators each is drawn with probability 1/2: five standard deviations.
+    assert abs(sampled - 2500) < 5 * (5000 * 0.25) ** 0.5
+
+
 def test_both_themes_differ_and_are_legible(open_page, kind):
     page = open_page(kind)
     first = figures(page)[0]
@@ -234,7 +287,7 @@ def test_without_script_all_is_there_but_the_controls(open_page, kind):
     page = open_page(kind, java_script_enabled=False)
     stills = page.locator("svg.plot").all()
     assert stills and all(still.is_visible() for still in stills)
-    assert page.locator("button").count() == 0
+    assert not any(button.is_visible() for button in page.locator("button, input, select").all())
 
 
 @pytest.mark.skipif("SCREENSHOTS" not in os.environ, reason="only when pictures of the docs are renewed")

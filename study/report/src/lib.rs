@@ -19,6 +19,7 @@
 //! | `page`   | parts of pages                                              |
 //! | `run`    | the page of a run                                           |
 //! | `sweep`  | the page of a sweep                                         |
+//! | `summary`| one row for each point of a sweep                           |
 //! | `listing`| a page of sentences, figures and lists                      |
 
 mod chart;
@@ -30,6 +31,7 @@ mod page;
 mod run;
 mod scale;
 mod sheet;
+mod summary;
 mod sweep;
 mod viewer;
 mod words;
@@ -59,18 +61,18 @@ pub enum ReportError {
     Snapshot(#[from] FileError),
 }
 
-/// A page and the drawings beside it.
+/// A page and the drawings and tables beside it.
 struct Report {
     page: String,
     /// Names of files inside the folder, and what they hold.
-    drawings: Vec<(String, String)>,
+    beside: Vec<(String, Vec<u8>)>,
 }
 
 impl Report {
     /// Writes all of it, the page last.
     fn write(&self, folder: &Path) -> Result<PathBuf, ReportError> {
-        for (name, text) in &self.drawings {
-            write_file(&folder.join(name), text.as_bytes())?;
+        for (name, bytes) in &self.beside {
+            write_file(&folder.join(name), bytes)?;
         }
         let path = folder.join(REPORT_FILE);
         write_file(&path, self.page.as_bytes())?;

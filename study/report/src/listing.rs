@@ -9,6 +9,11 @@ use crate::page::{self, Column, document, table};
 /// A list in words: its title, its columns, its rows.
 pub type Listing<'a> = (&'a str, &'a [Column<'a>], &'a [Vec<String>]);
 
+/// Whether a sentence is about what was not done, which a page folds.
+fn is_left_out(sentence: &str) -> bool {
+    sentence.starts_with("Left out")
+}
+
 /// The page; lists without rows are left out.
 pub fn listing(
     title: &str,
@@ -22,7 +27,13 @@ pub fn listing(
     });
     let content = html! {
         h1 { (title) }
-        @for sentence in sentences { p { (sentence) } }
+        @for sentence in sentences.iter().filter(|one| !is_left_out(one)) { p { (sentence) } }
+        @if sentences.iter().any(|one| is_left_out(one)) {
+            details {
+                summary { "What was left out, " (sentences.iter().filter(|one| is_left_out(one)).count()) }
+                ul { @for sentence in sentences.iter().filter(|one| is_left_out(one)) { li { (sentence) } } }
+            }
+        }
         @for (number, (figure, found)) in (1..).zip(figures) {
             (page::figure(number, &figure.title, &figure.caption, &found))
         }

@@ -481,7 +481,7 @@ fn what_is_lost_or_changed_is_said() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace(",4\n", ",5\n")).unwrap();
     let page = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
-    assert!(page.contains("The snapshot <code>snapshots/ed-0.xyz</code> is missing."));
+    assert!(page.contains("The file <code>snapshots/ed-0.xyz</code> is missing."));
     assert!(page.contains("<code>energy.csv</code> is not the file that the run wrote."));
     fs::remove_file(&file).unwrap();
     assert!(
@@ -545,6 +545,24 @@ fn the_page_of_a_sweep_compares_its_points() {
     ] {
         assert!(page.contains(word), "{word}");
     }
+    // What was measured against what was swept comes before the list of the points.
+    let at = |word: &str| page.find(word).unwrap();
+    assert!(at("K(t) / K(0) at the end, against gas.restitution") < at("<h2>Points</h2>"));
+    // A row for each point: the energy of the last time, t = 100, where shift is 2 and the exact gas has (1 + 2 t / 20) over theory.
+    let table = fs::read_to_string(place.path().join("sweep.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines.len(), 5);
+    let names: Vec<&str> = lines[0].split(',').collect();
+    let column = |name: &str| names.iter().position(|one| *one == name).unwrap();
+    let cells: Vec<&str> = lines[3].split(',').collect();
+    assert_eq!(cells[column("gas.restitution")], "0.7");
+    assert_eq!(cells[column("verdict")], "agree");
+    let number = |name: &str| cells[column(name)].parse::<f64>().unwrap();
+    let law = number("energy.energy_ratio_theory[ed]");
+    assert!((law / 101.0_f64.powi(-2) - 1.0).abs() < 1e-12, "{law}");
+    assert!((number("energy.energy_ratio[ed]") / law - 11.0).abs() < 1e-9);
+    assert!((number("energy.energy_ratio_se[ed]") / law - 0.04 * 11.0).abs() < 1e-9);
+    assert!(lines[4].contains("not finished"));
     assert!(
         place.path().join("r 0.8/report.html").exists()
             && !place.path().join("r 0.6/report.html").exists()

@@ -22,7 +22,7 @@ use crate::error::ResultsError;
 use crate::identity::{Mark, RUN_FILE, RunId, differences};
 use crate::list::{LIST_FILE, List, half_written, is_inside};
 use crate::manifest::{
-    MANIFEST_FILE, Manifest, REPORT_FILE, SWEEP_FILE, Sweep, TableEntry, hash_of,
+    MANIFEST_FILE, Manifest, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Sweep, TableEntry, hash_of,
 };
 use crate::table::Table;
 
@@ -144,6 +144,7 @@ impl Folder {
     /// [`ResultsError::System`] names the file.
     pub fn write_sweep(&self, sweep: &Sweep) -> Result<(), ResultsError> {
         self.claim(REPORT_FILE)?;
+        self.claim(SWEEP_TABLE)?;
         let path = self.claim(SWEEP_FILE)?;
         write_file(&path, &json(&path, sweep)?)
     }
