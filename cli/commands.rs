@@ -17,8 +17,11 @@ use stosszahl::study::frontier::{self, FrontierError, frontier};
 use stosszahl::study::plan::{EngineCost, available_threads};
 use stosszahl::study::{self, Options, PointSummary, RunError, check, run_case};
 
-use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
+use crate::arguments::{
+    Arguments, CaseArguments, Command, FrontierArguments, InitArguments, RunArguments,
+};
 use crate::bundled;
+use crate::init as template;
 use crate::progress::Display;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
@@ -50,6 +53,9 @@ enum CommandError {
     /// There is no bundled case of this name.
     #[error("no bundled case is called {0}; `stosszahl cases` lists them")]
     NoBundledCase(String),
+    /// A file that would be replaced.
+    #[error("{} exists; use --force to replace it, or another name", .0.display())]
+    FileExists(std::path::PathBuf),
     /// A page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -64,11 +70,12 @@ impl CommandError {
         match self {
             Self::Run(error) if error.is_interruption() => STOPPED,
             Self::Frontier(FrontierError::Interrupted) => STOPPED,
-            Self::Run(RunError::Results(error)) if !error.is_system() => 2,
+            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
             Self::Frontier(error) if error.is_refusal() => 2,
             Self::Case(_)
             | Self::Target { .. }
             | Self::NoBundledCase(_)
+            | Self::FileExists(_)
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
             | Self::Report(ReportError::NoResults { .. }) => 2,
             Self::Run(_)
@@ -100,6 +107,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Run(arguments) => run(&arguments),
         Command::Check { case } => outline(&case),
         Command::Cases { name } => cases(name.as_deref()),
+        Command::Init(arguments) => init(&arguments),
         Command::Report { folder } => write_report(&folder)
             .map_err(CommandError::from)
             .and_then(|path| Ok(say(&path.display().to_string())?)),
@@ -164,6 +172,22 @@ fn cases(name: Option<&str>) -> Result<(), CommandError> {
     let found = all.iter().find(|one| one.name == name);
     let found = found.ok_or_else(|| CommandError::NoBundledCase(name.to_owned()))?;
     Ok(say(found.text.trim_end())?)
+}
+
+/// Writes a case that passes `check`, or nothing.
+fn init(arguments: &InitArguments) -> Result<(), CommandError> {
+    let path = &arguments.file;
+    if path.exists() && !arguments.force {
+        return Err(CommandError::FileExists(path.clone()));
+    }
+    let text = template::text(arguments);
+    check(&study::format().from_text(path, &text, &[])?)?;
+    write_file(path, text.as_bytes())?;
+    let name = path.display();
+    say(&format!(
+        "{name}\nnext: stosszahl check {name}, then stosszahl run {name}"
+    ))?;
+    Ok(())
 }
 
 fn schema() -> Result<(), CommandError> {

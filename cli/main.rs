@@ -3,6 +3,7 @@
 mod arguments;
 mod bundled;
 mod commands;
+mod init;
 mod progress;
 
 use std::process::ExitCode;

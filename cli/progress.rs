@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use stosszahl::study::Progress;
+use stosszahl::study::{Gauge, Progress};
 
 /// Steps of a bar.
 const STEPS: u64 = 10_000;
@@ -21,7 +21,7 @@ pub struct Display {
 /// One point of a sweep, or the only one.
 struct Point {
     name: String,
-    shares: Vec<f64>,
+    work: Gauge,
     collisions: u64,
     began: Instant,
     shown: Instant,
@@ -47,7 +47,7 @@ impl Display {
 }
 
 impl Progress for Display {
-    fn begin(&self, number: usize, name: &str, parts: usize) {
+    fn begin(&self, number: usize, name: &str, work: Gauge) {
         let bar = self.terminal.as_ref().map(|all| {
             let template = "{msg} {wide_bar} {percent:>3} %  {elapsed} of about {duration}";
             let style = ProgressStyle::with_template(template);
@@ -63,7 +63,7 @@ impl Progress for Display {
         }
         points[number] = Some(Point {
             name: name.to_owned(),
-            shares: vec![0.0; parts],
+            work,
             collisions: 0,
             began: now,
             shown: now,
@@ -73,11 +73,9 @@ impl Progress for Display {
 
     fn tell(&self, number: usize, part: usize, share: f64, collisions: u64) {
         self.with(number, |point| {
-            if let Some(known) = point.shares.get_mut(part) {
-                *known = share.clamp(0.0, 1.0);
-            }
+            point.work.tell(part, share, Instant::now());
             point.collisions += collisions;
-            let done = point.shares.iter().sum::<f64>() / point.shares.len().max(1) as f64;
+            let done = point.work.share();
             if let Some(bar) = &point.bar {
                 bar.set_position((done * STEPS as f64) as u64);
             } else if point.shown.elapsed() >= LINE {

@@ -743,7 +743,54 @@ fn sweeps_are_products_of_lists_and_ranges() {
         names("[[sweep]]\n\"gas.number\" = { from = 100, to = 10000, points = 4, log = true }\n"),
         ["number=100", "number=464", "number=2154", "number=10000"]
     );
+    assert_eq!(
+        names("[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.45, step = 0.1 }\n"),
+        [
+            "restitution=0.1",
+            "restitution=0.2",
+            "restitution=0.3",
+            "restitution=0.4"
+        ]
+    );
+    assert_eq!(
+        names("[[sweep]]\n\"gas.restitution\" = { from = 0.9, to = 0.6, step = -0.15 }\n"),
+        ["restitution=0.9", "restitution=0.75", "restitution=0.6"]
+    );
+    assert_eq!(
+        names("[[sweep]]\n\"gas.number\" = { from = 100, to = 1600, step = 2, log = true }\n"),
+        [
+            "number=100",
+            "number=200",
+            "number=400",
+            "number=800",
+            "number=1600"
+        ]
+    );
     for (block, words) in [
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = -0.1 }\n",
+            "of its sign",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 0 }\n",
+            "of its sign",
+        ),
+        (
+            "[[sweep]]\n\"gas.number\" = { from = 10, to = 40, step = 0.5, log = true }\n",
+            "factor above 1 upwards",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 1e-9 }\n",
+            "of its sign",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4 }\n",
+            "either points or a step",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, points = 4, step = 0.1 }\n",
+            "either points or a step",
+        ),
         ("[[sweep]]\n", "at least one quoted dotted key"),
         (
             "[[sweep]]\n\"gas.restitution\" = []\n",

@@ -11,6 +11,7 @@ pub mod control;
 pub mod engines;
 pub mod follow;
 pub mod frontier;
+mod gauge;
 pub mod judge;
 mod kicks;
 pub mod measure;
@@ -27,6 +28,7 @@ mod words;
 
 pub use check::{Planned, check, format};
 pub use control::Progress;
+pub use gauge::Gauge;
 pub use measure::{Measure, Moment, Probe, Runs};
 pub use plan::Plan;
 pub use run::{Options, PointSummary, RunError, Summary, run_case, run_planned};

@@ -11,14 +11,16 @@ use stosszahl_case::format::{Placement, TimeUnit};
 use stosszahl_case::{CaseError, CaseFile, Kind};
 use stosszahl_model::{Interrupt, Particles};
 use stosszahl_results::{
-    CHECKPOINTS, Derived, EngineWork, Existing, FORMAT, Folder, Keys, Machine, Manifest, Place,
-    Program, ResultsError, RunId, SNAPSHOTS, Start, StartTest, Sweep, SweepPoint, Table, Verdict,
+    CHECKPOINTS, Derived, EngineWork, Existing, FORMAT, Folder, FramesEntry, Keys, Machine,
+    Manifest, Place, Program, ResultsError, RunId, SNAPSHOTS, Start, StartTest, Sweep, SweepPoint,
+    Table, Verdict,
 };
 
 use crate::accuracy;
 use crate::check::{Planned, check, level};
 use crate::control::{Control, Progress};
 use crate::follow::{Part, PartError, prepare};
+use crate::gauge::Gauge;
 use crate::judge;
 use crate::measure::{Finished, Runs};
 use crate::plan::{Plan, available_memory, available_threads};
@@ -312,8 +314,8 @@ fn run_point(
     } else {
         place.name()
     };
-    let parts = plan.case.replicas as usize * (plan.engines.len() + 1);
-    options.progress.begin(number, name, parts);
+    let gauge = Gauge::of(plan);
+    options.progress.begin(number, name, gauge);
     let all = Replicas {
         planned,
         place,
@@ -330,7 +332,7 @@ fn run_point(
     let engines = work(plan, &all.finished);
     warnings.extend(limited(&engines));
     let mut tables: Vec<Table> = Vec::new();
-    let mut snapshots = Vec::new();
+    let (mut snapshots, mut frames) = (Vec::new(), Vec::new());
     let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
         .into_iter()
         .collect();
@@ -346,6 +348,11 @@ fn run_point(
             place.write(&snapshot.file, text.as_bytes())?;
             snapshots.push(snapshot);
         }
+        for one in known.frames(plan, &runs) {
+            let bytes = stosszahl_results::frames::to_bytes(&one.frames)?;
+            place.write(&one.file, &bytes)?;
+            frames.push(FramesEntry::new(one.engine, one.file, &bytes));
+        }
         tables.extend(own);
     }
     let manifest = Manifest {
@@ -359,15 +366,7 @@ fn run_point(
         case_text: file.text.clone(),
         case: as_json(plan),
         kind: kind_name(plan.kind).to_owned(),
-        time_unit: stosszahl_results::TimeUnit {
-            name: match plan.time_unit {
-                TimeUnit::Case => "unit of time of the case",
-                TimeUnit::Haff => "Haff's cooling time of the start",
-                TimeUnit::MeanFreeTime => "mean free time of the start",
-            }
-            .to_owned(),
-            size: plan.time_in_case(),
-        },
+        time_unit: time_unit(plan),
         derived: (plan.derived().into_iter())
             .map(|one| Derived {
                 name: one.name,
@@ -385,12 +384,26 @@ fn run_point(
         choices: plan.choices.clone(),
         warnings,
         snapshots,
+        frames,
         ..Manifest::default()
     };
     let manifest = place.finish(manifest, &tables)?;
     place.remove_checkpoints()?;
     options.progress.end(number);
     Ok(summary(false, manifest.verdicts, manifest.warnings))
+}
+
+/// The unit of time of a case.
+fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
+    stosszahl_results::TimeUnit {
+        name: match plan.time_unit {
+            TimeUnit::Case => "unit of time of the case",
+            TimeUnit::Haff => "Haff's cooling time of the start",
+            TimeUnit::MeanFreeTime => "mean free time of the start",
+        }
+        .to_owned(),
+        size: plan.time_in_case(),
+    }
 }
 
 /// Work of each engine over all replicas.

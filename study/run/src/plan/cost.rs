@@ -88,7 +88,7 @@ impl Plan {
     pub fn cost(&self, threads: usize, kept: &[Kept]) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
-        let start = 0.5 * particles * self.equilibration() / COLLISIONS_PER_SECOND;
+        let start = self.start_seconds();
         let engines = self.engines.iter().zip(kept);
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
@@ -132,6 +132,11 @@ impl Plan {
             jobs: self.engines.len() * replicas,
             engines,
         }
+    }
+
+    /// Computing time of the start of one replica \[s\].
+    pub fn start_seconds(&self) -> f64 {
+        0.5 * self.count() as f64 * self.equilibration() / COLLISIONS_PER_SECOND
     }
 
     /// Bytes of one engine of one replica of which so much is kept.
