@@ -15,6 +15,7 @@ pub mod judge;
 mod kicks;
 pub mod measure;
 pub mod measures;
+pub mod pace;
 mod places;
 pub mod plan;
 pub mod power;
@@ -25,6 +26,7 @@ pub mod theory;
 mod unsaved;
 mod words;
 
+pub use accuracy::settle;
 pub use check::{Planned, check, format};
 pub use control::Progress;
 pub use measure::{Measure, Moment, Probe, Runs};
