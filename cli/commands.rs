@@ -24,7 +24,7 @@ use crate::progress::Display;
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 const STOPPED: u8 = 130;
 /// How long a command that was asked to stop may take for that, unless it is saving.
-const GRACE: Duration = Duration::from_millis(900);
+const GRACE: Duration = Duration::from_millis(750);
 /// How long `check` measures \[s\].
 const MEASURING: f64 = 10.0;
 
