@@ -44,10 +44,15 @@ pub enum Command {
     /// continuation.
     Run(RunArguments),
     /// Validate a case and print what follows from it: mean free path, unit of time, cells, memory, time.
+    ///
+    /// The time is measured: each engine runs for about a second. So is what `[accuracy]` chooses.
     Check {
         /// The case and what is set from outside.
         #[command(flatten)]
         case: CaseArguments,
+        /// Run nothing: the time is guessed, and may be wrong by a factor of ten.
+        #[arg(long)]
+        guess: bool,
     },
     /// List the bundled cases with the question that each answers, or print one of them.
     ///

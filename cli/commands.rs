@@ -14,7 +14,7 @@ use stosszahl::model::Interrupt;
 use stosszahl::report::{Listing, ReportError, listing, write_report};
 use stosszahl::results::{Existing, ResultsError, Verdict, VerdictKind, headlines, write_file};
 use stosszahl::study::frontier::{self, FrontierError, frontier};
-use stosszahl::study::plan::{EngineCost, available_threads};
+use stosszahl::study::plan::{EngineCost, available_memory, available_threads};
 use stosszahl::study::{self, Options, PointSummary, RunError, check, run_case};
 
 use crate::arguments::{
@@ -27,7 +27,9 @@ use crate::progress::Display;
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 const STOPPED: u8 = 130;
 /// How long a command that was asked to stop may take for that, unless it is saving.
-const GRACE: Duration = Duration::from_millis(900);
+const GRACE: Duration = Duration::from_millis(750);
+/// How long `check` measures \[s\].
+const MEASURING: f64 = 10.0;
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -105,7 +107,7 @@ pub fn note(text: &str) {
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Run(arguments) => run(&arguments),
-        Command::Check { case } => outline(&case),
+        Command::Check { case, guess } => outline(&case, guess),
         Command::Cases { name } => cases(name.as_deref()),
         Command::Init(arguments) => init(&arguments),
         Command::Report { folder } => write_report(&folder)
@@ -205,15 +207,42 @@ fn manual(folder: &Path) -> Result<(), CommandError> {
     Ok(clap_mangen::generate_to(Arguments::command(), folder)?)
 }
 
-fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
+fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
     let file = read(arguments)?;
     let threads = available_threads();
-    let planned = check(&file)?;
+    let mut planned = check(&file)?;
+    let mut paces = None;
+    if !guess {
+        let (stop, display) = (listen("stopped"), Display::new());
+        let options = Options {
+            out: None,
+            existing: Existing::Refuse,
+            threads: None,
+            force_memory: false,
+            stop: &stop,
+            progress: &display,
+            commit: "",
+        };
+        planned = study::settle(&file, planned, &options, threads)?;
+        // What does not fit into memory is not tried.
+        let needed = planned
+            .iter()
+            .map(|one| one.cost(threads).bytes)
+            .fold(0.0, f64::max);
+        if available_memory().is_none_or(|free| needed < free) {
+            paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
+        }
+    }
     let level = study::check::level(&planned);
-    let outlines: Vec<_> = (planned.iter())
-        .map(|planned| planned.outline(threads, level))
-        .collect();
-    let mut seconds = 0.0;
+    let outlines = planned.iter().enumerate().map(|(number, planned)| {
+        let mut outline = planned.outline(threads, level);
+        if let Some(paces) = &paces {
+            outline.cost.pace.clone_from(&paces[number]);
+        }
+        outline
+    });
+    let outlines: Vec<_> = outlines.collect();
+    let (about, mut seconds) = (if paces.is_some() { "about" } else { "roughly" }, 0.0);
     for (number, outline) in outlines.iter().enumerate() {
         if number == 0 {
             say(&outline.title)?;
@@ -232,13 +261,17 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
         say(&format!("  engines: {}", outline.engines.join(", ")))?;
         say(&format!("  measures: {}", outline.measures.join(", ")))?;
         say(&format!(
-            "  {} replicas, about {:.2} GiB of memory and {} on {threads} threads",
+            "  {} replicas, about {:.2} GiB of memory and {about} {} on {threads} threads",
             outline.replicas,
             outline.cost.bytes / 1_073_741_824.0,
             duration(outline.cost.seconds(threads))
         ))?;
-        for one in &outline.cost.engines {
-            say(&format!("    {}", engine_cost(one)))?;
+        let cost = &outline.cost;
+        for (one, [seconds, _]) in cost.engines.iter().zip(&cost.pace.engines) {
+            say(&format!("    {}", engine_cost(one, about, *seconds)))?;
+        }
+        for choice in &outline.choices {
+            say(&format!("  choice: {choice}"))?;
         }
         for power in &outline.power {
             say(&format!("  power: {power}"))?;
@@ -251,7 +284,7 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
     if outlines.len() > 1 {
         let points = outlines.len();
         say(&format!(
-            "\n{points} points, about {} in all",
+            "\n{points} points, {about} {} in all",
             duration(seconds)
         ))?;
     }
@@ -259,17 +292,17 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
 }
 
 /// What one engine of one replica costs, in words.
-fn engine_cost(cost: &EngineCost) -> String {
+fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     let tried = match cost.trials_per_collision {
         Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
         None => String::new(),
     };
     format!(
-        "{}: about {} collisions{tried}, {:.3} GiB of memory and {} on one thread, in each replica",
+        "{}: about {} collisions{tried}, {:.3} GiB of memory and {about} {} on one thread, in each replica",
         cost.name,
         scarce(cost.collisions),
         cost.bytes / 1_073_741_824.0,
-        duration(cost.seconds)
+        duration(seconds)
     )
 }
 

@@ -1,5 +1,6 @@
 //! The `stosszahl` command.
 
+mod allocator;
 mod arguments;
 mod bundled;
 mod commands;
@@ -11,5 +12,6 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
+    allocator::return_large_blocks();
     commands::execute(arguments::Arguments::parse())
 }

@@ -63,10 +63,11 @@ pub fn check(case: Given, threads: Option<usize>) -> PyResult<String> {
             .derived
             .iter()
             .map(|one| json!({ "name": one.name, "value": one.value, "unit": one.unit }));
-        let engines = outline.cost.engines.iter().map(|one| {
+        let costs = outline.cost.engines.iter().zip(&outline.cost.pace.engines);
+        let engines = costs.map(|(one, seconds)| {
             json!({
                 "engine": one.name, "bytes": one.bytes, "collisions": one.collisions,
-                "trials_per_collision": one.trials_per_collision, "seconds": one.seconds,
+                "trials_per_collision": one.trials_per_collision, "seconds": seconds[0],
             })
         });
         json!({

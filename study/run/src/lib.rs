@@ -16,6 +16,7 @@ pub mod judge;
 mod kicks;
 pub mod measure;
 pub mod measures;
+pub mod pace;
 mod places;
 pub mod plan;
 pub mod power;
@@ -26,6 +27,7 @@ pub mod theory;
 mod unsaved;
 mod words;
 
+pub use accuracy::settle;
 pub use check::{Planned, check, format};
 pub use control::Progress;
 pub use gauge::Gauge;

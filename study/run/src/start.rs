@@ -420,7 +420,12 @@ impl Preparation {
         Ok(true)
     }
 
-    fn gas(&self, plan: &Plan, streams: Streams) -> Result<Box<dyn Simulation>, StartError> {
+    /// The gas that is equilibrated, as it is now.
+    pub(crate) fn gas(
+        &self,
+        plan: &Plan,
+        streams: Streams,
+    ) -> Result<Box<dyn Simulation>, StartError> {
         let (boundaries, kind) = (plan.exact_boundaries(streams)?, Dissipation::Elastic);
         Ok(stosszahl_ed::resume(
             &plan.grains,
@@ -464,7 +469,7 @@ impl Preparation {
 }
 
 /// Pair collisions that make up a number of collisions per particle.
-fn pairs(plan: &Plan, per_particle: f64) -> u64 {
+pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }
 
