@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::study::frontier::Kind;
 use clap::{Args, Parser, Subcommand};
-use stosszahl::study::frontier::Kind;
 
 /// The version, with the commit where it is known.
 fn version() -> &'static str {

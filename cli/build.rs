@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What the program is built from, relative to the root of the clone.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 10] = [
     "Cargo.toml",
     "Cargo.lock",
     "model",
@@ -14,6 +14,7 @@ const SOURCES: [&str; 9] = [
     "study",
     "cli",
     "python/src",
+    "distributed/src",
 ];
 
 fn main() {

@@ -6,16 +6,16 @@ use std::process::{self, ExitCode};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::case::format::share;
+use crate::case::{CaseError, CaseFile};
+use crate::model::Interrupt;
+use crate::report::{Listing, ReportError, listing, write_report};
+use crate::results::{Existing, ResultsError, Verdict, VerdictKind, headlines, write_file};
+use crate::study::frontier::{self, FrontierError, frontier};
+use crate::study::plan::{EngineCost, available_memory, available_threads};
+use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
 use clap::CommandFactory as _;
 use serde_json::json;
-use stosszahl::case::format::share;
-use stosszahl::case::{CaseError, CaseFile};
-use stosszahl::model::Interrupt;
-use stosszahl::report::{Listing, ReportError, listing, write_report};
-use stosszahl::results::{Existing, ResultsError, Verdict, VerdictKind, headlines, write_file};
-use stosszahl::study::frontier::{self, FrontierError, frontier};
-use stosszahl::study::plan::{EngineCost, available_memory, available_threads};
-use stosszahl::study::{self, Options, PointSummary, RunError, check, run_case};
 
 use crate::arguments::{
     Arguments, CaseArguments, Command, FrontierArguments, InitArguments, RunArguments,
@@ -31,9 +31,12 @@ const GRACE: Duration = Duration::from_millis(750);
 /// How long `check` measures \[s\].
 const MEASURING: f64 = 10.0;
 
+/// Version of the program, with the commit where it is known.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("STOSSZAHL_COMMIT"));
+
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
-enum CommandError {
+pub enum CommandError {
     /// The case file or an override is refused.
     #[error(transparent)]
     Case(#[from] CaseError),
@@ -106,7 +109,7 @@ pub fn note(text: &str) {
 /// Does what the command line asks.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
-        Command::Run(arguments) => run(&arguments),
+        Command::Run(arguments) => run_on_threads(&arguments),
         Command::Check { case, guess } => outline(&case, guess),
         Command::Cases { name } => cases(name.as_deref()),
         Command::Init(arguments) => init(&arguments),
@@ -118,6 +121,11 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Manual { folder } => manual(&folder),
         Command::Frontier(arguments) => measure_frontier(&arguments),
     };
+    ended(done)
+}
+
+/// Says why a command failed, if it did, and which exit code says so.
+pub fn ended(done: Result<(), CommandError>) -> ExitCode {
     let Err(error) = done else {
         return ExitCode::SUCCESS;
     };
@@ -147,7 +155,11 @@ fn explain(error: &CommandError) {
     }
 }
 
-fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
+/// Reads a case: a file, or a bundled one.
+///
+/// # Errors
+/// [`CommandError::Case`] if it is refused.
+pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
     let (format, overrides) = (study::format(), arguments.overrides());
     Ok(match bundled::find(&arguments.case) {
         Some(one) => {
@@ -334,8 +346,8 @@ fn figure(value: f64) -> String {
 /// What a signal raises: an interrupt from the keyboard, or the end of the session.
 ///
 /// Work that looks at it ends by itself and saves where it stands. What does not within the grace is ended from outside, as
-/// by a kill, which checkpoints survive; and so it is on a second signal.
-fn listen(said: &'static str) -> Interrupt {
+/// by a kill, which checkpoints survive; and so it is on a second signal. `said` is said then.
+pub fn listen(said: &'static str) -> Interrupt {
     let interrupt = Interrupt::default();
     let asked = interrupt.clone();
     // Without a handler a signal ends the process at once.
@@ -349,18 +361,35 @@ fn listen(said: &'static str) -> Interrupt {
             while began.elapsed() < GRACE || asked.is_held() {
                 thread::sleep(Duration::from_millis(20));
             }
-            note(said);
+            if !said.is_empty() {
+                note(said);
+            }
             process::exit(STOPPED.into());
         });
     });
     interrupt
 }
 
-fn run(arguments: &RunArguments) -> Result<(), CommandError> {
-    const SAID: &str = "stopped; --resume goes on from the checkpoints";
+/// What a run that was stopped says.
+pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
+
+fn run_on_threads(arguments: &RunArguments) -> Result<(), CommandError> {
     let file = read(&arguments.case)?;
-    let stop = listen(SAID);
-    let display = Display::new();
+    let (stop, display) = (listen(STOPPED_RUN), Display::new());
+    run(arguments, &file, &stop, &display, run_case)
+}
+
+/// Runs a case as arguments say, by what does that, and prints what came out.
+///
+/// # Errors
+/// [`CommandError`] of the run or of its report.
+pub fn run(
+    arguments: &RunArguments,
+    file: &CaseFile,
+    stop: &Interrupt,
+    progress: &dyn Progress,
+    runs: impl FnOnce(&CaseFile, &Options<'_>) -> Result<Summary, RunError>,
+) -> Result<(), CommandError> {
     let options = Options {
         out: arguments.out.clone(),
         existing: match (arguments.resume, arguments.force) {
@@ -370,15 +399,15 @@ fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         },
         threads: arguments.threads.map(usize::from),
         force_memory: arguments.force_memory,
-        stop: &stop,
-        progress: &display,
+        stop,
+        progress,
         commit: env!("STOSSZAHL_COMMIT"),
     };
-    let summary = match run_case(&file, &options) {
+    let summary = match runs(file, &options) {
         Ok(summary) => summary,
         Err(error) => {
             if error.is_interruption() {
-                note(SAID);
+                note(STOPPED_RUN);
             }
             return Err(error.into());
         }

@@ -4,7 +4,7 @@
 //! [`model`] (what all engines share), [`ed`] (exact event-driven disks), [`dsmc`] (Monte Carlo collisions) and
 //! [`analysis`] (estimators, theory, statistics); [`gas`] builds gases in a few lines; [`case`] reads case files,
 //! [`study`] runs them, [`results`] and [`report`] are what a run leaves. The command line stands on them as any
-//! program would.
+//! program would, and other programs on [`commands`].
 //!
 //! ```
 //! use stosszahl::prelude::*;
@@ -20,7 +20,12 @@
 //! # Ok::<(), GasError>(())
 //! ```
 
+pub mod arguments;
+mod bundled;
+pub mod commands;
+mod init;
 pub mod prelude;
+pub mod progress;
 
 pub use stosszahl_analysis as analysis;
 pub use stosszahl_case as case;

@@ -1,17 +1,13 @@
 //! The `stosszahl` command.
 
 mod allocator;
-mod arguments;
-mod bundled;
-mod commands;
-mod init;
-mod progress;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use stosszahl::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
     allocator::return_large_blocks();
-    commands::execute(arguments::Arguments::parse())
+    commands::execute(Arguments::parse())
 }

@@ -4,8 +4,8 @@ use std::io::{IsTerminal, Write as _};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::study::{Gauge, Progress};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use stosszahl::study::{Gauge, Progress};
 
 /// Steps of a bar.
 const STEPS: u64 = 10_000;
@@ -26,6 +26,12 @@ struct Point {
     began: Instant,
     shown: Instant,
     bar: Option<ProgressBar>,
+}
+
+impl Default for Display {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Display {

@@ -289,6 +289,11 @@ impl<S: Space> Density<S> {
         self.reach != [0; 3]
     }
 
+    /// Cells on each side of one whose particles count for it, along each axis.
+    pub(crate) fn reach(&self) -> [usize; 3] {
+        self.reach
+    }
+
     /// Which pairs collide.
     pub(crate) fn scheme(&self) -> Scheme {
         self.scheme

@@ -8,6 +8,7 @@ use crate::boundary::{Ledgers, Surroundings};
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
+use crate::share::Share;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
 use crate::start::Means;
 use crate::sweep::Pool;
@@ -84,6 +85,8 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) means: Means,
     /// Breaks work off.
     pub(crate) stop: Interruption,
+    /// The part of the gas that this process holds, if there are several.
+    pub(crate) share: Option<Share<P::Space>>,
 }
 
 impl<P, F> Engine<P, F>

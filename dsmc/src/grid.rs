@@ -261,14 +261,15 @@ impl<S: Space> Grid<S> {
         for layer in 0..layers {
             for row in 0..rows {
                 for column in 0..columns {
-                    places.push(self.place([column, row, layer]));
+                    places.push(self.tile_place([column, row, layer]));
                 }
             }
         }
         places
     }
 
-    fn place(&self, tile: [u32; 3]) -> Place<S> {
+    /// The place of a tile.
+    pub(crate) fn tile_place(&self, tile: [u32; 3]) -> Place<S> {
         let first = |axis: usize, more: usize| self.firsts[axis][tile[axis] as usize + more];
         let (mut low, mut high) = (S::Vector::default(), S::Vector::default());
         for axis in 0..S::DIMENSION {

@@ -280,6 +280,14 @@ pub enum EngineError {
     /// Bytes that are no checkpoint of this engine.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
+    /// Another process that is to hold a part of the gas cannot.
+    #[error("process {rank}: {why}")]
+    Elsewhere {
+        /// Its number.
+        rank: usize,
+        /// Why.
+        why: String,
+    },
     /// A parameter has no meaning.
     #[error("{name} = {value}; allowed: {allowed}", value = brief(*value))]
     BadParameter {

@@ -1,5 +1,9 @@
 //! The engine behind the common interface: chosen at run time, for any grains of the model.
 
+mod among;
+
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
@@ -13,8 +17,12 @@ use stosszahl_model::{
 use crate::boundary::{Boundaries, Transfer};
 use crate::engine::Engine;
 use crate::parameters::{EngineError, Parameters};
+use crate::share::Ranks;
 use crate::simulator::{Follow, Followed, Unfollowed};
 use crate::start::Checkpoint;
+use among::Command;
+
+pub use among::{resume_among, serve, simulate_among};
 
 /// Simulator steps in one leg, and fewest time steps.
 const LEG: u64 = 5_000_000;
@@ -46,7 +54,7 @@ pub const BALANCE: &str = "splitting and merging";
 /// # Errors
 /// [`EngineError`] if the parts do not go together.
 pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, EngineError> {
-    begin(gas, Source::Start(starts))
+    begin(gas, Source::Start(starts), &Alone)
 }
 
 /// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start, which had `count` particles in a box
@@ -65,7 +73,23 @@ pub fn resume(
         lengths,
         bytes: checkpoint,
     };
-    begin(gas, source)
+    begin(gas, source, &Alone)
+}
+
+/// What becomes of an engine.
+trait Keep {
+    type Kept;
+    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>) -> Self::Kept;
+}
+
+/// It is driven in this process.
+struct Alone;
+
+impl Keep for Alone {
+    type Kept = Box<dyn Simulation>;
+    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>) -> Self::Kept {
+        Box::new(cells)
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -78,7 +102,7 @@ enum Source<'a> {
     },
 }
 
-fn begin(gas: &Gas<'_>, source: Source<'_>) -> Result<Box<dyn Simulation>, EngineError> {
+fn begin<K: Keep>(gas: &Gas<'_>, source: Source<'_>, keep: &K) -> Result<K::Kept, EngineError> {
     let (count, dimension) = match source {
         Source::Start([first, ..]) => (first.all.len(), first.dimension),
         Source::Start([]) => {
@@ -89,7 +113,7 @@ fn begin(gas: &Gas<'_>, source: Source<'_>) -> Result<Box<dyn Simulation>, Engin
         }
         Source::Checkpoint { count, lengths, .. } => (count, if lengths[2] > 0.0 { 3 } else { 2 }),
     };
-    let begin = Begin { gas, source };
+    let begin = Begin { gas, source, keep };
     if dimension == 2 {
         let boundaries = gas.boundaries.in_plane();
         match &gas.grains.sizes {
@@ -104,18 +128,19 @@ fn begin(gas: &Gas<'_>, source: Source<'_>) -> Result<Box<dyn Simulation>, Engin
 }
 
 /// Makes an engine of the types of a scene.
-struct Begin<'a> {
+struct Begin<'a, K> {
     gas: &'a Gas<'a>,
     source: Source<'a>,
+    keep: &'a K,
 }
 
-impl Begin<'_> {
+impl<K: Keep> Begin<'_, K> {
     /// Engines of any grains. Rough ones always carry their displacement: an engine less to compile, for a vector more in each.
     fn any<S: Space>(
         &self,
         count: usize,
         boundaries: &Boundaries<S>,
-    ) -> Result<Box<dyn Simulation>, EngineError> {
+    ) -> Result<K::Kept, EngineError> {
         let grains = self.gas.grains;
         match grains.rough {
             Some(rough) => self.make::<_, Followed>(&grains.scene(rough, count)?, boundaries),
@@ -130,7 +155,7 @@ impl Begin<'_> {
         &self,
         scene: &P,
         boundaries: &Boundaries<P::Space>,
-    ) -> Result<Box<dyn Simulation>, EngineError> {
+    ) -> Result<K::Kept, EngineError> {
         let Gas {
             parameters,
             streams,
@@ -164,10 +189,11 @@ impl Begin<'_> {
                 (engine?, kept.follows)
             }
         };
-        Ok(Box::new(Cells::<P, F> {
+        Ok(self.keep.keep(Cells::<P, F> {
             engine,
             displacements: self.gas.displacements,
             follows,
+            others: None,
         }))
     }
 }
@@ -195,9 +221,20 @@ struct Cells<P: Physics, F: Follow<P::Space>> {
     /// Whether displacements can be followed, and are.
     displacements: bool,
     follows: bool,
+    /// Other processes that hold parts of the gas, and are to be told what is done with it.
+    others: Option<Arc<dyn Ranks>>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
+    /// [`Engine::advance`] of all processes.
+    fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
+        if let Some(others) = &self.others {
+            let looks = observer.looks();
+            Command::Advance(until, steps, looks).give(&**others);
+        }
+        self.engine.advance(until, steps, observer)
+    }
+
     fn particle(&self, simulator: &crate::simulator::SimulatorOf<P, F>, weight: f64) -> Particle {
         let scene = self.engine.scene();
         let sizes = scene.sizes();
@@ -239,15 +276,15 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure> {
         Ok(match budget {
-            Budget::Unlimited => self.engine.advance(until, u64::MAX, observer),
+            Budget::Unlimited => self.go(until, u64::MAX, observer),
             Budget::Leg => {
                 let steps = LEG / self.count().max(1) as u64;
-                (self.engine).advance(until, steps.max(LEAST_LEG), observer)
+                self.go(until, steps.max(LEAST_LEG), observer)
             }
             Budget::Collisions(most) => {
                 let last = self.engine.tally().collisions.saturating_add(most);
                 while self.engine.tally().collisions < last {
-                    if self.engine.advance(until, 1, observer) {
+                    if self.go(until, 1, observer) {
                         return Ok(true);
                     }
                     if self.engine.is_interrupted() {

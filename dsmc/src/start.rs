@@ -315,9 +315,7 @@ where
         if P::Sizes::INDIVIDUAL && boundaries.is_open() {
             return Err(EngineError::Individuals);
         }
-        if parameters.displacement == Displacement::Inelastic {
-            check_displacement(scene, &domain)?;
-        }
+        check_displacement(scene, parameters, &domain)?;
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let Checkpoint {
@@ -408,6 +406,7 @@ where
             surroundings,
             means,
             stop: Interruption::default(),
+            share: None,
         };
         engine.fill(&simulators);
         Ok(engine)
@@ -457,8 +456,16 @@ where
     /// Everything needed to go on from here.
     pub fn checkpoint(&self) -> Checkpoint<P, F> {
         Checkpoint {
-            time: self.time,
             simulators: self.ordered().copied().collect(),
+            ..self.without_simulators()
+        }
+    }
+
+    /// The same, but for the simulators.
+    pub(crate) fn without_simulators(&self) -> Checkpoint<P, F> {
+        Checkpoint {
+            time: self.time,
+            simulators: Vec::new(),
             stock: self.stock,
             unit: self.unit,
             tally: self.tally,
@@ -466,6 +473,13 @@ where
             ledgers: self.ledgers.clone(),
             means: self.means,
         }
+    }
+
+    /// Goes on from a checkpoint of the same gas, but for the simulators.
+    pub(crate) fn take_over(&mut self, checkpoint: Checkpoint<P, F>) {
+        (self.time, self.stock, self.unit) = (checkpoint.time, checkpoint.stock, checkpoint.unit);
+        (self.tally, self.arm) = (checkpoint.tally, checkpoint.arm);
+        self.ledgers = checkpoint.ledgers;
     }
 }
 
@@ -572,7 +586,14 @@ fn leave_room<P: Physics>(
 }
 
 /// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.
-fn check_displacement<P: Physics>(scene: &P, domain: &Domain<P::Space>) -> Result<(), EngineError> {
+fn check_displacement<P: Physics>(
+    scene: &P,
+    parameters: Parameters,
+    domain: &Domain<P::Space>,
+) -> Result<(), EngineError> {
+    if parameters.displacement != Displacement::Inelastic {
+        return Ok(());
+    }
     let restitution = scene.restitution().normal(1.0);
     if restitution <= 0.0 {
         return Err(EngineError::NoDisplacement);

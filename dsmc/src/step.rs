@@ -4,12 +4,13 @@ use stosszahl_model::random::Purpose;
 use stosszahl_model::{Field, Observer, Physics, Recorder, Sizes, Space, Vector};
 
 use crate::collide::{Kernel, covered};
+use crate::density::Scheme;
 use crate::engine::Engine;
 use crate::fly::{Flight, Timing};
 use crate::simulator::Follow;
 use crate::sweep::{is_parallel, sweep};
 use crate::tally::{Stock, Unit};
-use crate::tile::{Arrivals, Outbox, Traveller};
+use crate::tile::{Arrivals, Outbox, Tile, Traveller};
 
 impl<P, F> Engine<P, F>
 where
@@ -22,6 +23,8 @@ where
         if self.stop.has_ended() {
             return false;
         }
+        self.divide();
+        self.balance();
         let mut recorder = Recorder::new(observer);
         let mut left = most_steps;
         let Some(mut step) = self.next_step(self.time, until, left) else {
@@ -36,7 +39,7 @@ where
             } else {
                 self.time + step
             };
-            let next = if self.stop.is_paused() {
+            let next = if self.is_paused() {
                 None
             } else {
                 self.next_step(end, until, left)
@@ -45,7 +48,7 @@ where
             let flight = 0.5 * (step + next.unwrap_or(0.0));
             self.step(step, flight, &mut recorder);
             self.time = end;
-            if self.stop.ends() {
+            if self.ends() {
                 return false;
             }
             let Some(next) = next else { break };
@@ -53,6 +56,24 @@ where
         }
         self.settle();
         until <= self.time
+    }
+
+    /// Whether work has been asked to end: as all processes know it since the last step, if several hold the gas.
+    fn ends(&mut self) -> bool {
+        match &self.share {
+            Some(share) if !share.ends => return false,
+            Some(_) => self.stop.interrupt().raise(),
+            None => {}
+        }
+        self.stop.ends()
+    }
+
+    /// The same for a pause.
+    fn is_paused(&self) -> bool {
+        match &self.share {
+            Some(share) => share.pauses,
+            None => self.stop.is_paused(),
+        }
     }
 
     /// The length of the step that begins at the time `from`, unless that is the end or no step is left.
@@ -174,7 +195,8 @@ where
         };
         if let Some(rates) = &self.rates {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
-            recorder.pass(&kernel.collide_across(parallel, tiles, rates, arm, tally));
+            let share = self.share.as_ref();
+            recorder.pass(&kernel.collide_across(parallel, tiles, share, rates, arm, tally));
             self.fly_only(timing);
             self.close_step(unit);
             return;
@@ -222,11 +244,14 @@ where
 
     /// Adds up what the next step follows.
     fn close_step(&mut self, unit: Unit) {
-        self.stock = Stock::default();
         self.unit = unit;
-        for tile in &self.tiles {
-            self.stock.add(&tile.stock);
-        }
+        self.stock = match &self.share {
+            Some(share) => share.stock,
+            None => self.tiles.iter().fold(Stock::default(), |mut sum, tile| {
+                sum.add(&tile.stock);
+                sum
+            }),
+        };
         if self.stock.is_full() {
             // From rest, or from emptiness: an upper bound, which the next step knows better.
             let total = self.simulators as f64 * self.constants.mean_mass;
@@ -292,13 +317,17 @@ where
         for outbox in &mut self.arriving {
             self.far.append(&mut outbox.far);
         }
+        self.report();
+        self.exchange_with_others();
         let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
         self.far.sort_by_key(order);
         if self.surroundings.is_some() {
-            let travelling = self.arriving.iter().map(Outbox::near).sum::<usize>();
-            self.simulators = self.far.len() + travelling;
+            if self.share.is_none() {
+                let travelling = self.arriving.iter().map(Outbox::near).sum::<usize>();
+                let staying = self.tiles.iter().map(|tile| tile.simulators.len());
+                self.simulators = self.far.len() + travelling + staying.sum::<usize>();
+            }
             for tile in &mut self.tiles {
-                self.simulators += tile.simulators.len();
                 if let Some(ledgers) = &mut tile.ledgers {
                     self.ledgers.take(ledgers);
                 }
@@ -310,23 +339,39 @@ where
     fn look_around(&mut self, parallel: bool) {
         let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
         let surroundings = self.surroundings.as_ref();
+        let units = |tile: &Tile<P, F>, local: usize| {
+            let units = covered::<P, F>(sizes, tile.members(local));
+            let factor =
+                surroundings.map_or(1.0, |all| all.factor(grid.number(tile.cell_at(local))));
+            (units * factor) as f32
+        };
+        let reach = self.density.reach();
+        // This scheme asks for the density where partners are.
+        let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_));
+        let others = (self.share.as_ref())
+            .map(|share| share.units_around(grid, tiles, reach, is_wide, units))
+            .unwrap_or_default();
         let rows = grid.counts()[1];
         self.density.update(parallel, |line, values| {
             let line = line as u32;
             let mut x = 0;
             while x < values.len() {
                 let cell = [x as u32, line % rows, line / rows];
-                let (tile, first) = grid.locate(cell);
-                let tile = &tiles[tile];
-                for local in 0..tile.place.sides[0] as usize {
-                    let mut units = covered::<P, F>(sizes, tile.members(first + local));
-                    if let Some(surroundings) = surroundings {
-                        let cell = [x as u32, cell[1], cell[2]];
-                        units *= surroundings.factor(grid.number(cell));
+                let (number, first) = grid.locate(cell);
+                let tile = &tiles[number];
+                let width = tile.place.sides[0] as usize;
+                let there = &mut values[x..x + width];
+                if tile.is_here {
+                    for (value, local) in there.iter_mut().zip(first..) {
+                        *value = units(tile, local);
                     }
-                    values[x] = units as f32;
-                    x += 1;
+                } else if let Some(known) = others.get(&number) {
+                    there.copy_from_slice(&known[first..first + width]);
+                } else {
+                    // So far away that it counts nowhere here.
+                    there.fill(0.0);
                 }
+                x += width;
             }
         });
     }

@@ -1,6 +1,7 @@
 //! Sweeps: one piece of work for every tile, by one thread or all.
 
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use rayon::prelude::*;
 use stosszahl_model::Physics;
@@ -50,7 +51,11 @@ pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
     let several = |tiles: &mut [Tile<P, F>], outboxes: &mut [Outbox<P, F>]| {
         pool.with(|scratch| {
             for (tile, outbox) in tiles.iter_mut().zip(outboxes) {
-                work(tile, outbox, scratch);
+                if tile.is_here {
+                    let began = Instant::now();
+                    work(tile, outbox, scratch);
+                    tile.seconds += began.elapsed().as_secs_f64();
+                }
             }
         });
     };

@@ -46,7 +46,7 @@ impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
 
 impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
     /// Those for the neighbour at the offset with the given number, in the order of their source cells.
-    fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
+    pub(crate) fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
         let begin = if offset == 0 {
             0
         } else {
@@ -124,6 +124,10 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) is_even: bool,
     /// What boundaries gave since the last exchange, where there are some.
     pub(crate) ledgers: Option<Box<Ledgers<P::Space>>>,
+    /// Whether it is worked on in this process. Others hold nothing, or what this one must see of them.
+    pub(crate) is_here: bool,
+    /// How long it took \[s\], where several processes hold the gas.
+    pub(crate) seconds: f64,
 }
 
 /// Working memory of a thread.
@@ -181,6 +185,8 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             counts: Vec::new(),
             is_even: true,
             ledgers: None,
+            is_here: true,
+            seconds: 0.0,
         };
         tile.starts = vec![0; tile.cells() + 1];
         tile

@@ -28,7 +28,7 @@ pub(crate) struct Arm {
 }
 
 /// Distances in one step: their sum in contact distances, and their number, by class.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Distances(Vec<(u8, f64, f64)>);
 
 /// The class of a packing fraction in a neighbourhood that is whole, or cut by walls.

@@ -8,7 +8,7 @@ use stosszahl_model::{
 use super::arm::{self, Arm};
 use super::extents::{Extent, Extents};
 use super::partners::{Aim, Search};
-use super::shared::{Around, At};
+use super::shared::{Around, At, ChangeOf};
 use super::{Bounds, Rates, Report};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered, draw_whole, index, nearest_image};
@@ -97,7 +97,12 @@ where
     F: Follow<P::Space>,
 {
     /// Collides the simulators of the tile with each other and with those around it.
-    pub(super) fn collide(mut self) -> Report {
+    pub(super) fn collide(mut self) -> (Report, Vec<ChangeOf<P>>) {
+        self.collide_lines();
+        (self.report, self.around.changes())
+    }
+
+    fn collide_lines(&mut self) {
         let kernel = self.kernel;
         let mut search = Search::new(
             kernel.grid,
@@ -115,7 +120,7 @@ where
         for row in 0..rows * layers {
             for piece in 0..pieces {
                 if kernel.stop.is_raised() {
-                    return self.report;
+                    return;
                 }
                 let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
                 let local = columns * row + from;
@@ -132,7 +137,6 @@ where
                 self.collide_line(line, &mut search);
             }
         }
-        self.report
     }
 
     /// Collides the simulators of a line of cells.
@@ -485,9 +489,9 @@ where
         let after = outcome.velocities;
         let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
         for (number, (place, velocity)) in places.into_iter().zip(after).enumerate() {
-            self.around.set(place, velocity, outcome.spins[number]);
             let cell = kernel.grid.cell_at(pair[number].position);
-            self.around.note(place, cell, velocity);
+            self.around
+                .set(place, cell, velocity, outcome.spins[number]);
             self.extents.note(cell, velocity);
         }
         let tally = &mut self.report.tally;

@@ -10,7 +10,7 @@ mod kernel;
 mod overlap;
 mod partners;
 mod rate;
-mod shared;
+pub(crate) mod shared;
 
 #[cfg(test)]
 mod tests;
@@ -18,17 +18,17 @@ mod tests;
 use rayon::prelude::*;
 use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
-pub(crate) use arm::Arm;
+pub(crate) use arm::{Arm, Distances};
 pub(crate) use extents::Extent;
 pub(crate) use rate::{Rates, Spread};
 
 use crate::collide::Kernel;
 use crate::density::Scheme;
 use crate::grid::Grid;
+use crate::share::{Share, see_no_more};
 use crate::simulator::Follow;
 use crate::tally::Tally;
 use crate::tile::Tile;
-use arm::Distances;
 use extents::{Extents, Ranges};
 
 /// What the cells of a tile have in common, before the collisions of a step.
@@ -42,10 +42,10 @@ struct Bounds {
 
 /// What the collisions around a tile leave.
 #[derive(Default)]
-struct Report {
-    tally: Tally,
-    distances: Distances,
-    log: Vec<Collision>,
+pub(crate) struct Report {
+    pub(crate) tally: Tally,
+    pub(crate) distances: Distances,
+    pub(crate) log: Vec<Collision>,
 }
 
 /// How far beyond its own cells work on a tile reaches, at most \[length\]; zero for pairs within cells. `cell`: widest side
@@ -69,10 +69,14 @@ where
         &self,
         parallel: bool,
         tiles: &mut [Tile<P, F>],
+        share: Option<&Share<P::Space>>,
         rates: &Rates<P::Space>,
         arm: &mut Arm,
         total: &mut Tally,
     ) -> Vec<Collision> {
+        if let Some(share) = share {
+            share.see_around(self.grid, tiles);
+        }
         let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
         let bounds: Vec<_> = if parallel {
             tiles.par_iter_mut().map(bounds).collect()
@@ -84,7 +88,7 @@ where
         let scheme = self.density.scheme();
         let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
         let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius);
-        let mut reports = shared::sweep_around(parallel, grid, tiles, |number, around| {
+        let mut reports = shared::sweep_around(parallel, grid, tiles, share, |number, around| {
             let worker = kernel::Worker {
                 kernel: self,
                 rates,
@@ -101,6 +105,11 @@ where
             };
             worker.collide()
         });
+        if let Some(share) = share {
+            reports = share.all_reports(grid, reports);
+            see_no_more(tiles);
+        }
+        let mut reports: Vec<Report> = reports.into_iter().map(|(_, report)| report).collect();
         arm.learn(reports.iter().map(|report| &report.distances));
         for report in &reports {
             total.add(&report.tally);
@@ -119,6 +128,11 @@ where
         let sizes = self.scene.sizes();
         let mut extents = std::mem::take(&mut tile.extents);
         extents.clear();
+        if tile.starts.is_empty() {
+            // Of another process, and not next to what is here.
+            tile.extents = extents;
+            return bounds;
+        }
         let bounds_trials = self.density.scheme().bounds_trials();
         for cell in 0..tile.cells() {
             let members = tile.members(cell);

@@ -5,11 +5,14 @@
 //! is behind a lock that is always free, because the colouring says so.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use rayon::prelude::*;
-use stosszahl_model::{Physics, SpinOf, VectorOf};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
 
 use crate::grid::{Grid, OFFSETS, offset, offset_number};
+use crate::share::Share;
 use crate::simulator::{Follow, SimulatorOf};
 use crate::tile::Tile;
 
@@ -22,7 +25,25 @@ pub(super) struct Around<'a, 'b, P: Physics, F: Follow<P::Space>> {
     tiles: Vec<MutexGuard<'a, &'b mut Tile<P, F>>>,
     /// Which of them is at each offset.
     slots: [u8; OFFSETS],
+    /// Their numbers among all tiles, and whether other processes see them.
+    numbers: Vec<u32>,
+    seen: Vec<bool>,
+    /// What other processes are to know of those.
+    changes: Vec<ChangeOf<P>>,
 }
+
+/// A simulator of a tile has another velocity and spin: the number of the tile, of the simulator and of its cell there.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Change<V, W> {
+    pub(crate) tile: u32,
+    index: u32,
+    cell: u32,
+    velocity: V,
+    spin: W,
+}
+
+/// A change in a physics.
+pub(crate) type ChangeOf<P> = Change<VectorOf<P>, SpinOf<P>>;
 
 /// Where a simulator is: which of the tiles at hand, and its place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +57,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         grid: &'a Grid<P::Space>,
         locks: &'a [Mutex<&'b mut Tile<P, F>>],
         middle: [u32; 3],
+        share: Option<&Share<P::Space>>,
     ) -> Self {
         let number = |step: usize| grid.tile_number(grid.neighbour(middle, offset(step)));
         let mut numbers: Vec<usize> = (0..OFFSETS).map(number).collect();
@@ -45,16 +67,24 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         for (step, slot) in slots.iter_mut().enumerate() {
             *slot = numbers.partition_point(|&other| other < number(step)) as u8;
         }
-        let tiles = numbers
-            .into_iter()
-            .map(|number| locks[number].lock().unwrap_or_else(PoisonError::into_inner))
-            .collect();
+        let seen = |&number: &usize| share.is_some_and(|share| share.is_seen(number));
         Self {
             grid,
             middle,
-            tiles,
             slots,
+            seen: numbers.iter().map(seen).collect(),
+            numbers: numbers.iter().map(|&number| number as u32).collect(),
+            tiles: numbers
+                .into_iter()
+                .map(|number| lock(&locks[number]))
+                .collect(),
+            changes: Vec::new(),
         }
+    }
+
+    /// What other processes are to know.
+    pub(super) fn changes(self) -> Vec<ChangeOf<P>> {
+        self.changes
     }
 
     /// The tile in the middle, as one of those at hand.
@@ -97,22 +127,44 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         }
     }
 
-    /// A simulator of a cell has another velocity from now on: partners are bounded by it.
+    /// Gives a simulator of a cell another velocity and spin. Partners are bounded by it from now on.
     #[inline]
-    pub(super) fn note(&mut self, at: At, cell: [u32; 3], velocity: VectorOf<P>) {
-        let tile = &mut self.tiles[at.tile as usize];
-        let local = tile.number(cell);
-        if let Some(extent) = tile.extents.get_mut(local) {
-            extent.note(velocity);
+    pub(super) fn set(&mut self, at: At, cell: [u32; 3], velocity: VectorOf<P>, spin: SpinOf<P>) {
+        let slot = at.tile as usize;
+        let change = Change {
+            tile: self.numbers[slot],
+            index: at.index,
+            cell: self.tiles[slot].number(cell) as u32,
+            velocity,
+            spin,
+        };
+        change.apply(&mut self.tiles[slot]);
+        if self.seen[slot] {
+            self.changes.push(change);
         }
     }
+}
 
-    /// Gives a simulator another velocity and spin.
+impl<V: Vector, W: Copy> Change<V, W> {
+    /// Makes it in the tile.
     #[inline]
-    pub(super) fn set(&mut self, at: At, velocity: VectorOf<P>, spin: SpinOf<P>) {
-        let simulator = &mut self.tiles[at.tile as usize].simulators[at.index as usize];
-        (simulator.velocity, simulator.spin) = (velocity, spin);
+    fn apply<P, F>(&self, tile: &mut Tile<P, F>)
+    where
+        P: Physics,
+        P::Space: Space<Vector = V>,
+        P::Surface: Surface<P::Space, Spin = W>,
+        F: Follow<P::Space>,
+    {
+        let simulator = &mut tile.simulators[self.index as usize];
+        (simulator.velocity, simulator.spin) = (self.velocity, self.spin);
+        if let Some(extent) = tile.extents.get_mut(self.cell as usize) {
+            extent.note(self.velocity);
+        }
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The colour of each tile along an axis: tiles of one colour are at least three apart around the box. Fewer than three
@@ -129,7 +181,7 @@ fn ring_colours(count: u32) -> Vec<usize> {
 }
 
 /// The tiles of each colour, by their number among all.
-fn colours<S: stosszahl_model::Space>(grid: &Grid<S>) -> Vec<Vec<u32>> {
+pub(crate) fn colours<S: Space>(grid: &Grid<S>) -> Vec<Vec<u32>> {
     let counts = grid.tiles();
     let along = counts.map(ring_colours);
     let most = [0, 1, 2].map(|axis: usize| along[axis].iter().max().map_or(1, |most| most + 1));
@@ -142,24 +194,46 @@ fn colours<S: stosszahl_model::Space>(grid: &Grid<S>) -> Vec<Vec<u32>> {
     groups
 }
 
-/// Works on every tile and around it, colour after colour, and returns what the work returned, in that order.
+/// Works on every tile of this process and around it, colour after colour, and returns what the work returned with the number of the
+/// tile, in that order. After each colour, processes tell each other what has changed.
 pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
     parallel: bool,
     grid: &Grid<P::Space>,
     tiles: &mut [Tile<P, F>],
-    work: impl Fn(usize, Around<'_, '_, P, F>) -> R + Sync,
-) -> Vec<R> {
+    share: Option<&Share<P::Space>>,
+    work: impl Fn(usize, Around<'_, '_, P, F>) -> (R, Vec<ChangeOf<P>>) + Sync,
+) -> Vec<(u32, R)> {
     let mut results = Vec::with_capacity(tiles.len());
+    let here: Vec<bool> = tiles.iter().map(|tile| tile.is_here).collect();
     let locks: Vec<Mutex<&mut Tile<P, F>>> = tiles.iter_mut().map(Mutex::new).collect();
     let one = |number: &u32| {
         let middle = grid.place_of(*number as usize);
-        work(*number as usize, Around::new(grid, &locks, middle))
+        let around = Around::new(grid, &locks, middle, share);
+        let began = Instant::now();
+        let (result, changes) = work(*number as usize, around);
+        lock(&locks[*number as usize]).seconds += began.elapsed().as_secs_f64();
+        (*number, result, changes)
     };
-    for group in &colours(grid) {
-        if parallel && group.len() > 1 {
-            results.par_extend(group.par_iter().map(one));
+    for (colour, group) in colours(grid).iter().enumerate() {
+        let own = group
+            .iter()
+            .copied()
+            .filter(|&number| here[number as usize]);
+        let own: Vec<u32> = own.collect();
+        let done: Vec<_> = if parallel && own.len() > 1 {
+            own.par_iter().map(one).collect()
         } else {
-            results.extend(group.iter().map(one));
+            own.iter().map(one).collect()
+        };
+        let mut changes = Vec::new();
+        for (number, result, some) in done {
+            results.push((number, result));
+            changes.extend(some);
+        }
+        if let Some(share) = share {
+            for change in share.tell_changes::<P>(colour, &changes) {
+                change.apply(&mut lock(&locks[change.tile as usize]));
+            }
         }
     }
     results

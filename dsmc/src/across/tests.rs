@@ -68,7 +68,8 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                 .map(|(index, body)| (sizes.radius(sizes.tag(index)) - mean, body.position))
                 .collect();
             let (mut expected, mut squares) = (0.0, 0.0);
-            let results = sweep_around(false, &grid, &mut engine.tiles, |number, around| {
+            let tiles = &mut engine.tiles;
+            let results = sweep_around(false, &grid, tiles, None, |number, around| {
                 let mut stream = Xoroshiro128PlusPlus::seed_from_u64(number as u64);
                 let mut search = Search::<P>::new(&grid, radius, &sizes, mean, ranges);
                 let home = around.tile(around.middle());
@@ -128,9 +129,9 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                         .sum::<f64>();
                     results.push((near.len() as f64 - 1.0, square));
                 }
-                results
+                (results, Vec::new())
             });
-            for (freedom, square) in results.into_iter().flatten() {
+            for (freedom, square) in results.into_iter().flat_map(|one| one.1) {
                 expected += freedom;
                 squares += square;
             }
@@ -188,7 +189,8 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
         };
         let mut lonely = 0;
         for hot in [false, true] {
-            let bounds = sweep_around(false, &grid, &mut engine.tiles, |number, mut around| {
+            let tiles = &mut engine.tiles;
+            let bounds = sweep_around(false, &grid, tiles, None, |number, mut around| {
                 let home = around.middle();
                 let mut extents = Extents::new(&around, &grid, ranges);
                 if hot && number == 0 {
@@ -199,8 +201,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                     let index = around.home().starts[local];
                     let (at, cell) = (At { tile: home, index }, around.home().cell_at(local));
                     let velocity = Vector2::new(30.0, 40.0);
-                    around.set(at, velocity, ());
-                    around.note(at, cell, velocity);
+                    around.set(at, cell, velocity, ());
                     extents.note(cell, velocity);
                 }
                 let of = |local| {
@@ -209,7 +210,8 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                     let at = [i64::from(cell[0]) + 1, i64::from(cell[1]) - 1, 0];
                     (cell, at, extents.at(at).copied(), extents.along(cell, 1))
                 };
-                (0..around.home().cells()).map(of).collect::<Vec<_>>()
+                let all: Vec<_> = (0..around.home().cells()).map(of).collect();
+                (all, Vec::new())
             });
             let bodies = engine.state().bodies;
             let all: Vec<Moving> = bodies
@@ -226,7 +228,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                 corner[0] + corner[1]
             };
             // The first tile comes first, so that all others know of it.
-            for (cell, at, near, along) in bounds.into_iter().flatten() {
+            for (cell, at, near, along) in bounds.into_iter().flat_map(|one| one.1) {
                 let ring = |axis: usize| at[axis].rem_euclid(i64::from(counts[axis])) as u32;
                 let there = [ring(0), ring(1), 0];
                 let Some(near) = near else {

@@ -1,14 +1,17 @@
 //! The one place where a plan and a start become engines.
 
+use std::sync::Arc;
+
 use stosszahl_analysis::theory;
 use stosszahl_case::Kind;
 use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
 use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Order, Part, Pick, Rule, Threshold};
-use stosszahl_dsmc::{Gas, Scheme};
+use stosszahl_dsmc::{Boundaries, Gas, Parameters, Ranks, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 
+use crate::holders::Holders;
 use crate::measure::Needs;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
 use crate::start::{self, StartError};
@@ -46,7 +49,8 @@ pub enum From<'a> {
     Checkpoint(&'a [u8]),
 }
 
-/// Starts an engine of a replica with these streams, or goes on; it ends early when the interrupt is raised.
+/// Starts an engine of a replica with these streams, or goes on; it ends early when the interrupt is raised. Monte Carlo in cells
+/// is held by several processes, if there are any, for a replica.
 ///
 /// # Errors
 /// [`BeginError`] if it cannot.
@@ -57,8 +61,9 @@ pub fn begin(
     needs: Needs,
     from: From<'_>,
     interrupt: &Interrupt,
+    holders: Option<(&Holders, u64)>,
 ) -> Result<Box<dyn Simulation>, BeginError> {
-    let mut gas = made(plan, engine, streams, needs, from, interrupt)?;
+    let mut gas = made(plan, engine, streams, needs, from, interrupt, holders)?;
     gas.stop_on(interrupt);
     gas.use_threads(threads_each(
         plan.engines.len() * plan.case.replicas as usize,
@@ -71,6 +76,46 @@ pub fn threads_each(parts: usize) -> usize {
     (rayon::current_num_threads() / parts.max(1)).max(1)
 }
 
+/// Holds a part of the gas that another process begins, until that lets go of it.
+///
+/// # Errors
+/// [`BeginError`] if it cannot.
+pub(crate) fn hold(
+    plan: &Plan,
+    engine: &EnginePlan,
+    streams: Streams,
+    needs: Needs,
+    interrupt: &Interrupt,
+    holders: &Arc<dyn Ranks>,
+) -> Result<(), BeginError> {
+    let EngineKind::MonteCarlo(parameters) = &engine.kind else {
+        return Ok(());
+    };
+    let boundaries = plan.boundaries::<Volume>(engine)?;
+    let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
+    let (count, lengths) = (plan.count(), plan.lengths);
+    Ok(stosszahl_dsmc::serve(
+        &gas, count, lengths, holders, interrupt,
+    )?)
+}
+
+/// Monte Carlo in cells, but for its start.
+fn in_cells<'a>(
+    plan: &'a Plan,
+    parameters: Parameters,
+    boundaries: &'a Boundaries<Volume>,
+    streams: Streams,
+    needs: Needs,
+) -> Gas<'a> {
+    Gas {
+        grains: &plan.grains,
+        parameters,
+        boundaries,
+        streams: streams.branch(branch(plan, parameters.scheme)),
+        displacements: needs.displacements,
+    }
+}
+
 fn made(
     plan: &Plan,
     engine: &EnginePlan,
@@ -78,7 +123,10 @@ fn made(
     needs: Needs,
     from: From<'_>,
     interrupt: &Interrupt,
+    holders: Option<(&Holders, u64)>,
 ) -> Result<Box<dyn Simulation>, BeginError> {
+    // Not before this process has all that it needs, or the others would wait for it.
+    let call = || holders.map(|(all, replica)| all.call(replica, engine));
     match &engine.kind {
         EngineKind::EventDriven { contact_time, .. } => {
             let dissipation = if *contact_time > 0.0 {
@@ -100,13 +148,7 @@ fn made(
         }
         EngineKind::MonteCarlo(parameters) => {
             let boundaries = plan.boundaries::<Volume>(engine)?;
-            let gas = Gas {
-                grains: &plan.grains,
-                parameters: *parameters,
-                boundaries: &boundaries,
-                streams: streams.branch(branch(plan, parameters.scheme)),
-                displacements: needs.displacements,
-            };
+            let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
             Ok(match from {
                 From::Start(start) => {
                     let mut sets = vec![owned(plan, start, streams, interrupt)?];
@@ -119,10 +161,19 @@ fn made(
                     for set in 1..more {
                         sets.push(start::placed(plan, set, streams, interrupt)?.0);
                     }
-                    stosszahl_dsmc::simulate(&gas, &sets)?
+                    match call() {
+                        Some(ranks) => stosszahl_dsmc::simulate_among(&gas, &sets, ranks)?,
+                        None => stosszahl_dsmc::simulate(&gas, &sets)?,
+                    }
                 }
                 From::Checkpoint(bytes) => {
-                    stosszahl_dsmc::resume(&gas, plan.count(), plan.lengths, bytes)?
+                    let (count, lengths) = (plan.count(), plan.lengths);
+                    match call() {
+                        Some(ranks) => {
+                            stosszahl_dsmc::resume_among(&gas, count, lengths, bytes, ranks)?
+                        }
+                        None => stosszahl_dsmc::resume(&gas, count, lengths, bytes)?,
+                    }
                 }
             })
         }

@@ -3,102 +3,27 @@
 //! A run is cut into legs. A leg is a function of the checkpoint before it, and the cuts are where counts of work say, never
 //! where a clock says, so it does not matter at which of them a run is stopped.
 
+mod error;
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
-use stosszahl_model::snapshot::SnapshotError;
-use stosszahl_model::{Budget, Failure, Interrupt, Observer, Particles, Simulation, Work};
+use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation, Work};
 
-use crate::control::{Control, Interrupted, Rollback};
-use crate::engines::{self, BeginError, From as Source};
+use crate::control::{Control, Rollback};
+use crate::engines::{self, From as Source};
+use crate::holders::Holders;
 use crate::kicks::Kicks;
 use crate::measure::{Finished, Measure, Moment, Needs, Probe, Stop};
 use crate::measures::extended_xyz;
-use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
+use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::schedule::{Due, schedule};
 use crate::start::{Preparation, StartError, StartReport};
 
-/// Why a part of a run ended early.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PartError {
-    /// The plan is impossible after all.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The start cannot be made.
-    #[error(transparent)]
-    Start(StartError),
-    /// The engine cannot start.
-    #[error(transparent)]
-    Begin(BeginError),
-    /// The engine cannot go on, as in inelastic collapse.
-    #[error("{failure}")]
-    Stopped {
-        /// Why.
-        failure: Failure,
-        /// The gas at that moment as extended XYZ; empty where it is not known.
-        state: String,
-    },
-    /// More collisions than the case allows.
-    #[error("{collisions} collisions have reached engine.ed.collision_limit")]
-    CollisionLimit {
-        /// How many happened.
-        collisions: u64,
-    },
-    /// A checkpoint cannot be written or read.
-    #[error(transparent)]
-    Checkpoint(#[from] SnapshotError),
-    /// A record of a measurement cannot be written or read.
-    #[error("the record of a measurement: {0}")]
-    Record(#[from] postcard::Error),
-    /// A file cannot be written.
-    #[error(transparent)]
-    Results(#[from] stosszahl_results::ResultsError),
-    /// The user asked to stop; checkpoints are written.
-    #[error("stopped; continue with --resume")]
-    Interrupted,
-}
-
-impl From<Failure> for PartError {
-    fn from(failure: Failure) -> Self {
-        let state = String::new();
-        Self::Stopped { failure, state }
-    }
-}
-
-impl From<StartError> for PartError {
-    fn from(error: StartError) -> Self {
-        match error {
-            StartError::Interrupted => Self::Interrupted,
-            other => Self::Start(other),
-        }
-    }
-}
-
-impl From<BeginError> for PartError {
-    fn from(error: BeginError) -> Self {
-        match error {
-            BeginError::Start(StartError::Interrupted) => Self::Interrupted,
-            other => Self::Begin(other),
-        }
-    }
-}
-
-impl From<Interrupted> for PartError {
-    fn from(_: Interrupted) -> Self {
-        Self::Interrupted
-    }
-}
-
-impl PartError {
-    /// Whether the gas itself cannot go on, which says nothing of other replicas.
-    pub fn is_of_gas(&self) -> bool {
-        matches!(self, Self::Stopped { .. } | Self::CollisionLimit { .. })
-    }
-}
+pub use error::{Elsewhere, PartError};
 
 /// Makes the start of a replica, equilibrated; goes on from the checkpoint where there is one.
 ///
@@ -201,7 +126,7 @@ impl Part<'_> {
     }
 
     /// What the measures ask of the engine.
-    fn needs(&self) -> Needs {
+    pub(crate) fn needs(&self) -> Needs {
         let all = self.measures.iter().map(|measure| measure.needs(self.plan));
         all.fold(Needs::default(), |sum, one| Needs {
             displacements: sum.displacements || one.displacements,
@@ -214,33 +139,54 @@ impl Part<'_> {
         self.measures.iter().map(one).collect()
     }
 
+    /// A finished part, from what was saved of it.
+    ///
+    /// # Errors
+    /// [`PartError::Record`] if that is of another case.
+    pub(crate) fn restore(&self, saved: Saved) -> Result<Finished, PartError> {
+        let mut probes = self.probes();
+        saved.load(&mut probes)?;
+        Ok(saved.finished(probes))
+    }
+
     /// Runs to the end; goes on from the checkpoint where there is one.
     ///
     /// # Errors
     /// [`PartError`]; the checkpoint stays.
     pub fn run(&self, control: &Control<'_, Saved>) -> Result<Finished, PartError> {
+        self.run_among(control, None)
+    }
+
+    /// The same where several processes hold the gas, of which this is the first.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub(crate) fn run_among(
+        &self,
+        control: &Control<'_, Saved>,
+        holders: Option<&Holders>,
+    ) -> Result<Finished, PartError> {
         let (plan, streams) = (self.plan, self.streams());
         let schedule = schedule(plan, self.measures);
         let interrupt = control.interrupt();
         let mut course = if let Some(saved) = control.load()? {
-            let mut probes = self.probes();
-            for (probe, record) in probes.iter_mut().zip(&saved.records) {
-                probe.load(record)?;
-            }
-            let Some(engine) = &saved.engine else {
+            if saved.engine.is_none() {
                 control.tell(1.0, 0);
-                return Ok(saved.finished(probes));
-            };
+                return self.restore(saved);
+            }
+            let mut probes = self.probes();
+            saved.load(&mut probes)?;
+            let engine = saved.engine.as_deref().unwrap_or_default();
             Course {
                 next: saved.next,
                 kicks: saved.kicks,
                 heated: saved.heated,
                 seconds: saved.seconds,
                 bytes: saved.bytes,
-                ..Course::new(self, probes, Source::Checkpoint(engine), interrupt)?
+                ..Course::new(self, probes, Source::Checkpoint(engine), interrupt, holders)?
             }
         } else {
-            Course::begin(self, interrupt)?
+            Course::begin(self, interrupt, holders)?
         };
         let drive = Kicks::new(plan, streams)?;
         let mut rollback = Rollback::default();
@@ -273,8 +219,13 @@ impl Part<'_> {
 
 impl<'a> Course<'a> {
     /// A part at its start, at which its probes have looked.
-    pub(crate) fn begin(part: &'a Part<'a>, interrupt: &'a Interrupt) -> Result<Self, PartError> {
-        let mut course = Self::new(part, part.probes(), Source::Start(part.start), interrupt)?;
+    pub(crate) fn begin(
+        part: &'a Part<'a>,
+        interrupt: &'a Interrupt,
+        holders: Option<&Holders>,
+    ) -> Result<Self, PartError> {
+        let source = Source::Start(part.start);
+        let mut course = Self::new(part, part.probes(), source, interrupt, holders)?;
         for (probe, measure) in course.probes.iter_mut().zip(part.measures) {
             if part.replica == 0 || !measure.only_first_replica() {
                 probe.begin(&mut Moment::new(0.0, &mut *course.gas));
@@ -288,9 +239,12 @@ impl<'a> Course<'a> {
         probes: Vec<Box<dyn Probe>>,
         source: Source<'_>,
         interrupt: &'a Interrupt,
+        holders: Option<&Holders>,
     ) -> Result<Self, PartError> {
         let (plan, engine, streams) = (part.plan, part.engine, part.streams());
-        let gas = engines::begin(plan, engine, streams, part.needs(), source, interrupt)?;
+        let holders = holders.map(|all| (all, part.replica));
+        let needs = part.needs();
+        let gas = engines::begin(plan, engine, streams, needs, source, interrupt, holders)?;
         Ok(Self {
             part,
             interrupt,
@@ -422,7 +376,37 @@ impl<'a> Course<'a> {
     }
 }
 
+impl Finished {
+    /// What a checkpoint of the finished part holds.
+    ///
+    /// # Errors
+    /// If a record cannot be written, which is an error of the program.
+    pub(crate) fn save(&self) -> Result<Saved, postcard::Error> {
+        let records = self.probes.iter().map(|probe| probe.save());
+        Ok(Saved {
+            engine: None,
+            next: 0,
+            kicks: 0,
+            heated: 0.0,
+            records: records.collect::<Result<_, _>>()?,
+            seconds: self.seconds,
+            bytes: self.bytes,
+            collisions: self.work.collisions,
+            numbers: self.work.numbers.clone(),
+        })
+    }
+}
+
 impl Saved {
+    /// Gives each probe its record.
+    fn load(&self, probes: &mut [Box<dyn Probe>]) -> Result<(), postcard::Error> {
+        if probes.len() != self.records.len() {
+            return Err(postcard::Error::DeserializeBadEncoding);
+        }
+        let mut both = probes.iter_mut().zip(&self.records);
+        both.try_for_each(|(probe, record)| probe.load(record))
+    }
+
     fn finished(self, probes: Vec<Box<dyn Probe>>) -> Finished {
         Finished {
             probes,

@@ -2,23 +2,28 @@
 //!
 //! [`plan`] works out what follows from a case, once. [`start`] makes the initial state of a replica, [`engines`] the engines
 //! that run from it, [`follow`] takes each through the moments at which something is due ([`schedule`]). [`run`] does that for
-//! all points, replicas and engines, and writes a results folder. What is measured are [`measure`] and its implementors in
+//! all points, replicas and engines, and writes a results folder; [`crew`] does it with the help of other
+//! processes, and [`holders`] with one gas in all of them. What is measured are [`measure`] and its implementors in
 //! [`measures`]: each one file that says what it observes, samples, saves and which tables and verdicts it yields.
 
 mod accuracy;
 pub mod check;
 pub mod control;
+pub mod crew;
 pub mod engines;
 pub mod follow;
 pub mod frontier;
 mod gauge;
+pub mod holders;
 pub mod judge;
 mod kicks;
 pub mod measure;
 pub mod measures;
 pub mod pace;
+mod pieces;
 mod places;
 pub mod plan;
+mod point;
 pub mod power;
 pub mod run;
 pub mod schedule;

@@ -132,7 +132,7 @@ fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     let (plan, streams) = (part.plan, part.streams());
     let (pause, stop) = (Interrupt::default(), Interrupt::default());
     let began = Instant::now();
-    let mut course = Course::begin(part, &stop)?;
+    let mut course = Course::begin(part, &stop, None)?;
     let beginning = began.elapsed().as_secs_f64();
     course.gas.pause_on(&pause);
     let schedule = schedule(plan, part.measures);

@@ -223,6 +223,7 @@ fn an_interrupt_breaks_any_engine_off() {
                 Needs::default(),
                 From::Start(None),
                 &interrupt,
+                None,
             )
             .expect("an engine");
             let mut observer = Raising {

@@ -116,8 +116,16 @@ fn moments_are_those_of_the_particles() {
     };
     let streams = Streams::new(1, 0);
     let (engine, never) = (&plan.engines[0], Interrupt::default());
-    let mut gas = engines::begin(&plan, engine, streams, needs, From::Start(None), &never)
-        .expect("an engine");
+    let mut gas = engines::begin(
+        &plan,
+        engine,
+        streams,
+        needs,
+        From::Start(None),
+        &never,
+        None,
+    )
+    .expect("an engine");
     let start: Vec<[f64; 3]> = gas
         .particles()
         .all

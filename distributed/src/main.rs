@@ -1,0 +1,137 @@
+//! The command `stosszahl-mpi`: a case on many machines, over MPI.
+//!
+//! Rank 0 reads the case, holds the results folder and hands out replicas and points of sweeps (`root`); all ranks do them
+//! (`other`). Tables are the bytes of `stosszahl run`.
+//!
+//! | module | owns |
+//! |---|---|
+//! | `link` | messages, and the pulse that says who is lost |
+//! | `messages` | what processes say to each other |
+//! | `root` | orders go out, records come in |
+//! | `other` | orders are done |
+//! | `together`, `world` | one gas in all processes (`--one-gas`) |
+
+mod arguments;
+mod link;
+mod messages;
+mod other;
+mod root;
+mod together;
+mod world;
+
+use std::process::{self, ExitCode};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use clap::Parser as _;
+use mpi::Threading;
+use mpi::traits::Communicator as _;
+use stosszahl::arguments::RunArguments;
+use stosszahl::commands::{self, STOPPED_RUN, VERSION, listen, note};
+use stosszahl::study::crew::run_among;
+
+use crate::arguments::{Arguments, Command};
+use crate::link::{Link, ROOT};
+use crate::messages::ToOther;
+
+/// How long others wait with their end for that of the root, where MPI is not closed by all together.
+const AFTER_ROOT: Duration = Duration::from_secs(1);
+
+/// How a process ends.
+struct End {
+    code: ExitCode,
+    /// Whether all processes are there to close MPI.
+    together: bool,
+}
+
+fn main() -> ExitCode {
+    let Some((universe, level)) = mpi::initialize_with_threading(Threading::Serialized) else {
+        note("error: MPI is started already");
+        return ExitCode::FAILURE;
+    };
+    let world = universe.world();
+    if level < Threading::Serialized {
+        note("error: this MPI library is built without threads");
+        return ExitCode::FAILURE;
+    }
+    let me = world.rank();
+    let Command::Run { run, shared } = match Arguments::try_parse() {
+        Ok(arguments) => arguments.command,
+        // All find the same, and one says it.
+        Err(error) => {
+            if me == ROOT {
+                let _ = error.print();
+            }
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    if shared.one_gas {
+        return together::run(&run);
+    }
+    let (link, ends) = link::link();
+    let finished = AtomicBool::new(false);
+    let size = world.size();
+    let patience = Duration::from_secs_f64(shared.lost_after);
+    let end = thread::scope(|scope| {
+        let work = scope.spawn(|| {
+            let _guard = Raise(&finished);
+            if me == ROOT {
+                hold(link, size, &run)
+            } else {
+                let stop = listen("");
+                End {
+                    together: other::serve(&link, &run, &stop),
+                    code: ExitCode::SUCCESS,
+                }
+            }
+        });
+        link::pump(&world, &ends, patience, &finished);
+        work.join()
+    });
+    let end = end.unwrap_or(End {
+        code: ExitCode::FAILURE,
+        together: false,
+    });
+    if !end.together {
+        // Closing MPI would wait for those that are lost. The root goes first: to `mpirun` it is the one that counts.
+        if me != ROOT {
+            thread::sleep(AFTER_ROOT);
+        }
+        let failed = end.code != ExitCode::SUCCESS;
+        process::exit(i32::from(failed));
+    }
+    end.code
+}
+
+/// Raises a flag at its end, also in a panic.
+struct Raise<'a>(&'a AtomicBool);
+
+impl Drop for Raise<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+}
+
+/// Runs a case with the help of the others, and tells them when it is the end.
+fn hold(link: Link, size: i32, arguments: &RunArguments) -> End {
+    let stop = listen(STOPPED_RUN);
+    let link = Mutex::new(link);
+    let others = root::Others::new(&link, size);
+    let done = commands::read(&arguments.case).and_then(|file| {
+        others.tell(&ToOther::Case {
+            program: VERSION.to_owned(),
+            path: file.path.clone(),
+            text: file.text.clone(),
+            overrides: arguments.case.overrides(),
+        });
+        commands::run(arguments, &file, &stop, &others, |file, options| {
+            run_among(file, options, &others)
+        })
+    });
+    let code = commands::ended(done);
+    let together = others.are_all_there();
+    others.tell(&ToOther::End { together });
+    End { code, together }
+}

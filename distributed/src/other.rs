@@ -1,0 +1,165 @@
+//! A process that does pieces of a run for the root.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use stosszahl::arguments::RunArguments;
+use stosszahl::case::CaseFile;
+use stosszahl::commands::VERSION;
+use stosszahl::model::Interrupt;
+use stosszahl::results::Existing;
+use stosszahl::study::crew::{Assistant, Order, assist};
+use stosszahl::study::{self, Options, Progress};
+
+use crate::link::{Link, News, ROOT};
+use crate::messages::{ToOther, ToRoot, read, write};
+
+/// Time between two looks for news, and between two reports of the progress.
+const LOOK: Duration = Duration::from_millis(20);
+const REPORT: Duration = Duration::from_secs(1);
+
+/// Collisions, until they are reported.
+#[derive(Default)]
+struct Notes(AtomicU64);
+
+impl Progress for Notes {
+    fn tell(&self, _point: usize, _part: usize, _share: f64, collisions: u64) {
+        self.0.fetch_add(collisions, Ordering::Relaxed);
+    }
+}
+
+/// Does pieces until the root says that it is the end, and returns whether all processes then close MPI together.
+pub fn serve(link: &Link, arguments: &RunArguments, stop: &Interrupt) -> bool {
+    let said = match first(link) {
+        First::Case(program, file) if program == VERSION => match file {
+            Ok(file) => {
+                let notes = Notes::default();
+                let options = Options {
+                    out: None,
+                    existing: Existing::Refuse,
+                    threads: arguments.threads.map(usize::from),
+                    force_memory: arguments.force_memory,
+                    stop,
+                    progress: &notes,
+                    commit: "",
+                };
+                // Planning may take long, while the root must be heard.
+                let work = |assistant: &Assistant<'_>| help(link, assistant, &notes, stop);
+                match assist(&file, &options, work) {
+                    Ok(together) => return together,
+                    Err(error) => error.to_string(),
+                }
+            }
+            Err(error) => error,
+        },
+        First::Case(program, _) => {
+            format!("this process runs stosszahl {VERSION}, and rank 0 runs {program}")
+        }
+        First::End(together) => return together,
+        First::Nothing => return false,
+    };
+    link.send(ROOT, write(&ToRoot::Failed(said)));
+    loop {
+        match link.next(LOOK) {
+            Some(News::Lost(_)) => return false,
+            Some(News::Message(_, bytes)) => {
+                if let Some(ToOther::End { together }) = read(&bytes) {
+                    return together;
+                }
+            }
+            None => {}
+        }
+    }
+}
+
+/// What the root says first.
+enum First {
+    Case(String, Result<CaseFile, String>),
+    End(bool),
+    /// It was lost before.
+    Nothing,
+}
+
+fn first(link: &Link) -> First {
+    loop {
+        match link.next(LOOK) {
+            Some(News::Lost(_)) => return First::Nothing,
+            Some(News::Message(_, bytes)) => match read(&bytes) {
+                Some(ToOther::Case {
+                    program,
+                    path,
+                    text,
+                    overrides,
+                }) => {
+                    let read = study::format().from_text(&path, &text, &overrides);
+                    return First::Case(program, read.map_err(|error| error.to_string()));
+                }
+                Some(ToOther::End { together }) => return First::End(together),
+                _ => return First::Case("another version".to_owned(), Err(String::new())),
+            },
+            None => {}
+        }
+    }
+}
+
+/// Does what is ordered, as many pieces at once as there are slots.
+fn help(link: &Link, assistant: &Assistant<'_>, notes: &Notes, stop: &Interrupt) -> bool {
+    let (give, orders) = channel::<(u64, Order)>();
+    let (done, records) = channel::<(u64, Vec<u8>)>();
+    let orders = Mutex::new(orders);
+    link.send(ROOT, write(&ToRoot::Ready(assistant.slots())));
+    thread::scope(|scope| {
+        for _ in 0..assistant.slots() {
+            let (orders, done) = (&orders, done.clone());
+            scope.spawn(move || {
+                while let Some((number, order)) = take(orders) {
+                    if done.send((number, assistant.work(&order))).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        let mut reported = Instant::now();
+        let mut has_left = false;
+        let together = loop {
+            match link.next(LOOK) {
+                Some(News::Message(_, bytes)) => match read(&bytes) {
+                    Some(ToOther::Order(number, order)) => {
+                        let _ = give.send((number, order));
+                    }
+                    Some(ToOther::End { together }) => break together,
+                    _ => {}
+                },
+                Some(News::Lost(_)) => break false,
+                None => {}
+            }
+            for (number, record) in records.try_iter() {
+                // What was broken off is no record.
+                if !stop.is_raised() {
+                    link.send(ROOT, write(&ToRoot::Record(number, record)));
+                }
+            }
+            if stop.is_raised() && !has_left {
+                has_left = true;
+                link.send(ROOT, write(&ToRoot::Leaves));
+            }
+            if reported.elapsed() >= REPORT {
+                reported = Instant::now();
+                let more = notes.0.swap(0, Ordering::Relaxed);
+                link.send(ROOT, write(&ToRoot::Progress(more)));
+            }
+        };
+        // What is still being done is for nobody; checkpoints are written.
+        stop.raise();
+        drop(give);
+        together
+    })
+}
+
+fn take(orders: &Mutex<Receiver<(u64, Order)>>) -> Option<(u64, Order)> {
+    let orders = orders.lock().unwrap_or_else(PoisonError::into_inner);
+    orders.recv().ok()
+}

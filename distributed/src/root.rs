@@ -1,0 +1,212 @@
+//! The process that holds the results folder: it hands out the pieces of a run, and does some itself.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use stosszahl::commands::note;
+use stosszahl::study::crew::{Assistant, Board, Crew, Order};
+use stosszahl::study::{Progress, RunError};
+
+use crate::link::{Link, News};
+use crate::messages::{ToOther, ToRoot, read, write};
+
+/// Time between two looks for news or for a free piece, and between two lines of progress.
+const LOOK: Duration = Duration::from_millis(5);
+const LINE: Duration = Duration::from_secs(10);
+
+/// The other processes, as the root sees them.
+pub struct Others<'a> {
+    /// How they are reached. Behind a lock, as only one thread listens.
+    link: &'a Mutex<Link>,
+    /// Number of all processes.
+    size: i32,
+    /// Whether one was lost, or has left.
+    is_short: AtomicBool,
+}
+
+impl<'a> Others<'a> {
+    /// The others of this many processes.
+    pub fn new(link: &'a Mutex<Link>, size: i32) -> Self {
+        Self {
+            link,
+            size,
+            is_short: AtomicBool::new(false),
+        }
+    }
+
+    /// Tells all the same.
+    pub fn tell(&self, message: &ToOther) {
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        (1..self.size).for_each(|rank| link.send(rank, write(message)));
+    }
+
+    /// Whether none was lost or has left.
+    pub fn are_all_there(&self) -> bool {
+        !self.is_short.load(Ordering::SeqCst)
+    }
+}
+
+impl Progress for Others<'_> {
+    fn note(&self, text: &str) {
+        note(text);
+    }
+}
+
+/// What the root knows of another process.
+#[derive(Default)]
+struct Other {
+    /// How many more pieces it can take.
+    free: usize,
+    /// What it was given.
+    held: BTreeMap<u64, Order>,
+    is_gone: bool,
+}
+
+impl Crew for Others<'_> {
+    fn work(&self, board: &Board<'_>, here: &Assistant<'_>) -> Result<(), RunError> {
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut desk = Desk {
+            others: (1..self.size)
+                .map(|rank| (rank, Other::default()))
+                .collect(),
+            next: 0,
+            board,
+            link: &link,
+            is_short: &self.is_short,
+            collisions: 0,
+        };
+        let (records, coming) = channel::<(Order, Vec<u8>)>();
+        let at_work = AtomicUsize::new(0);
+        thread::scope(|scope| {
+            for _ in 0..here.slots() {
+                scope.spawn(|| {
+                    while !board.is_finished() {
+                        match board.next() {
+                            Some(order) => {
+                                at_work.fetch_add(1, Ordering::SeqCst);
+                                here.work_here(board, &order);
+                                at_work.fetch_sub(1, Ordering::SeqCst);
+                            }
+                            None => thread::sleep(LOOK),
+                        }
+                    }
+                });
+            }
+            // Tables take their time, and orders must not wait for them.
+            scope.spawn(|| {
+                for (order, record) in coming {
+                    board.take(&order, &record);
+                }
+            });
+            let (began, mut told) = (Instant::now(), Instant::now());
+            while !board.is_finished() {
+                if let Some(news) = desk.link.next(LOOK)
+                    && let Some((order, record)) = desk.hear(news)
+                {
+                    let _ = records.send((order, record));
+                }
+                desk.hand_out();
+                if told.elapsed() >= LINE {
+                    told = Instant::now();
+                    let here = at_work.load(Ordering::SeqCst);
+                    note(&desk.line(here, began.elapsed()));
+                }
+            }
+            drop(records);
+        });
+        Ok(())
+    }
+}
+
+/// Where orders go out and records come in.
+struct Desk<'a> {
+    others: BTreeMap<i32, Other>,
+    next: u64,
+    board: &'a Board<'a>,
+    link: &'a Link,
+    is_short: &'a AtomicBool,
+    /// Of other processes.
+    collisions: u64,
+}
+
+impl Desk<'_> {
+    /// What another process says: the record of an order, if it is one.
+    fn hear(&mut self, news: News) -> Option<(Order, Vec<u8>)> {
+        match news {
+            News::Lost(rank) => {
+                note(&format!(
+                    "rank {rank} is lost: nothing was heard of it; others do its work"
+                ));
+                self.leave(rank);
+                None
+            }
+            News::Message(rank, bytes) => {
+                let other = self.others.get_mut(&rank)?;
+                match read(&bytes) {
+                    Some(ToRoot::Ready(slots)) => other.free = slots,
+                    Some(ToRoot::Failed(why)) => {
+                        other.is_gone = true;
+                        self.board
+                            .fail(RunError::Crew(format!("rank {rank}: {why}")));
+                    }
+                    Some(ToRoot::Record(number, record)) => {
+                        other.free += 1;
+                        return Some((other.held.remove(&number)?, record));
+                    }
+                    Some(ToRoot::Leaves) => {
+                        note(&format!(
+                            "rank {rank} was asked to stop; others do its work"
+                        ));
+                        self.leave(rank);
+                    }
+                    Some(ToRoot::Progress(more)) => self.collisions += more,
+                    None => {}
+                }
+                None
+            }
+        }
+    }
+
+    /// A process does nothing more.
+    fn leave(&mut self, rank: i32) {
+        self.is_short.store(true, Ordering::SeqCst);
+        if let Some(other) = self.others.get_mut(&rank) {
+            other.is_gone = true;
+            for order in std::mem::take(&mut other.held).into_values() {
+                self.board.put_back(&order);
+            }
+        }
+    }
+
+    /// Gives each process as much as it can take.
+    fn hand_out(&mut self) {
+        for (&rank, other) in &mut self.others {
+            while other.free > 0 && !other.is_gone {
+                let Some(order) = self.board.next() else {
+                    return;
+                };
+                self.next += 1;
+                let message = ToOther::Order(self.next, order.clone());
+                self.link.send(rank, write(&message));
+                other.held.insert(self.next, order);
+                other.free -= 1;
+            }
+        }
+    }
+
+    /// How far the run is.
+    fn line(&self, here: usize, time: Duration) -> String {
+        let [done, all] = self.board.count();
+        let busy = self.others.values().filter(|other| !other.held.is_empty());
+        let ranks = busy.count() + usize::from(here > 0);
+        format!(
+            "{done} of {all} replicas after {} s, {ranks} ranks at work, {:.2e} collisions on others",
+            time.as_secs(),
+            self.collisions as f64
+        )
+    }
+}

@@ -1,0 +1,96 @@
+//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use stosszahl::arguments::RunArguments;
+use stosszahl::commands::{self, STOPPED_RUN, VERSION, listen, note};
+use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
+use stosszahl::progress::Display;
+use stosszahl::results::Existing;
+use stosszahl::study::holders::{hold_gases, run_holding};
+use stosszahl::study::{self, Options};
+
+use crate::messages::{read, write};
+use crate::world::{Traffic, World};
+
+/// The case, which only the first process reads.
+#[derive(Serialize, Deserialize)]
+struct Case {
+    program: String,
+    path: PathBuf,
+    text: String,
+    overrides: Vec<String>,
+}
+
+/// Runs a case with all processes.
+pub fn run(arguments: &RunArguments) -> ExitCode {
+    let world = Arc::new(World::new());
+    let ranks: Arc<dyn Ranks> = world.clone();
+    let began = Instant::now();
+    let code = if world.rank() == 0 {
+        lead(arguments, &ranks)
+    } else {
+        follow(arguments, &ranks);
+        ExitCode::SUCCESS
+    };
+    let seconds = began.elapsed().as_secs_f64();
+    let all = gather_from_all(&*ranks, write(&world.traffic()));
+    if world.rank() == 0 && !arguments.printed.quiet {
+        for (rank, bytes) in all.iter().enumerate() {
+            if let Some(traffic) = read::<Traffic>(bytes) {
+                note(&format!(
+                    "rank {rank}: {} messages of {:.3e} bytes in {} rounds, {:.2} s of {seconds:.2} s in them",
+                    traffic.messages, traffic.bytes as f64, traffic.rounds, traffic.seconds
+                ));
+            }
+        }
+    }
+    code
+}
+
+fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
+    let stop = listen(STOPPED_RUN);
+    let file = commands::read(&arguments.case);
+    let case = file.as_ref().ok().map(|file| Case {
+        program: VERSION.to_owned(),
+        path: file.path.clone(),
+        text: file.text.clone(),
+        overrides: arguments.case.overrides(),
+    });
+    from_first(&**ranks, write(&case));
+    let done = file.and_then(|file| {
+        let display = Display::new();
+        commands::run(arguments, &file, &stop, &display, |file, options| {
+            run_holding(file, options, ranks)
+        })
+    });
+    commands::ended(done)
+}
+
+/// What hinders another process is said by the first.
+fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
+    let stop = listen("");
+    let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
+        return;
+    };
+    let options = Options {
+        out: None,
+        existing: Existing::Refuse,
+        threads: arguments.threads.map(usize::from),
+        force_memory: arguments.force_memory,
+        stop: &stop,
+        progress: &(),
+        commit: "",
+    };
+    let file = if case.program == VERSION {
+        let read = study::format().from_text(&case.path, &case.text, &case.overrides);
+        read.map_err(|error| error.to_string())
+    } else {
+        Err(format!("this is {VERSION}, and rank 0 is {}", case.program))
+    };
+    let _ = hold_gases(file.as_ref().map_err(Clone::clone), &options, ranks);
+}

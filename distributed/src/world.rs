@@ -1,0 +1,141 @@
+//! The processes of MPI, as those that hold one gas together.
+
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use mpi::point_to_point::MatchedReceiveVec as _;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator as _, Destination as _, Source as _};
+use serde::{Deserialize, Serialize};
+use stosszahl::dsmc::Ranks;
+
+/// Most bytes of one message of MPI, which counts them with 31 bits.
+const MOST: usize = 1 << 30;
+/// For how long others are waited for without a rest, as they come within microseconds in a step; and the rests after that.
+const EAGER: Duration = Duration::from_millis(20);
+const REST: Duration = Duration::from_micros(200);
+
+/// All processes.
+pub struct World {
+    rank: usize,
+    size: usize,
+    traffic: Mutex<Traffic>,
+}
+
+/// What a process has sent, and how long it waited for others.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Traffic {
+    /// Exchanges.
+    pub rounds: u64,
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Time in exchanges \[s\].
+    pub seconds: f64,
+}
+
+impl World {
+    /// All processes of this job.
+    pub fn new() -> Self {
+        let world = SimpleCommunicator::world();
+        Self {
+            rank: world.rank() as usize,
+            size: world.size() as usize,
+            traffic: Mutex::default(),
+        }
+    }
+
+    /// What this process has sent.
+    pub fn traffic(&self) -> Traffic {
+        *self.traffic.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A message on its way: its bytes so far, and how many there are to be.
+#[derive(Default)]
+struct Coming {
+    bytes: Vec<u8>,
+    length: Option<usize>,
+}
+
+impl Coming {
+    fn is_whole(&self) -> bool {
+        self.length == Some(self.bytes.len())
+    }
+
+    /// Takes a part; the first begins with the length.
+    fn take(&mut self, part: &[u8]) {
+        let mut part = part;
+        if self.length.is_none()
+            && let Some((length, rest)) = part.split_first_chunk::<8>()
+        {
+            self.length = Some(u64::from_le_bytes(*length) as usize);
+            part = rest;
+        }
+        self.bytes.extend_from_slice(part);
+    }
+}
+
+/// The parts of a message.
+fn parts(message: &[u8]) -> Vec<Vec<u8>> {
+    let mut whole = Vec::with_capacity(message.len() + 8);
+    whole.extend_from_slice(&(message.len() as u64).to_le_bytes());
+    whole.extend_from_slice(message);
+    if whole.len() <= MOST {
+        return vec![whole];
+    }
+    whole.chunks(MOST).map(<[u8]>::to_vec).collect()
+}
+
+impl Ranks for World {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+        let world = SimpleCommunicator::world();
+        let began = Instant::now();
+        let count = messages.len() as u64;
+        let bytes = messages.iter().map(|(_, message)| message.len() as u64);
+        let bytes = bytes.sum::<u64>();
+        let parts: Vec<(usize, Vec<u8>)> = (messages.iter())
+            .flat_map(|(to, message)| parts(message).into_iter().map(|part| (*to, part)))
+            .collect();
+        let mut coming: Vec<Coming> = from.iter().map(|_| Coming::default()).collect();
+        mpi::request::scope(|scope| {
+            let sends: Vec<_> = parts
+                .iter()
+                .map(|(to, part)| {
+                    let to = world.process_at_rank(*to as i32);
+                    to.immediate_send(scope, &part[..])
+                })
+                .collect();
+            while let Some(next) = coming.iter().position(|one| !one.is_whole()) {
+                let process = world.process_at_rank(from[next] as i32);
+                if let Some(probed) = process.immediate_matched_probe() {
+                    let (part, _): (Vec<u8>, _) = probed.matched_receive_vec();
+                    coming[next].take(&part);
+                } else if began.elapsed() < EAGER {
+                    thread::yield_now();
+                } else {
+                    thread::sleep(REST);
+                }
+            }
+            for send in sends {
+                send.wait();
+            }
+        });
+        let mut traffic = self.traffic.lock().unwrap_or_else(PoisonError::into_inner);
+        traffic.rounds += 1;
+        traffic.messages += count;
+        traffic.bytes += bytes;
+        traffic.seconds += began.elapsed().as_secs_f64();
+        coming.into_iter().map(|one| one.bytes).collect()
+    }
+}

@@ -1,0 +1,745 @@
+//! One gas that several processes hold: who holds which tiles, and what they tell each other.
+//!
+//! The box is cut into blocks of tiles, one for each process ([`owners`]). A tile is treated by its owner as if there were nobody
+//! else; what leaves it for a tile of another process goes there after the flight. Random streams are addressed by step and
+//! cell, the order within cells is that of the cells they came from, and whatever depends on the order of adding is added in the
+//! order of the tiles by the first process. So a gas has the same bytes for any number of processes, one included.
+//!
+//! In each step a process sends: what crosses its borders, to its neighbours; the stock that the next step follows, with who
+//! flew farther than to the next tile, to all; and what its tiles have counted, to the first process.
+
+mod owners;
+mod ranks;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Collision, Physics, Space};
+
+use crate::across::shared::{ChangeOf, colours};
+use crate::across::{Distances, Report};
+use crate::boundary::Ledgers;
+use crate::engine::Engine;
+use crate::grid::{Grid, OFFSETS, offset};
+use crate::simulator::{Follow, SimulatorOf};
+use crate::start::Checkpoint;
+use crate::tally::{Stock, Tally};
+use crate::tile::{Left, Outbox, Tile, Traveller};
+
+pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
+pub(crate) use ranks::{all_gather, broadcast, gather};
+
+/// How much dearer the dearest process may be than the mean before tiles change hands, and fewest steps between.
+const UNEVEN: f64 = 1.1;
+const STEPS_BETWEEN: u64 = 50;
+
+/// The part of a gas that this process holds.
+pub(crate) struct Share<S: Space> {
+    pub(crate) ranks: Arc<dyn Ranks>,
+    /// The owner of each tile.
+    pub(crate) owners: Vec<u32>,
+    /// Other processes with tiles next to own ones.
+    near: Vec<usize>,
+    /// Which other processes see each tile: its owner, and those with tiles next to it.
+    seers: Vec<Vec<u32>>,
+    /// For each colour of tiles: to whom changes may have to be told, and who may tell some.
+    colours: Vec<[Vec<usize>; 2]>,
+    /// Whether any process was asked to stop, or to pause, as all know it since the last step.
+    pub(crate) ends: bool,
+    pub(crate) pauses: bool,
+    /// Of all processes, since the last exchange.
+    pub(crate) stock: Stock<S>,
+    /// Steps since tiles changed hands.
+    since: u64,
+    /// Whether the first process holds all tiles for a while.
+    pub(crate) is_united: bool,
+}
+
+/// What all processes learn in each step.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct News<P: Physics, F: Follow<P::Space>> {
+    stock: Stock<P::Space>,
+    simulators: usize,
+    ends: bool,
+    pauses: bool,
+    far: Vec<(u32, u32, SimulatorOf<P, F>)>,
+}
+
+/// What the first process learns of a tile in each step.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Counted<P: Physics> {
+    tile: u32,
+    tally: Tally,
+    ledgers: Option<Box<Ledgers<P::Space>>>,
+    log: Vec<Event>,
+}
+
+/// What an arranged tile holds.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+pub(crate) struct Content<P: Physics, F: Follow<P::Space>> {
+    tile: u32,
+    counts: Vec<u32>,
+    simulators: Vec<SimulatorOf<P, F>>,
+}
+
+/// A collision as numbers: time, position, relative velocity, line, reduced mass, restitution, weight; who, and of which species.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Event([f64; 13], [u32; 4]);
+
+impl From<&Collision> for Event {
+    fn from(one: &Collision) -> Self {
+        let (p, v, l) = (one.position, one.relative, one.line);
+        let numbers = [
+            one.time,
+            p.x,
+            p.y,
+            p.z,
+            v.x,
+            v.y,
+            v.z,
+            l.x,
+            l.y,
+            l.z,
+            one.reduced_mass,
+            one.restitution,
+            one.weight,
+        ];
+        let [a, b] = one.pair;
+        let [c, d] = one.species;
+        Self(numbers, [a, b, c, d])
+    }
+}
+
+impl From<Event> for Collision {
+    fn from(Event(n, [a, b, c, d]): Event) -> Self {
+        Self {
+            time: n[0],
+            position: [n[1], n[2], n[3]].into(),
+            relative: [n[4], n[5], n[6]].into(),
+            line: [n[7], n[8], n[9]].into(),
+            reduced_mass: n[10],
+            restitution: n[11],
+            weight: n[12],
+            pair: [a, b],
+            species: [c, d],
+        }
+    }
+}
+
+/// A value as bytes.
+pub(crate) fn write<T: Serialize>(value: &T) -> Vec<u8> {
+    postcard::to_stdvec(value).expect("all types here have a length")
+}
+
+/// A value from the bytes that another process wrote.
+///
+/// # Panics
+/// If they are of another program, which is an error of whoever connects the processes.
+pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> T {
+    postcard::from_bytes(bytes).expect("the bytes of the same program")
+}
+
+impl<S: Space> Share<S> {
+    fn new(ranks: Arc<dyn Ranks>, tiles: usize) -> Self {
+        Self {
+            ranks,
+            owners: vec![0; tiles],
+            near: Vec::new(),
+            seers: Vec::new(),
+            colours: Vec::new(),
+            ends: false,
+            pauses: false,
+            stock: Stock::default(),
+            since: 0,
+            is_united: true,
+        }
+    }
+
+    pub(crate) fn me(&self) -> usize {
+        self.ranks.rank()
+    }
+
+    fn is_mine(&self, tile: usize) -> bool {
+        self.owners[tile] as usize == self.me()
+    }
+
+    /// Sends to each near process what belongs to it, and returns what came.
+    pub(crate) fn with_near<T: Serialize + DeserializeOwned>(
+        &self,
+        mut to: impl FnMut(usize) -> T,
+    ) -> Vec<T> {
+        let messages = self.near.iter().map(|&rank| (rank, write(&to(rank))));
+        let came = self.ranks.exchange(messages.collect(), &self.near);
+        came.iter().map(|bytes| read(bytes)).collect()
+    }
+
+    /// Notes new owners.
+    fn own(&mut self, grid: &Grid<S>, owners: Vec<u32>) {
+        let me = self.me();
+        let mut near: Vec<usize> = (0..owners.len())
+            .filter(|&tile| owners[tile] as usize == me)
+            .flat_map(|tile| around(grid, tile))
+            .map(|tile| owners[tile] as usize)
+            .filter(|&owner| owner != me)
+            .collect();
+        near.sort_unstable();
+        near.dedup();
+        (self.near, self.owners) = (near, owners);
+        self.seers = (0..self.owners.len())
+            .map(|tile| {
+                let all = around(grid, tile).map(|other| self.owners[other]);
+                let mut seers: Vec<u32> = all.filter(|&owner| owner as usize != me).collect();
+                seers.sort_unstable();
+                seers.dedup();
+                seers
+            })
+            .collect();
+        let sorted = |mut list: Vec<usize>| {
+            list.sort_unstable();
+            list.dedup();
+            list
+        };
+        self.colours = colours(grid)
+            .iter()
+            .map(|group| {
+                let (mut to, mut from) = (Vec::new(), Vec::new());
+                for &tile in group {
+                    let owner = self.owners[tile as usize] as usize;
+                    for other in around(grid, tile as usize) {
+                        if owner == me {
+                            to.extend(self.seers[other].iter().map(|&rank| rank as usize));
+                        } else if around(grid, other).any(|next| self.is_mine(next)) {
+                            from.push(owner);
+                        }
+                    }
+                }
+                [sorted(to), sorted(from)]
+            })
+            .collect();
+    }
+}
+
+impl<S: Space> Share<S> {
+    /// The values of cells of other processes that count here, by the tile: those of tiles within `reach` cells of own ones; if it is
+    /// wide, also of those next to own ones.
+    pub(crate) fn units_around<P: Physics<Space = S>, F: Follow<S>>(
+        &self,
+        grid: &Grid<S>,
+        tiles: &[Tile<P, F>],
+        reach: [usize; 3],
+        is_wide: bool,
+        value: impl Fn(&Tile<P, F>, usize) -> f32,
+    ) -> BTreeMap<usize, Vec<f32>> {
+        let mut to: BTreeMap<usize, Vec<(u32, Vec<f32>)>> = BTreeMap::new();
+        let mut from: Vec<usize> = Vec::new();
+        for (number, tile) in tiles.iter().enumerate().filter(|(_, tile)| tile.is_here) {
+            let mut near: Vec<usize> = within(grid, number, reach).collect();
+            if is_wide {
+                near = near.iter().flat_map(|&other| around(grid, other)).collect();
+            }
+            let owners = near.iter().map(|&other| self.owners[other] as usize);
+            let mut wanted: Vec<usize> = owners.filter(|&owner| owner != self.me()).collect();
+            wanted.sort_unstable();
+            wanted.dedup();
+            if wanted.is_empty() {
+                continue;
+            }
+            let values: Vec<f32> = (0..tile.cells()).map(|cell| value(tile, cell)).collect();
+            for &rank in &wanted {
+                to.entry(rank)
+                    .or_default()
+                    .push((number as u32, values.clone()));
+            }
+            from.extend(wanted);
+        }
+        // Who needs something of this process has something that it needs.
+        from.sort_unstable();
+        from.dedup();
+        let messages = to.iter().map(|(&rank, some)| (rank, write(some)));
+        let came = self.ranks.exchange(messages.collect(), &from);
+        let all = came
+            .iter()
+            .flat_map(|bytes| read::<Vec<(u32, Vec<f32>)>>(bytes));
+        all.map(|(number, values)| (number as usize, values))
+            .collect()
+    }
+
+    /// Whether another process sees a tile: its owner, or one with a tile next to it.
+    pub(crate) fn is_seen(&self, tile: usize) -> bool {
+        !self.seers[tile].is_empty()
+    }
+
+    /// Before the collisions of a step across cells: all processes see the arranged tiles next to their own.
+    pub(crate) fn see_around<P: Physics<Space = S>, F: Follow<S>>(
+        &self,
+        grid: &Grid<S>,
+        tiles: &mut [Tile<P, F>],
+    ) {
+        let came = self.with_near(|rank| {
+            let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
+            let seen = own.filter(|(number, _)| {
+                around(grid, *number).any(|other| self.owners[other] as usize == rank)
+            });
+            seen.map(|(number, tile)| Content {
+                tile: number as u32,
+                counts: tile.counts_of_cells(),
+                simulators: tile.simulators.clone(),
+            })
+            .collect::<Vec<Content<P, F>>>()
+        });
+        for content in came.into_iter().flatten() {
+            tiles[content.tile as usize].hold(content);
+        }
+    }
+
+    /// Tells others what has changed in the tiles of a colour and around them, and returns what has changed elsewhere.
+    pub(crate) fn tell_changes<P: Physics<Space = S>>(
+        &self,
+        colour: usize,
+        changes: &[ChangeOf<P>],
+    ) -> Vec<ChangeOf<P>> {
+        let Some([to, from]) = self.colours.get(colour) else {
+            return Vec::new();
+        };
+        if to.is_empty() && from.is_empty() {
+            return Vec::new();
+        }
+        let messages = to.iter().map(|&rank| {
+            let seen = changes
+                .iter()
+                .filter(|change| self.seers[change.tile as usize].contains(&(rank as u32)));
+            (rank, write(&seen.copied().collect::<Vec<_>>()))
+        });
+        let came = self.ranks.exchange(messages.collect(), from);
+        came.iter()
+            .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes))
+            .collect()
+    }
+
+    /// The reports of all tiles, in the order of colours: all processes have those of the others but their logs, which the first
+    /// process has.
+    pub(crate) fn all_reports(
+        &self,
+        grid: &Grid<S>,
+        mine: Vec<(u32, Report)>,
+    ) -> Vec<(u32, Report)> {
+        let counted: Vec<_> = mine
+            .iter()
+            .map(|(tile, report)| (*tile, report.tally, report.distances.clone()))
+            .collect();
+        let logs: Vec<(u32, Vec<Event>)> = mine
+            .iter()
+            .filter(|(_, report)| self.me() > 0 && !report.log.is_empty())
+            .map(|(tile, report)| (*tile, report.log.iter().map(Event::from).collect()))
+            .collect();
+        let mut all: Vec<Option<Report>> = Vec::new();
+        all.resize_with(self.owners.len(), || None);
+        for (tile, report) in mine {
+            all[tile as usize] = Some(report);
+        }
+        for bytes in all_gather(&*self.ranks, write(&counted)) {
+            for (tile, tally, distances) in read::<Vec<(u32, Tally, Distances)>>(&bytes) {
+                all[tile as usize].get_or_insert_with(|| Report {
+                    tally,
+                    distances,
+                    log: Vec::new(),
+                });
+            }
+        }
+        for bytes in gather(&*self.ranks, write(&logs)).iter().skip(1) {
+            for (tile, log) in read::<Vec<(u32, Vec<Event>)>>(bytes) {
+                if let Some(report) = &mut all[tile as usize] {
+                    report.log = log.into_iter().map(Collision::from).collect();
+                }
+            }
+        }
+        let order = colours(grid).into_iter().flatten();
+        order
+            .filter_map(|tile| Some((tile, all[tile as usize].take()?)))
+            .collect()
+    }
+}
+
+/// After the collisions of a step across cells: tiles of other processes are seen no more.
+pub(crate) fn see_no_more<P: Physics, F: Follow<P::Space>>(tiles: &mut [Tile<P, F>]) {
+    tiles
+        .iter_mut()
+        .filter(|tile| !tile.is_here)
+        .for_each(Tile::empty);
+}
+
+/// The tiles that have cells within some cells of a tile, along each axis and around the box.
+fn within<S: Space>(grid: &Grid<S>, tile: usize, reach: [usize; 3]) -> impl Iterator<Item = usize> {
+    let place = grid.tile_place(grid.place_of(tile));
+    let [columns, rows, layers] = [0, 1, 2].map(|axis| {
+        let count = i64::from(grid.counts()[axis]);
+        let (first, side) = (i64::from(place.first[axis]), i64::from(place.sides[axis]));
+        let reach = (reach[axis] as i64).min(count);
+        let cells = (first - reach..first + side + reach).map(|cell| cell.rem_euclid(count) as u32);
+        let mut at = [0; 3];
+        let mut tiles: Vec<u32> = cells
+            .map(|cell| {
+                at[axis] = cell;
+                grid.owner(at)[axis]
+            })
+            .collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    });
+    let mut all = Vec::new();
+    for &z in &layers {
+        for &y in &rows {
+            all.extend(columns.iter().map(|&x| grid.tile_number([x, y, z])));
+        }
+    }
+    all.into_iter()
+}
+
+/// A tile and those next to it.
+pub(crate) fn around<S: Space>(grid: &Grid<S>, tile: usize) -> impl Iterator<Item = usize> + '_ {
+    let place = grid.place_of(tile);
+    (0..OFFSETS).map(move |number| grid.tile_number(grid.neighbour(place, offset(number))))
+}
+
+impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
+    fn content(&mut self, number: usize) -> Content<P, F> {
+        Content {
+            tile: number as u32,
+            counts: self.counts_of_cells(),
+            simulators: std::mem::take(&mut self.simulators),
+        }
+    }
+
+    fn counts_of_cells(&self) -> Vec<u32> {
+        self.starts
+            .windows(2)
+            .map(|ends| ends[1] - ends[0])
+            .collect()
+    }
+
+    /// What it costs, about: how long it took, or how much there is.
+    fn cost(&self) -> f64 {
+        if self.seconds > 0.0 {
+            self.seconds
+        } else {
+            1e-9 * (self.simulators.len() + self.cells()) as f64
+        }
+    }
+
+    fn hold(&mut self, content: Content<P, F>) {
+        self.starts.clear();
+        self.starts.push(0);
+        let mut sum = 0;
+        for count in content.counts {
+            sum += count;
+            self.starts.push(sum);
+        }
+        self.simulators = content.simulators;
+    }
+
+    /// Lets go of all simulators.
+    fn empty(&mut self) {
+        self.simulators = Vec::new();
+        self.codes = Vec::new();
+        self.starts = Vec::new();
+        self.extents = Vec::new();
+    }
+}
+
+/// All that processes need to know of the gas besides its simulators, and who holds what.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Brief<P: Physics, F: Follow<P::Space>> {
+    gas: Checkpoint<P, F>,
+    simulators: usize,
+    owners: Vec<u32>,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
+    /// From now on several processes hold the gas, which they have made of the same scene, parameters and boundaries. What counts
+    /// is the gas of the first; it holds all until [`Self::divide`].
+    pub fn share(&mut self, ranks: Arc<dyn Ranks>) {
+        self.share = Some(Share::new(ranks, self.tiles.len()));
+    }
+
+    /// Whether this process holds all of the gas.
+    pub fn is_whole(&self) -> bool {
+        self.share.as_ref().is_none_or(|share| share.is_united)
+    }
+
+    /// Gives each process its tiles; all of them call it. Nothing happens if they have them.
+    pub fn divide(&mut self) {
+        let Some(mut share) = self.share.take_if(|share| share.is_united) else {
+            return;
+        };
+        let ranks = share.ranks.clone();
+        let brief = (share.me() == 0).then(|| {
+            let costs: Vec<f64> = self.tiles.iter().map(Tile::cost).collect();
+            Brief {
+                gas: self.without_simulators(),
+                simulators: self.simulators,
+                owners: owners::bisect(self.grid.tiles(), &costs, ranks.size()),
+            }
+        });
+        let bytes = brief.map_or_else(Vec::new, |brief| write(&brief));
+        let brief: Brief<P, F> = read(&broadcast(&*ranks, bytes));
+        self.take_over(brief.gas);
+        self.simulators = brief.simulators;
+        share.own(&self.grid, brief.owners);
+        let others: Vec<usize> = (1..ranks.size()).collect();
+        let came = if share.me() == 0 {
+            let messages = others.iter().map(|&rank| {
+                let own = self.tiles.iter_mut().enumerate();
+                let own = own.filter(|(number, _)| share.owners[*number] as usize == rank);
+                let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
+                (rank, write(&contents))
+            });
+            let messages = messages.collect();
+            ranks.exchange(messages, &[]);
+            Vec::new()
+        } else {
+            ranks.exchange(Vec::new(), &[0])
+        };
+        for (number, tile) in self.tiles.iter_mut().enumerate() {
+            tile.is_here = share.is_mine(number);
+            if !tile.is_here {
+                tile.empty();
+            }
+            tile.seconds = 0.0;
+        }
+        for outbox in self.departing.iter_mut().chain(&mut self.arriving) {
+            *outbox = Outbox::default();
+        }
+        for content in came
+            .iter()
+            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+        (share.is_united, share.since) = (false, 0);
+        self.share = Some(share);
+    }
+
+    /// Gives the first process all tiles, arranged; all processes call it. Nothing happens if it has them.
+    pub fn unite(&mut self) {
+        let Some(mut share) = self.share.take_if(|share| !share.is_united) else {
+            return;
+        };
+        let own = self.tiles.iter_mut().enumerate();
+        let own = own.filter(|(_, tile)| tile.is_here && share.me() > 0);
+        let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
+        let came = gather(&*share.ranks, write(&contents));
+        for content in came
+            .iter()
+            .skip(1)
+            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+        for tile in &mut self.tiles {
+            tile.is_here = share.me() == 0;
+            if !tile.is_here {
+                tile.empty();
+            }
+        }
+        share.is_united = true;
+        self.share = Some(share);
+    }
+
+    /// Lets tiles change hands where one process has much more to do than others, by the time that tiles took.
+    pub(crate) fn balance(&mut self) {
+        let Some(mut share) = self.share.take() else {
+            return;
+        };
+        if share.since >= STEPS_BETWEEN && !share.is_united {
+            share.since = 0;
+            self.even_out(&mut share);
+        }
+        self.share = Some(share);
+    }
+
+    fn even_out(&mut self, share: &mut Share<P::Space>) {
+        let ranks = share.ranks.clone();
+        let own = self.tiles.iter_mut().enumerate();
+        let own = own.filter(|(_, tile)| tile.is_here);
+        let seconds: Vec<(u32, f64)> = own
+            .map(|(number, tile)| (number as u32, std::mem::take(&mut tile.seconds)))
+            .collect();
+        let all = all_gather(&*ranks, write(&seconds));
+        let mut costs = vec![0.0; self.tiles.len()];
+        let mut sums = Vec::new();
+        for bytes in &all {
+            let some: Vec<(u32, f64)> = read(bytes);
+            sums.push(some.iter().map(|one| one.1).sum::<f64>());
+            for (number, seconds) in some {
+                costs[number as usize] = seconds;
+            }
+        }
+        let mean = sums.iter().sum::<f64>() / ranks.size() as f64;
+        let largest = |sums: &[f64]| sums.iter().copied().fold(0.0, f64::max);
+        let owners = owners::bisect(self.grid.tiles(), &costs, ranks.size());
+        let mut better = vec![0.0; ranks.size()];
+        for (&owner, cost) in owners.iter().zip(&costs) {
+            better[owner as usize] += cost;
+        }
+        // What is gained must be worth the move.
+        if largest(&sums) <= UNEVEN * mean || 1.05 * largest(&better) > largest(&sums) {
+            return;
+        }
+        let others: Vec<usize> = (0..ranks.size())
+            .filter(|&rank| rank != share.me())
+            .collect();
+        let moving = |number: usize, rank: usize| owners[number] as usize == rank;
+        let messages = others.iter().map(|&rank| {
+            let own = self.tiles.iter_mut().enumerate();
+            let own = own.filter(|(number, tile)| tile.is_here && moving(*number, rank));
+            let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
+            (rank, write(&contents))
+        });
+        let came = ranks.exchange(messages.collect(), &others);
+        share.own(&self.grid, owners);
+        for (number, tile) in self.tiles.iter_mut().enumerate() {
+            tile.is_here = share.is_mine(number);
+            if !tile.is_here {
+                tile.empty();
+            }
+        }
+        for content in came
+            .iter()
+            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+    }
+
+    /// After a flight: sends what left own tiles to the owners of those it enters, and tells all what the next step follows.
+    pub(crate) fn exchange_with_others(&mut self) {
+        let Some(mut share) = self.share.take() else {
+            return;
+        };
+        let (grid, arriving) = (&self.grid, &mut self.arriving);
+        let came = share.with_near(|rank| {
+            let mut leaving: Vec<(u32, u8, u32, SimulatorOf<P, F>)> = Vec::new();
+            for (number, tile) in self.tiles.iter().enumerate() {
+                if !tile.is_here || arriving[number].near() == 0 {
+                    continue;
+                }
+                for step in 0..OFFSETS {
+                    let to = grid.tile_number(grid.neighbour(tile.place.tile, offset(step)));
+                    if share.owners[to] as usize == rank {
+                        let some = arriving[number].towards(step).iter();
+                        leaving.extend(
+                            some.map(|one| (number as u32, step as u8, one.source, one.simulator)),
+                        );
+                    }
+                }
+            }
+            leaving
+        });
+        // What left own tiles, and is still here.
+        let tiles = self.tiles.iter().zip(arriving.iter());
+        let own = tiles.filter(|(tile, _)| tile.is_here);
+        let simulators = own
+            .map(|(tile, outbox)| tile.simulators.len() + outbox.near())
+            .sum::<usize>()
+            + self.far.len();
+        for (tile, outbox) in self.tiles.iter().zip(arriving.iter_mut()) {
+            if !tile.is_here {
+                outbox.fill(&[]);
+            }
+        }
+        for leaving in came {
+            let mut rest = &leaving[..];
+            while let Some(&(number, ..)) = rest.first() {
+                let count = rest.iter().take_while(|one| one.0 == number).count();
+                let (of_tile, later) = rest.split_at(count);
+                rest = later;
+                let leavers = of_tile
+                    .iter()
+                    .map(|&(_, step, source, simulator)| (step, Left { source, simulator }));
+                let leavers: Vec<(u8, Traveller<P, F>)> = leavers.collect();
+                arriving[number as usize].fill(&leavers);
+            }
+        }
+        let mut stock = Stock::default();
+        self.tiles
+            .iter()
+            .filter(|tile| tile.is_here)
+            .for_each(|tile| stock.add(&tile.stock));
+        let far = self
+            .far
+            .iter()
+            .filter(|(to, _)| !share.is_mine(*to as usize));
+        let news = News::<P, F> {
+            stock,
+            simulators,
+            ends: self.stop.interrupt().is_raised(),
+            pauses: self.stop.is_paused(),
+            far: far
+                .map(|&(to, one)| (to, one.source, one.simulator))
+                .collect(),
+        };
+        self.far.retain(|(to, _)| share.is_mine(*to as usize));
+        let all = all_gather(&*share.ranks, write(&news));
+        let (mut stock, mut simulators) = (Stock::default(), 0);
+        for (rank, bytes) in all.iter().enumerate() {
+            let news: News<P, F> = read(bytes);
+            stock.add(&news.stock);
+            simulators += news.simulators;
+            share.ends |= news.ends;
+            share.pauses |= news.pauses;
+            let far = news
+                .far
+                .into_iter()
+                .filter(|(to, ..)| share.is_mine(*to as usize));
+            if rank != share.me() {
+                self.far
+                    .extend(far.map(|(to, source, simulator)| (to, Left { source, simulator })));
+            }
+        }
+        share.stock = stock;
+        if self.surroundings.is_some() {
+            self.simulators = simulators;
+        }
+        share.since += 1;
+        self.share = Some(share);
+    }
+
+    /// Gives the first process what tiles have counted in a step.
+    pub(crate) fn report(&mut self) {
+        let Some(share) = &self.share else {
+            return;
+        };
+        let me = share.me();
+        let own = self
+            .tiles
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, tile)| tile.is_here && me > 0);
+        let counted: Vec<Counted<P>> = own
+            .map(|(number, tile)| Counted {
+                tile: number as u32,
+                tally: tile.tally,
+                ledgers: tile.ledgers.clone(),
+                log: tile.log.drain(..).map(|one| Event::from(&one)).collect(),
+            })
+            .collect();
+        for bytes in gather(&*share.ranks, write(&counted)).iter().skip(1) {
+            for one in read::<Vec<Counted<P>>>(bytes) {
+                let tile = &mut self.tiles[one.tile as usize];
+                tile.tally = one.tally;
+                tile.ledgers = one.ledgers;
+                tile.log.extend(one.log.into_iter().map(Collision::from));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

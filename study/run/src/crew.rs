@@ -1,0 +1,319 @@
+//! A run whose pieces are done by several processes.
+//!
+//! One process holds the results folder: [`run_among`] hands out pieces from a [`Board`] through whatever connects the processes,
+//! which is the caller's [`Crew`]. The others, and its own threads, do them as an [`Assistant`]. Every process plans the case
+//! for itself, so that orders are short. A piece is a function of the case, and records come back as a checkpoint holds them,
+//! so tables are the bytes of [`crate::run_case`], whoever did what.
+//!
+//! All processes need the results folder: checkpoints are written there by those who do a piece, so that another process can go
+//! on with it, in the same run or a later one.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use stosszahl_case::CaseFile;
+use stosszahl_dsmc::Ranks;
+
+use crate::check::Planned;
+use crate::holders::Holders;
+use crate::pieces::{Desk, Piece, Replica, record, seconds};
+use crate::point::Job;
+use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, require_memory};
+
+/// What another process needs to know to do a piece of a case that it has planned.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Order {
+    piece: Piece,
+    /// The folder of the point.
+    folder: PathBuf,
+    fingerprint: [u8; 32],
+}
+
+/// What connects the processes of a run.
+pub trait Crew: Sync {
+    /// Has the pieces of a board done until it is finished, by this process and others.
+    ///
+    /// # Errors
+    /// [`RunError::Crew`] if processes are lost that cannot be done without. What pieces themselves cannot do is the board's.
+    fn work(&self, board: &Board<'_>, here: &Assistant<'_>) -> Result<(), RunError>;
+}
+
+/// The pieces of a run that are still to be done, and what came back.
+pub struct Board<'a> {
+    jobs: &'a [Job<'a>],
+    state: Mutex<State>,
+}
+
+struct State {
+    /// The largest last.
+    waiting: Vec<Piece>,
+    points: Vec<Point>,
+    failure: Option<RunError>,
+}
+
+/// A point on its way.
+struct Point {
+    began: Option<Instant>,
+    replicas: Vec<Option<Result<Replica, RunError>>>,
+    summary: Option<PointSummary>,
+}
+
+impl<'a> Board<'a> {
+    pub(crate) fn new(jobs: &'a [Job<'a>]) -> Result<Self, RunError> {
+        let mut waiting = Vec::new();
+        let mut points = Vec::new();
+        for job in jobs {
+            let summary = job.complete()?;
+            if summary.is_none() {
+                waiting.extend(job.pieces());
+            }
+            let replicas = job.pieces().map(|_| None).collect();
+            points.push(Point {
+                began: None,
+                replicas,
+                summary,
+            });
+        }
+        let cost = |piece: &Piece| seconds(&jobs[piece.point].planned.plan);
+        waiting.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+        waiting.reverse();
+        let state = State {
+            waiting,
+            points,
+            failure: None,
+        };
+        Ok(Self {
+            jobs,
+            state: Mutex::new(state),
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The largest piece that nobody does; none if there is none, or the run has failed.
+    pub fn next(&self) -> Option<Order> {
+        let mut state = self.state();
+        if state.failure.is_some() {
+            return None;
+        }
+        let piece = state.waiting.pop()?;
+        let job = &self.jobs[piece.point];
+        if let Err(error) = job.claim(piece) {
+            state.failure = Some(error);
+            return None;
+        }
+        let point = &mut state.points[piece.point];
+        if point.began.is_none() {
+            point.began = Some(Instant::now());
+            job.begin();
+        }
+        Some(Order {
+            piece,
+            folder: job.place.path(),
+            fingerprint: *job.place.fingerprint(),
+        })
+    }
+
+    /// Takes back the order of a process that was lost: somebody else is to do it.
+    pub fn put_back(&self, order: &Order) {
+        let attempt = order.piece.attempt + 1;
+        self.state().waiting.push(Piece {
+            attempt,
+            ..order.piece
+        });
+    }
+
+    /// Takes what an order left in another process.
+    pub fn take(&self, order: &Order, record: &[u8]) {
+        let job = &self.jobs[order.piece.point];
+        let left = job.desk(&order.folder).restore(order.piece, record);
+        self.put(order.piece, left);
+    }
+
+    /// Takes what a piece left, and finishes its point if it was the last. Of a piece that was done twice, the first counts.
+    fn put(&self, piece: Piece, left: Result<Replica, RunError>) {
+        let mut state = self.state();
+        let point = &mut state.points[piece.point];
+        // A finished point has let go of them.
+        let Some(place) = point.replicas.get_mut(piece.replica as usize) else {
+            return;
+        };
+        if place.is_some() {
+            return;
+        }
+        match left {
+            Err(error) if !error.is_of_gas() => {
+                state.failure.get_or_insert(error);
+                return;
+            }
+            left => *place = Some(left),
+        }
+        if point.replicas.iter().any(Option::is_none) {
+            return;
+        }
+        let all = point.replicas.drain(..).flatten().collect();
+        let began = point.began.unwrap_or_else(Instant::now);
+        match self.jobs[piece.point].finish(all, began) {
+            Ok(summary) => point.summary = Some(summary),
+            Err(error) => {
+                state.failure.get_or_insert(error);
+            }
+        }
+    }
+
+    /// Ends the run.
+    pub fn fail(&self, error: RunError) {
+        self.state().failure.get_or_insert(error);
+    }
+
+    /// Whether all is done, or the run has failed.
+    pub fn is_finished(&self) -> bool {
+        let state = self.state();
+        state.failure.is_some() || state.points.iter().all(|point| point.summary.is_some())
+    }
+
+    /// Whether the run has failed.
+    pub fn has_failed(&self) -> bool {
+        self.state().failure.is_some()
+    }
+
+    /// Pieces that are done, and all.
+    pub fn count(&self) -> [usize; 2] {
+        let state = self.state();
+        let counts = self.jobs.iter().zip(&state.points).map(|(job, point)| {
+            let all = job.pieces().count();
+            let there = point.replicas.iter().flatten().count();
+            [if point.summary.is_some() { all } else { there }, all]
+        });
+        counts.fold([0, 0], |[done, all], more| [done + more[0], all + more[1]])
+    }
+
+    pub(crate) fn finished(self) -> Result<Vec<PointSummary>, RunError> {
+        let state = self.state.into_inner();
+        let state = state.unwrap_or_else(PoisonError::into_inner);
+        match state.failure {
+            Some(error) => Err(error),
+            None => Ok(state
+                .points
+                .into_iter()
+                .filter_map(|point| point.summary)
+                .collect()),
+        }
+    }
+}
+
+/// Does pieces of a run on the threads of this process.
+pub struct Assistant<'a> {
+    planned: &'a [Planned<'a>],
+    options: &'a Options<'a>,
+    pool: rayon::ThreadPool,
+    slots: usize,
+    /// Processes that hold each gas in cells together.
+    holders: Option<Arc<dyn Ranks>>,
+}
+
+impl<'a> Assistant<'a> {
+    pub(crate) fn new(
+        planned: &'a [Planned<'a>],
+        options: &'a Options<'a>,
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        let bytes = planned.iter().map(|one| one.cost(threads).bytes);
+        require_memory(bytes.fold(0.0, f64::max), options)?;
+        let engines = planned.iter().map(|one| one.plan.engines.len()).min();
+        Ok(Self {
+            planned,
+            options,
+            pool: rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()?,
+            slots: (threads / engines.unwrap_or(1).max(1)).max(1),
+            holders: None,
+        })
+    }
+
+    /// Each gas in cells is held by these processes from now on, of which this is the first.
+    pub(crate) fn hold_with(&mut self, ranks: Arc<dyn Ranks>) {
+        self.holders = Some(ranks);
+    }
+
+    /// How many pieces are to be done at once, so that each thread has an engine.
+    pub fn slots(&self) -> usize {
+        self.slots
+    }
+
+    fn desk<'d>(&'d self, order: &'d Order) -> Desk<'d> {
+        Desk {
+            planned: &self.planned[order.piece.point],
+            folder: &order.folder,
+            fingerprint: &order.fingerprint,
+            number: order.piece.point,
+            stop: self.options.stop,
+            progress: self.options.progress,
+        }
+    }
+
+    /// Does a piece of this process's own board.
+    pub fn work_here(&self, board: &Board<'_>, order: &Order) {
+        let desk = self.desk(order);
+        let holders = self.holders.clone().map(|ranks| Holders {
+            ranks,
+            point: order.piece.point,
+        });
+        let left = (self.pool).install(|| desk.work_among(order.piece, holders.as_ref()));
+        board.put(order.piece, left);
+    }
+
+    /// Does a piece, and returns what it left, as bytes for [`Board::take`].
+    pub fn work(&self, order: &Order) -> Vec<u8> {
+        let desk = self.desk(order);
+        let left = match fs::read_dir(&order.folder) {
+            Ok(_) => self.pool.install(|| desk.work(order.piece)),
+            Err(error) => Err(RunError::Crew(format!(
+                "{}: {error}; all processes of a run need its results folder",
+                order.folder.display()
+            ))),
+        };
+        let bytes = record(&left).or_else(|error| {
+            let left = Err(RunError::Crew(format!("the record of a piece: {error}")));
+            record(&left)
+        });
+        bytes.unwrap_or_default()
+    }
+}
+
+/// Runs all points of a case into a results folder with the help of other processes.
+///
+/// # Errors
+/// As [`crate::run_case`]; and [`RunError::Crew`].
+pub fn run_among(
+    file: &CaseFile,
+    options: &Options<'_>,
+    crew: &dyn Crew,
+) -> Result<Summary, RunError> {
+    let (planned, threads) = prepare(file, options)?;
+    let here = Assistant::new(&planned, options, threads)?;
+    let opened = Opened::new(file, &planned, options)?;
+    let jobs = opened.jobs(file, &planned, options);
+    let board = Board::new(&jobs)?;
+    crew.work(&board, &here)?;
+    Ok(opened.summary(board.finished()?))
+}
+
+/// Plans the same case in another process, which then does pieces of it.
+///
+/// # Errors
+/// As [`crate::run_case`].
+pub fn assist<T>(
+    file: &CaseFile,
+    options: &Options<'_>,
+    work: impl FnOnce(&Assistant<'_>) -> T,
+) -> Result<T, RunError> {
+    let (planned, threads) = prepare(file, options)?;
+    Ok(work(&Assistant::new(&planned, options, threads)?))
+}

@@ -1,0 +1,409 @@
+//! One point of a run: from what its replicas left to tables, verdicts and the manifest.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::thread;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde_json::Value;
+use stosszahl_case::format::TimeUnit;
+use stosszahl_case::{CaseFile, Kind};
+use stosszahl_results::{
+    Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Place, Program,
+    SNAPSHOTS, Start, StartTest, Table, Verdict,
+};
+
+use crate::check::Planned;
+use crate::follow::PartError;
+use crate::gauge::Gauge;
+use crate::judge;
+use crate::measure::{Finished, Runs};
+use crate::pieces::{self, Desk, Piece, Replica};
+use crate::plan::Plan;
+use crate::run::{Options, PointSummary, RunError};
+use crate::start::StartReport;
+
+/// Share of collisions in cells with a limited contact value from which it is named.
+const MANY_LIMITED: f64 = 0.1;
+
+/// A point of a run with its place in the results folder.
+#[derive(Clone, Copy)]
+pub(crate) struct Job<'a> {
+    /// The case file.
+    pub file: &'a CaseFile,
+    /// The point.
+    pub planned: &'a Planned<'a>,
+    /// Where its results go.
+    pub place: Place<'a>,
+    /// Its number.
+    pub number: usize,
+    /// Chance of a false alarm of each verdict.
+    pub level: f64,
+    /// How it is run.
+    pub options: &'a Options<'a>,
+}
+
+/// What the replicas of a point left: those of which no engine failed.
+struct Done {
+    /// By engine, then by replica.
+    finished: Vec<Vec<Finished>>,
+    starts: Vec<Start>,
+    failed: Vec<RunError>,
+}
+
+impl Job<'_> {
+    /// Its replicas, as pieces of work.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = Piece> + use<> {
+        let point = self.number;
+        (0..self.planned.plan.case.replicas).map(move |replica| Piece {
+            point,
+            replica,
+            attempt: 0,
+        })
+    }
+
+    /// Notes the files that a piece may write.
+    ///
+    /// # Errors
+    /// [`RunError::Results`] if the folder cannot be written.
+    pub(crate) fn claim(&self, piece: Piece) -> Result<(), RunError> {
+        Ok(pieces::claim(self.place, &self.planned.plan, piece)?)
+    }
+
+    /// Where its pieces are worked on, in a folder.
+    pub(crate) fn desk<'d>(&'d self, folder: &'d Path) -> Desk<'d> {
+        Desk {
+            planned: self.planned,
+            folder,
+            fingerprint: self.place.fingerprint(),
+            number: self.number,
+            stop: self.options.stop,
+            progress: self.options.progress,
+        }
+    }
+
+    /// The summary of a point that was complete before.
+    ///
+    /// # Errors
+    /// [`RunError::Results`] if the folder cannot be read.
+    pub(crate) fn complete(&self) -> Result<Option<PointSummary>, RunError> {
+        if self.options.existing != Existing::Resume || !self.place.is_complete()? {
+            return Ok(None);
+        }
+        self.place.remove_checkpoints()?;
+        let warnings = self.planned.plan.warnings.clone();
+        Ok(Some(self.summary(
+            true,
+            Instant::now(),
+            Vec::new(),
+            warnings,
+        )))
+    }
+
+    /// Tells that it begins.
+    pub(crate) fn begin(&self) {
+        let plan = &self.planned.plan;
+        let name = if self.place.name().is_empty() {
+            &plan.case.title
+        } else {
+            self.place.name()
+        };
+        self.options
+            .progress
+            .begin(self.number, name, Gauge::of(plan));
+    }
+
+    /// Runs it on the threads of the present pool.
+    ///
+    /// # Errors
+    /// [`RunError`]; checkpoints stay.
+    pub(crate) fn run(&self) -> Result<PointSummary, RunError> {
+        let began = Instant::now();
+        if let Some(summary) = self.complete()? {
+            return Ok(summary);
+        }
+        self.begin();
+        let folder = self.place.path();
+        let desk = self.desk(&folder);
+        let all: Vec<Piece> = self.pieces().collect();
+        let replicas = all.into_par_iter().map(|piece| {
+            self.claim(piece)?;
+            desk.work(piece)
+        });
+        self.finish(replicas.collect(), began)
+    }
+
+    fn summary(
+        &self,
+        was_complete: bool,
+        began: Instant,
+        verdicts: Vec<Verdict>,
+        warnings: Vec<String>,
+    ) -> PointSummary {
+        PointSummary {
+            name: self.place.name().to_owned(),
+            folder: self.place.path(),
+            was_complete,
+            seconds: began.elapsed().as_secs_f64(),
+            verdicts,
+            choices: self.planned.plan.choices.clone(),
+            warnings,
+        }
+    }
+
+    /// Sorts what the replicas left, in their order.
+    fn sort(&self, replicas: Vec<Result<Replica, RunError>>) -> Result<Done, RunError> {
+        let plan = &self.planned.plan;
+        let mut done = Done {
+            finished: plan.engines.iter().map(|_| Vec::new()).collect(),
+            starts: Vec::new(),
+            failed: Vec::new(),
+        };
+        for (number, replica) in replicas.into_iter().enumerate() {
+            match replica {
+                Ok((report, engines)) => {
+                    done.starts
+                        .extend(report.map(|report| start_of(number as u64, report)));
+                    for (list, one) in done.finished.iter_mut().zip(engines) {
+                        list.push(one);
+                    }
+                }
+                Err(error) if error.is_of_gas() => {
+                    self.keep_state(&error)?;
+                    done.failed.push(error);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        let failed = done.failed.len();
+        match done.failed.first_mut() {
+            // A replica that cannot go on may hide that another engine of it was asked to stop.
+            Some(RunError::Replica { source, .. }) if self.options.stop.is_raised() => {
+                **source = PartError::Interrupted;
+                Err(done.failed.swap_remove(0))
+            }
+            // Without a single replica there is nothing to tabulate.
+            Some(_) if failed as u64 == plan.case.replicas => Err(done.failed.swap_remove(0)),
+            _ => Ok(done),
+        }
+    }
+
+    /// Keeps the state of a gas that cannot go on.
+    fn keep_state(&self, error: &RunError) -> Result<(), RunError> {
+        let RunError::Replica {
+            replica,
+            part,
+            source,
+        } = error
+        else {
+            return Ok(());
+        };
+        if source.state().is_empty() {
+            return Ok(());
+        }
+        let name = format!("{SNAPSHOTS}/replica-{replica}-{part}.stopped.xyz");
+        self.place.write(&name, source.state().as_bytes())?;
+        let path = self.place.path().join(&name);
+        let text = format!("the gas at that moment is in {}", path.display());
+        self.options.progress.note(&text);
+        Ok(())
+    }
+
+    /// Tables, verdicts and the manifest from what all replicas left, in their order.
+    ///
+    /// # Errors
+    /// [`RunError`]: of the first replica that failed for another reason than its gas, of all that did, or of the folder.
+    pub(crate) fn finish(
+        &self,
+        replicas: Vec<Result<Replica, RunError>>,
+        began: Instant,
+    ) -> Result<PointSummary, RunError> {
+        let Self {
+            file,
+            planned,
+            place,
+            number,
+            level,
+            options,
+        } = *self;
+        let plan = &planned.plan;
+        let all = self.sort(replicas)?;
+        let mut warnings = plan.warnings.clone();
+        warnings.extend(
+            all.failed
+                .iter()
+                .map(|error| format!("{error}; this replica is left out of all tables")),
+        );
+        let engines = work(plan, &all.finished);
+        warnings.extend(limited(&engines));
+        let mut tables: Vec<Table> = Vec::new();
+        let (mut snapshots, mut frames) = (Vec::new(), Vec::new());
+        let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
+            .into_iter()
+            .collect();
+        for (measure, known) in planned.measures.iter().enumerate() {
+            let runs = Runs {
+                measure,
+                level,
+                finished: &all.finished,
+            };
+            let own = known.tables(plan, &runs);
+            verdicts.extend(known.verdicts(plan, &runs, &own));
+            for (snapshot, text) in known.snapshots(plan, &runs) {
+                place.write(&snapshot.file, text.as_bytes())?;
+                snapshots.push(snapshot);
+            }
+            for one in known.frames(plan, &runs) {
+                let bytes = stosszahl_results::frames::to_bytes(&one.frames)?;
+                place.write(&one.file, &bytes)?;
+                frames.push(FramesEntry::new(one.engine, one.file, &bytes));
+            }
+            tables.extend(own);
+        }
+        let manifest = Manifest {
+            format: FORMAT,
+            program: Program {
+                name: "stosszahl".into(),
+                version: env!("CARGO_PKG_VERSION").into(),
+                commit: options.commit.to_owned(),
+            },
+            title: plan.case.title.clone(),
+            case_text: file.text.clone(),
+            case: as_json(plan),
+            kind: kind_name(plan.kind).to_owned(),
+            time_unit: time_unit(plan),
+            derived: (plan.derived().into_iter())
+                .map(|one| Derived {
+                    name: one.name,
+                    value: one.value,
+                    unit: one.unit.to_owned(),
+                })
+                .collect(),
+            machine: machine(),
+            seed: plan.case.seed,
+            replicas: plan.case.replicas,
+            wall_seconds: began.elapsed().as_secs_f64(),
+            start: all.starts,
+            engines,
+            verdicts,
+            choices: plan.choices.clone(),
+            warnings,
+            snapshots,
+            frames,
+            ..Manifest::default()
+        };
+        let manifest = place.finish(manifest, &tables)?;
+        place.remove_checkpoints()?;
+        options.progress.end(number);
+        Ok(self.summary(false, began, manifest.verdicts, manifest.warnings))
+    }
+}
+
+/// The unit of time of a case.
+fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
+    stosszahl_results::TimeUnit {
+        name: match plan.time_unit {
+            TimeUnit::Case => "unit of time of the case",
+            TimeUnit::Haff => "Haff's cooling time of the start",
+            TimeUnit::MeanFreeTime => "mean free time of the start",
+        }
+        .to_owned(),
+        size: plan.time_in_case(),
+    }
+}
+
+/// The case as it is run.
+pub(crate) fn as_json(plan: &Plan) -> Value {
+    serde_json::to_value(&plan.case).unwrap_or_default()
+}
+
+pub(crate) fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Comparison => "comparison",
+        Kind::Homogeneous => "homogeneous",
+        Kind::Flow => "flow",
+    }
+}
+
+/// Replicas that started out of equilibrium, and which tests failed.
+fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
+    let bad = starts.iter().filter(|start| !start.equilibrated);
+    bad.map(|start| {
+        let failed = start.tests.iter().filter(|test| test.passed == Some(false));
+        let names: Vec<&str> = failed.map(|test| test.name.as_str()).collect();
+        let why = match &names[..] {
+            [] => "too few elastic collisions".to_owned(),
+            names => names.join(", "),
+        };
+        (start.replica, why)
+    })
+    .collect()
+}
+
+/// Work of each engine over all replicas.
+fn work(plan: &Plan, finished: &[Vec<Finished>]) -> Vec<EngineWork> {
+    let one = |(engine, runs): (&crate::plan::EnginePlan, &Vec<Finished>)| {
+        let mut work: BTreeMap<String, f64> = BTreeMap::new();
+        for run in runs {
+            for (name, number) in &run.work.numbers {
+                *work.entry(name.clone()).or_default() += number / runs.len() as f64;
+            }
+        }
+        EngineWork {
+            engine: engine.name.to_owned(),
+            seconds: runs.iter().map(|run| run.seconds).sum(),
+            collisions: runs.iter().map(|run| run.work.collisions).sum(),
+            bytes: runs.iter().map(|run| run.bytes as u64).max().unwrap_or(0),
+            work,
+        }
+    };
+    plan.engines.iter().zip(finished).map(one).collect()
+}
+
+/// Engines whose collision rates were limited, not those of the density.
+fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
+    engines.iter().filter_map(|engine| {
+        let share = engine.work.get("share_of_collisions_in_limited_cells").copied()?;
+        (share > MANY_LIMITED).then(|| {
+            format!(
+                "{}: {:.0} % of the collisions were in cells whose contact value was limited by largest_contact_value; the \
+                 rate there is the limit's, not the density's",
+                engine.engine,
+                100.0 * share
+            )
+        })
+    })
+}
+
+/// The machine that it runs on.
+fn machine() -> Machine {
+    let processor = std::fs::read_to_string("/proc/cpuinfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        });
+    Machine {
+        cores: thread::available_parallelism().map_or(1, |n| n.get() as u64),
+        processor: processor.unwrap_or_else(|| "unknown".into()),
+        system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+    }
+}
+
+fn start_of(replica: u64, report: StartReport) -> Start {
+    let tests = report.tests.into_iter().map(|test| StartTest {
+        name: test.name,
+        statistic: test.statistic,
+        p_value: test.p_value,
+        passed: test.passed,
+        detail: test.detail,
+    });
+    Start {
+        replica,
+        placement: report.placement,
+        collisions_per_particle: report.collisions_per_particle,
+        equilibrated: report.equilibrated,
+        tests: tests.collect(),
+    }
+}
