@@ -709,15 +709,17 @@ fn overrides_reach_elements() {
     }
 }
 
+/// A comparison with more lines.
+fn comparison_with(block: &str) -> Result<CaseFile, CaseError> {
+    read(&format!("{COMPARISON}{block}"), &[])
+}
+
 #[test]
 fn sweeps_are_products_of_lists_and_ranges() {
-    let sweep = |block: &str| read(&format!("{COMPARISON}{block}"), &[]);
     let names = |block: &str| {
-        let file = sweep(block).unwrap_or_else(|error| panic!("{error}"));
-        file.points
-            .into_iter()
-            .map(|point| point.name)
-            .collect::<Vec<_>>()
+        let file = comparison_with(block).unwrap_or_else(|error| panic!("{error}"));
+        let names = file.points.into_iter().map(|point| point.name);
+        names.collect::<Vec<_>>()
     };
     assert_eq!(
         names(
@@ -766,6 +768,13 @@ fn sweeps_are_products_of_lists_and_ranges() {
             "number=1600"
         ]
     );
+    let text = format!("{COMPARISON}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n");
+    let fixed = read(&text, &["gas.restitution=0.7"]).expect("a case");
+    assert_eq!((fixed.points.len(), fixed.points[0].name.as_str()), (1, ""));
+}
+
+#[test]
+fn sweeps_that_are_none_are_refused() {
     for (block, words) in [
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = -0.1 }\n",
@@ -818,12 +827,9 @@ fn sweeps_are_products_of_lists_and_ranges() {
             "already sweeps",
         ),
     ] {
-        let error = sweep(block).expect_err(block);
+        let error = comparison_with(block).expect_err(block);
         assert!(error.to_string().contains(words), "{block}: {error}");
     }
-    let text = format!("{COMPARISON}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n");
-    let fixed = read(&text, &["gas.restitution=0.7"]).expect("a case");
-    assert_eq!((fixed.points.len(), fixed.points[0].name.as_str()), (1, ""));
 }
 
 #[test]

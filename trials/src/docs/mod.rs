@@ -3,7 +3,7 @@
 //!
 //! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and `<!-- end of NAME -->`. [`ENTRIES`]
 //! says for each which bundled case it runs and how its tables become text. With `--check` cheap entries are made again and compared
-//! number by number within their errors ([`compare`]). Of costly ones the statistics versions of the engines are compared: the block
+//! number by number within their errors (`compare`). Of costly ones the statistics versions of the engines are compared: the block
 //! is refused once an engine that it rests on gives other means.
 
 mod block;
@@ -55,9 +55,9 @@ pub(crate) fn command(asked: &Docs) -> Done {
                 "{}  {place}",
                 if found.is_empty() { "pass" } else { "FAIL" }
             ));
-            found
-                .iter()
-                .for_each(|fault| say(&format!("      {fault}")));
+            for fault in &found {
+                say(&format!("      {fault}"));
+            }
             faults += found.len();
         } else {
             make(root, entry, asked.resume)?;
