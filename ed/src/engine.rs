@@ -228,15 +228,17 @@ where
         } else {
             Vec::new()
         };
+        let domain = state.domain;
+        // What comes now needs as much memory again.
+        drop(state);
         let tag = |&name: &u32| scene.sizes().tag(name as usize);
-        let tags = names.iter().map(tag).collect();
         let mut engine = Self {
+            tags: names.iter().map(tag).collect(),
             scene,
             dissipation,
-            domain: state.domain,
+            domain,
             calendar: Q::new(&NoEvents, 0.0),
             disks,
-            tags,
             spins,
             names,
             last_contact,
@@ -247,7 +249,7 @@ where
             speed,
             epoch,
             now: 0.0,
-            time: state.time,
+            time: epoch,
             refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
             horizon: horizon(unit),
             progress: Progress::new(tally.contacts().saturating_sub(stalled)),
