@@ -44,10 +44,15 @@ pub enum Command {
     /// continuation.
     Run(RunArguments),
     /// Validate a case and print what follows from it: mean free path, unit of time, cells, memory, time.
+    ///
+    /// The time is measured: each engine runs for about a second. So is what `[accuracy]` chooses.
     Check {
         /// The case and what is set from outside.
         #[command(flatten)]
         case: CaseArguments,
+        /// Run nothing: the time is guessed, and may be wrong by a factor of ten.
+        #[arg(long)]
+        guess: bool,
     },
     /// List the bundled cases with the question that each answers, or print one of them.
     ///
@@ -56,6 +61,13 @@ pub enum Command {
         /// The case to print.
         name: Option<String>,
     },
+    /// Write a commented case to begin with, from a few numbers.
+    ///
+    /// What it writes passes `check`. Every line says what its key means; docs/case-file.md has all keys.
+    #[command(
+        after_help = "Begin with:\n  stosszahl init own.toml --restitution 0.9\n  stosszahl check own.toml\n  stosszahl run own.toml"
+    )]
+    Init(InitArguments),
     /// Rebuild report.html from the tables of a results folder.
     Report {
         /// A results folder.
@@ -114,6 +126,46 @@ impl CaseArguments {
         all.extend(self.until.map(|value| format!("run.until={value:?}")));
         all
     }
+}
+
+/// `stosszahl init`.
+#[derive(Debug, Args)]
+pub struct InitArguments {
+    /// The file to write; it must not exist.
+    pub file: PathBuf,
+    /// What the case is about.
+    #[arg(long, value_enum, default_value_t)]
+    pub kind: Template,
+    /// Number of particles.
+    #[arg(long, value_name = "N", default_value_t = 2500)]
+    pub number: u64,
+    /// Share of the area or volume that particles fill.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    pub packing_fraction: f64,
+    /// Coefficients of restitution, from 0 to 1: several, with commas between, make a sweep.
+    #[arg(long, value_name = "R", value_delimiter = ',', default_values_t = [0.8])]
+    pub restitution: Vec<f64>,
+    /// End of the run, in the unit of time of the case.
+    #[arg(long, value_name = "T", default_value_t = 100.0)]
+    pub until: f64,
+    /// Independent runs.
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    pub replicas: u64,
+    /// Replace a file that exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// What a new case is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Template {
+    /// Exact disks against Monte Carlo, from one initial state.
+    #[default]
+    Comparison,
+    /// Spheres without positions against kinetic theory.
+    Homogeneous,
+    /// A channel with walls, driven along its axis, exact and by Monte Carlo.
+    Channel,
 }
 
 /// `stosszahl run`.

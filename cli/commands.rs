@@ -12,19 +12,24 @@ use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
 use crate::results::{Existing, ResultsError, Verdict, VerdictKind, headlines, write_file};
 use crate::study::frontier::{self, FrontierError, frontier};
-use crate::study::plan::{EngineCost, available_threads};
+use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
 use clap::CommandFactory as _;
 use serde_json::json;
 
-use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, RunArguments};
+use crate::arguments::{
+    Arguments, CaseArguments, Command, FrontierArguments, InitArguments, RunArguments,
+};
 use crate::bundled;
+use crate::init as template;
 use crate::progress::Display;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 const STOPPED: u8 = 130;
 /// How long a command that was asked to stop may take for that, unless it is saving.
-const GRACE: Duration = Duration::from_millis(900);
+const GRACE: Duration = Duration::from_millis(750);
+/// How long `check` measures \[s\].
+const MEASURING: f64 = 10.0;
 
 /// Version of the program, with the commit where it is known.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("STOSSZAHL_COMMIT"));
@@ -53,6 +58,9 @@ pub enum CommandError {
     /// There is no bundled case of this name.
     #[error("no bundled case is called {0}; `stosszahl cases` lists them")]
     NoBundledCase(String),
+    /// A file that would be replaced.
+    #[error("{} exists; use --force to replace it, or another name", .0.display())]
+    FileExists(std::path::PathBuf),
     /// A page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -67,11 +75,12 @@ impl CommandError {
         match self {
             Self::Run(error) if error.is_interruption() => STOPPED,
             Self::Frontier(FrontierError::Interrupted) => STOPPED,
-            Self::Run(RunError::Results(error)) if !error.is_system() => 2,
+            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
             Self::Frontier(error) if error.is_refusal() => 2,
             Self::Case(_)
             | Self::Target { .. }
             | Self::NoBundledCase(_)
+            | Self::FileExists(_)
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
             | Self::Report(ReportError::NoResults { .. }) => 2,
             Self::Run(_)
@@ -101,8 +110,9 @@ pub fn note(text: &str) {
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Run(arguments) => run_on_threads(&arguments),
-        Command::Check { case } => outline(&case),
+        Command::Check { case, guess } => outline(&case, guess),
         Command::Cases { name } => cases(name.as_deref()),
+        Command::Init(arguments) => init(&arguments),
         Command::Report { folder } => write_report(&folder)
             .map_err(CommandError::from)
             .and_then(|path| Ok(say(&path.display().to_string())?)),
@@ -178,6 +188,22 @@ fn cases(name: Option<&str>) -> Result<(), CommandError> {
     Ok(say(found.text.trim_end())?)
 }
 
+/// Writes a case that passes `check`, or nothing.
+fn init(arguments: &InitArguments) -> Result<(), CommandError> {
+    let path = &arguments.file;
+    if path.exists() && !arguments.force {
+        return Err(CommandError::FileExists(path.clone()));
+    }
+    let text = template::text(arguments);
+    check(&study::format().from_text(path, &text, &[])?)?;
+    write_file(path, text.as_bytes())?;
+    let name = path.display();
+    say(&format!(
+        "{name}\nnext: stosszahl check {name}, then stosszahl run {name}"
+    ))?;
+    Ok(())
+}
+
 fn schema() -> Result<(), CommandError> {
     Ok(say(&format!("{:#}", study::format().json()))?)
 }
@@ -193,15 +219,42 @@ fn manual(folder: &Path) -> Result<(), CommandError> {
     Ok(clap_mangen::generate_to(Arguments::command(), folder)?)
 }
 
-fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
+fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
     let file = read(arguments)?;
     let threads = available_threads();
-    let planned = check(&file)?;
+    let mut planned = check(&file)?;
+    let mut paces = None;
+    if !guess {
+        let (stop, display) = (listen("stopped"), Display::new());
+        let options = Options {
+            out: None,
+            existing: Existing::Refuse,
+            threads: None,
+            force_memory: false,
+            stop: &stop,
+            progress: &display,
+            commit: "",
+        };
+        planned = study::settle(&file, planned, &options, threads)?;
+        // What does not fit into memory is not tried.
+        let needed = planned
+            .iter()
+            .map(|one| one.cost(threads).bytes)
+            .fold(0.0, f64::max);
+        if available_memory().is_none_or(|free| needed < free) {
+            paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
+        }
+    }
     let level = study::check::level(&planned);
-    let outlines: Vec<_> = (planned.iter())
-        .map(|planned| planned.outline(threads, level))
-        .collect();
-    let mut seconds = 0.0;
+    let outlines = planned.iter().enumerate().map(|(number, planned)| {
+        let mut outline = planned.outline(threads, level);
+        if let Some(paces) = &paces {
+            outline.cost.pace.clone_from(&paces[number]);
+        }
+        outline
+    });
+    let outlines: Vec<_> = outlines.collect();
+    let (about, mut seconds) = (if paces.is_some() { "about" } else { "roughly" }, 0.0);
     for (number, outline) in outlines.iter().enumerate() {
         if number == 0 {
             say(&outline.title)?;
@@ -220,13 +273,17 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
         say(&format!("  engines: {}", outline.engines.join(", ")))?;
         say(&format!("  measures: {}", outline.measures.join(", ")))?;
         say(&format!(
-            "  {} replicas, about {:.2} GiB of memory and {} on {threads} threads",
+            "  {} replicas, about {:.2} GiB of memory and {about} {} on {threads} threads",
             outline.replicas,
             outline.cost.bytes / 1_073_741_824.0,
             duration(outline.cost.seconds(threads))
         ))?;
-        for one in &outline.cost.engines {
-            say(&format!("    {}", engine_cost(one)))?;
+        let cost = &outline.cost;
+        for (one, [seconds, _]) in cost.engines.iter().zip(&cost.pace.engines) {
+            say(&format!("    {}", engine_cost(one, about, *seconds)))?;
+        }
+        for choice in &outline.choices {
+            say(&format!("  choice: {choice}"))?;
         }
         for power in &outline.power {
             say(&format!("  power: {power}"))?;
@@ -239,7 +296,7 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
     if outlines.len() > 1 {
         let points = outlines.len();
         say(&format!(
-            "\n{points} points, about {} in all",
+            "\n{points} points, {about} {} in all",
             duration(seconds)
         ))?;
     }
@@ -247,17 +304,17 @@ fn outline(arguments: &CaseArguments) -> Result<(), CommandError> {
 }
 
 /// What one engine of one replica costs, in words.
-fn engine_cost(cost: &EngineCost) -> String {
+fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     let tried = match cost.trials_per_collision {
         Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
         None => String::new(),
     };
     format!(
-        "{}: about {} collisions{tried}, {:.3} GiB of memory and {} on one thread, in each replica",
+        "{}: about {} collisions{tried}, {:.3} GiB of memory and {about} {} on one thread, in each replica",
         cost.name,
         scarce(cost.collisions),
         cost.bytes / 1_073_741_824.0,
-        duration(cost.seconds)
+        duration(seconds)
     )
 }
 

@@ -23,6 +23,7 @@
 pub mod arguments;
 mod bundled;
 pub mod commands;
+mod init;
 pub mod prelude;
 pub mod progress;
 

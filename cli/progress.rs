@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write as _};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::study::Progress;
+use crate::study::{Gauge, Progress};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 /// Steps of a bar.
@@ -21,7 +21,7 @@ pub struct Display {
 /// One point of a sweep, or the only one.
 struct Point {
     name: String,
-    shares: Vec<f64>,
+    work: Gauge,
     collisions: u64,
     began: Instant,
     shown: Instant,
@@ -53,7 +53,7 @@ impl Display {
 }
 
 impl Progress for Display {
-    fn begin(&self, number: usize, name: &str, parts: usize) {
+    fn begin(&self, number: usize, name: &str, work: Gauge) {
         let bar = self.terminal.as_ref().map(|all| {
             let template = "{msg} {wide_bar} {percent:>3} %  {elapsed} of about {duration}";
             let style = ProgressStyle::with_template(template);
@@ -69,7 +69,7 @@ impl Progress for Display {
         }
         points[number] = Some(Point {
             name: name.to_owned(),
-            shares: vec![0.0; parts],
+            work,
             collisions: 0,
             began: now,
             shown: now,
@@ -79,11 +79,9 @@ impl Progress for Display {
 
     fn tell(&self, number: usize, part: usize, share: f64, collisions: u64) {
         self.with(number, |point| {
-            if let Some(known) = point.shares.get_mut(part) {
-                *known = share.clamp(0.0, 1.0);
-            }
+            point.work.tell(part, share, Instant::now());
             point.collisions += collisions;
-            let done = point.shares.iter().sum::<f64>() / point.shares.len().max(1) as f64;
+            let done = point.work.share();
             if let Some(bar) = &point.bar {
                 bar.set_position((done * STEPS as f64) as u64);
             } else if point.shown.elapsed() >= LINE {

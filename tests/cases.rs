@@ -44,7 +44,7 @@ fn every_case_is_valid_and_asks_a_question() {
         let earlier = CaseFile::read(&path, &[half]).map(drop);
         earlier.unwrap_or_else(|error| panic!("{error}"));
         desk.write("case.toml", &file.text);
-        let said = desk.done("check case.toml");
+        let said = desk.done("check case.toml --guess");
         assert!(said.out.contains("memory"), "{name}: {}", said.out);
     }
 }

@@ -5,7 +5,7 @@ mod support;
 
 use nalgebra::{Vector2, Vector3};
 use rand::RngExt;
-use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, Tally, plain};
+use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, plain};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::snapshot;
@@ -427,16 +427,17 @@ fn work_per_collision_is_bounded() {
         engine
             .advance(f64::INFINITY, 40_000, &mut ())
             .expect("collisions");
-        let before = engine.tally();
+        let counts = |engine: &Engine<_>| {
+            let tally = engine.tally();
+            let all = [tally.predictions, tally.pushes, tally.crossings];
+            let rare = [engine.stale(), tally.broken];
+            [all[0], all[1], all[2], rare[0], rare[1]].map(|count| count as f64 / 40_000.0)
+        };
+        let before = counts(&engine);
         engine
             .advance(f64::INFINITY, 40_000, &mut ())
             .expect("collisions");
-        let after = engine.tally();
-        let counts = |tally: &Tally| {
-            let all = [tally.predictions, tally.pushes, tally.crossings];
-            [all[0], all[1], all[2], tally.stale, tally.broken].map(|count| count as f64 / 40_000.0)
-        };
-        let (before, after) = (counts(&before), counts(&after));
+        let after = counts(&engine);
         let found: [f64; 5] = std::array::from_fn(|which| after[which] - before[which]);
         let bytes = engine.bytes() / 4000;
         println!("packing {packing}: {found:.2?} a collision, {bytes} bytes a disk");

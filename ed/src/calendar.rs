@@ -71,9 +71,14 @@ pub trait Agenda {
 /// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event is at
 /// another time. A calendar may drop stale entries, or announce them; the caller can recognise them. It may not
 /// announce an entry twice unless it was pushed twice.
-pub trait Calendar: Sized {
-    /// A calendar that holds the events of all disks.
-    fn new(agenda: &impl Agenda) -> Self;
+pub trait Calendar: Sized + Send + Sync {
+    /// A calendar that holds the events of all disks, none of which is earlier than `now`.
+    fn new(agenda: &impl Agenda, now: f64) -> Self;
+
+    /// Becomes such a calendar, in the memory that it has.
+    fn renew(&mut self, agenda: &impl Agenda, now: f64) {
+        *self = Self::new(agenda, now);
+    }
 
     /// Adds the next event of a disk, in place of the one before if that did not come up; not earlier than the last one
     /// popped. At an infinite time there is none. A disk whose event was popped gets its next one before the next pop.
@@ -115,7 +120,7 @@ fn rate(mut waits: Vec<f64>) -> f64 {
 pub struct Sorted(BTreeSet<Entry>);
 
 impl Calendar for Sorted {
-    fn new(agenda: &impl Agenda) -> Self {
+    fn new(agenda: &impl Agenda, _now: f64) -> Self {
         Self(entries(agenda).collect())
     }
 
@@ -461,17 +466,12 @@ impl Buckets {
 }
 
 impl Calendar for Buckets {
-    fn new(agenda: &impl Agenda) -> Self {
-        let mut times = memory::reserved(agenda.disks() as usize);
-        times.extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
-        let waits = times.iter().copied().filter(|time: &f64| time.is_finite());
-        let rate = rate(waits.collect());
-        let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
+    fn new(agenda: &impl Agenda, now: f64) -> Self {
         let mut calendar = Self {
             inverse_width: 1.0,
-            times,
-            ring: memory::filled(Bucket([0; NAMES]), buckets),
-            counts: memory::filled(0, buckets),
+            times: memory::reserved(agenda.disks() as usize),
+            ring: Vec::new(),
+            counts: Vec::new(),
             current: 0,
             soon: Soon::NOTHING,
             few: 0,
@@ -484,10 +484,25 @@ impl Calendar for Buckets {
             near: 0,
             popped: 0,
             since: 0,
-            last_time: 0.0,
+            last_time: now,
         };
-        calendar.rebuild(rate);
+        calendar.renew(agenda, now);
         calendar
+    }
+
+    fn renew(&mut self, agenda: &impl Agenda, now: f64) {
+        self.times.clear();
+        (self.times).extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
+        let waits = self.times.iter().filter(|time: &&f64| time.is_finite());
+        let rate = rate(waits.map(|time| time - now).collect());
+        let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
+        if self.ring.len() != buckets {
+            self.ring = memory::filled(Bucket([0; NAMES]), buckets);
+            self.counts = memory::filled(0, buckets);
+        }
+        self.plans = [Plan::NOTHING; AHEAD];
+        self.last_time = now;
+        self.rebuild(rate);
     }
 
     #[inline(always)]
@@ -575,8 +590,8 @@ mod tests {
             let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
             let disks = 200;
             let mut times = Times((0..disks).map(|_| stream.random::<f64>()).collect());
-            let mut fast = Buckets::new(&times);
-            let mut plain = Sorted::new(&times);
+            let mut fast = Buckets::new(&times, 0.0);
+            let mut plain = Sorted::new(&times, 0.0);
             let mut until = 0.0;
             for step in 0..60_000_u32 {
                 let expected = next(&mut plain, until, &times);
@@ -621,7 +636,7 @@ mod tests {
     fn simultaneous_events_come_in_the_order_of_the_disks() {
         let mut times = Times(vec![1.0; 1000]);
         times.0[500] = 1.0 + f64::EPSILON;
-        let mut calendar = Buckets::new(&times);
+        let mut calendar = Buckets::new(&times, 0.0);
         let mut found = Vec::new();
         while let Some(entry) = calendar.pop(2.0, &times) {
             found.push(entry.disk);
@@ -636,7 +651,7 @@ mod tests {
     /// The end of a bucket separates the same times from later ones as their numbers do, rounded and saturated ones too.
     #[test]
     fn a_bucket_ends_where_the_next_begins() {
-        let mut calendar = Buckets::new(&Times(vec![1.0]));
+        let mut calendar = Buckets::new(&Times(vec![1.0]), 0.0);
         calendar.inverse_width = 1.0;
         let numbers = (0..=63).map(|power| 1_u64 << power);
         for number in numbers.chain([3, 1000, 5 << 51, i64::MAX as u64 - 1, i64::MAX as u64]) {
@@ -663,7 +678,7 @@ mod tests {
     #[test]
     fn the_last_bucket_has_all_events() {
         let times = Times(vec![1e300, f64::INFINITY, 1.0, f64::INFINITY]);
-        let mut calendar = Buckets::new(&times);
+        let mut calendar = Buckets::new(&times, 0.0);
         calendar.inverse_width = 1e300;
         calendar.current = i64::MAX as u64;
         (calendar.few, calendar.soon) = (0, Soon::NOTHING);
@@ -677,7 +692,7 @@ mod tests {
     #[test]
     fn empty_and_distant_calendars() {
         let mut times = Times(vec![f64::INFINITY]);
-        let mut calendar = Buckets::new(&times);
+        let mut calendar = Buckets::new(&times, 0.0);
         assert_eq!(calendar.pop(f64::INFINITY, &times), None);
         times.0[0] = 1e300;
         let late = Entry {

@@ -29,8 +29,6 @@ pub struct Tally {
     pub pushes: u64,
     /// Cell boundaries crossed.
     pub crossings: u64,
-    /// Events that came up although their disk had collided meanwhile; most of these are dropped before.
-    pub stale: u64,
     /// Contacts that did not happen because the partner had collided meanwhile.
     pub broken: u64,
     /// Contacts made elastic by the TC model.
@@ -43,6 +41,17 @@ impl Tally {
     /// Contacts of all kinds.
     pub(crate) fn contacts(&self) -> u64 {
         self.collisions + self.rebounds
+    }
+
+    /// Adds what was done elsewhere.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.collisions += other.collisions;
+        self.predictions += other.predictions;
+        self.pushes += other.pushes;
+        self.crossings += other.crossings;
+        self.broken += other.broken;
+        self.elastic_contacts += other.elastic_contacts;
+        self.rebounds += other.rebounds;
     }
 }
 
@@ -64,6 +73,8 @@ pub struct Checkpoint<P: Physics> {
     pub stalled: u64,
     /// What each wall and obstacle has given to the gas, by `Engine::ledgers`; empty where there are none.
     pub ledgers: Vec<Ledger<P::Space>>,
+    /// Contacts of each disk with walls and obstacles so far; empty where there are none.
+    pub rebounds: Vec<u32>,
 }
 
 impl<P: Physics> Clone for Checkpoint<P> {
@@ -75,6 +86,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
             tally: self.tally,
             stalled: self.stalled,
             ledgers: self.ledgers.clone(),
+            rebounds: self.rebounds.clone(),
         }
     }
 }
@@ -100,6 +112,7 @@ impl<P: Physics> From<State<P>> for Checkpoint<P> {
             tally: Tally::default(),
             stalled: 0,
             ledgers: Vec::new(),
+            rebounds: Vec::new(),
         }
     }
 }

@@ -84,7 +84,9 @@ where
             disks: self.names.len(),
             straight: P::Field::FREE,
         };
-        if self.progress.collision(self.tally.contacts(), &latest) {
+        if self.window.is_some() {
+            self.log_contact(&latest);
+        } else if self.progress.collision(self.tally.contacts(), &latest) {
             return Err(self.collapse(latest.pair));
         }
         Ok(())
@@ -101,6 +103,9 @@ where
         restitution: f64,
         recorder: &mut Recorder<'_>,
     ) {
+        if self.window.as_ref().is_some_and(|window| !window.owns()) {
+            return;
+        }
         let sizes = self.scene.sizes();
         let tags = pair.map(|disk| self.tags[disk as usize]);
         let masses = tags.map(|tag| sizes.mass(tag));

@@ -37,7 +37,7 @@ pub(crate) struct Disk {
 }
 
 /// The count of no disk.
-const VOID: u16 = 0;
+pub(crate) const VOID: u16 = 0;
 
 impl Disk {
     pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
@@ -63,6 +63,8 @@ pub(crate) struct Disks<F> {
     pub(crate) cells: Cells,
     /// Coarser grids, if sizes differ much.
     levels: Option<Levels>,
+    /// How often a disk has begun to count anew.
+    pub(crate) recounts: u64,
 }
 
 /// Disks that fit into a second-level cache of today, at a cache line each.
@@ -109,6 +111,7 @@ impl<F: Field<Plane>> Disks<F> {
             motion,
             cells,
             levels,
+            recounts: 0,
         };
         for &(_, index) in &order {
             let (position, velocity, _) = body(index as usize);
@@ -117,6 +120,17 @@ impl<F: Field<Plane>> Disks<F> {
             disks.enter(disks.all.len() as u32 - 1);
         }
         (disks, order.into_iter().map(|(_, index)| index).collect())
+    }
+
+    /// Disks that are in a grid already.
+    pub(crate) fn of(all: Vec<Disk>, motion: Motion<F>, cells: Cells) -> Self {
+        Self {
+            all,
+            motion,
+            cells,
+            levels: None,
+            recounts: 0,
+        }
     }
 
     #[inline]
@@ -211,6 +225,7 @@ impl<F: Field<Plane>> Disks<F> {
     /// for those predicted when that count comes up again.
     #[cold]
     fn count_again(&mut self, who: u32) {
+        self.recounts += 1;
         self.all[who as usize].count = VOID + 1;
         for disk in &mut self.all {
             if disk.partner == who {

@@ -1,5 +1,7 @@
 //! The engine: disks, their events, and the loop over them.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
@@ -16,6 +18,7 @@ use crate::error::EngineError;
 use crate::motion::Motion;
 use crate::progress::Progress;
 use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
+use crate::strips::{Spread, Window};
 use crate::surroundings::{Boundaries, Surroundings, Units};
 use crate::windings::{self, Winding};
 
@@ -47,7 +50,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Index in the state of each disk; disks are stored in cell order.
     pub(crate) names: Vec<u32>,
     pub(crate) last_contact: Vec<f64>,
-    pub(crate) surroundings: Surroundings,
+    /// Strips of a gas have them in common.
+    pub(crate) surroundings: Arc<Surroundings>,
     /// By face, then by obstacle; empty where nothing can be touched.
     pub(crate) ledgers: Vec<Ledger<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless requested.
@@ -64,8 +68,12 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Absolute time; exactly the requested one when it was reached.
     pub(crate) time: f64,
     pub(crate) tally: Tally,
+    /// Events that came up although their disk had collided meanwhile; most of these are dropped before.
+    pub(crate) stale: u64,
+    /// Contacts of each disk with walls and obstacles, which address the random numbers of rebounds; empty where there are none.
+    pub(crate) rebounds: Vec<u32>,
     /// Number of collisions at which the engine starts afresh.
-    refresh: u64,
+    pub(crate) refresh: u64,
     /// Own time at which it does.
     pub(crate) horizon: f64,
     pub(crate) progress: Progress,
@@ -73,6 +81,10 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) unit: f64,
     /// Breaks an advance off.
     pub(crate) stop: Interruption,
+    /// How the gas is spread over threads.
+    pub(crate) spread: Spread,
+    /// The log, if this is a strip of another gas.
+    pub(crate) window: Option<Box<Window<P>>>,
 }
 
 impl<P, Q> Engine<P, Q>
@@ -163,6 +175,7 @@ where
             tally,
             stalled,
             ledgers,
+            rebounds,
         } = start;
         let count = state.bodies.len();
         let diameter = 2.0 * scene.sizes().largest_radius();
@@ -170,13 +183,11 @@ where
         let speed = unit_of_speed(&state, (pull * diameter).sqrt());
         let sizes = scene.sizes();
         let body = |index: usize| {
-            let body = &state.bodies[index];
-            let position = state.domain.wrap(body.position);
-            (
-                position,
-                body.velocity / speed,
-                sizes.radius(sizes.tag(index)),
-            )
+            let Body {
+                position, velocity, ..
+            } = state.bodies[index];
+            let radius = sizes.radius(sizes.tag(index));
+            (state.domain.wrap(position), velocity / speed, radius)
         };
         let unequal = !P::Sizes::UNIFORM;
         let motion = Motion::new(scene.field(), speed);
@@ -196,6 +207,11 @@ where
         } else {
             ledgers
         };
+        let rebounds = if bounded {
+            counted(&rebounds, &names)
+        } else {
+            Vec::new()
+        };
         let ages = |&name: &u32| match last_contact.get(name as usize) {
             Some(last) => (last - state.time) * speed,
             None => f64::NEG_INFINITY,
@@ -205,48 +221,45 @@ where
             _ => Vec::new(),
         };
         let windings = windings::follow(&state, &windings, &names)?;
-        let square: f64 = (disks.all.iter())
-            .map(|disk| disk.velocity.norm_squared())
-            .sum();
-        let mean = (square / count.max(1) as f64).max(pull * diameter / speed / speed);
-        let unit = diameter / mean.sqrt();
-        let unit = if unit.is_finite() { unit } else { 0.0 };
+        let unit = typical_time(&disks, diameter, pull / speed / speed);
         let spins = if P::Surface::ROUGH {
             let spin = |&name: &u32| scaled::<P>(state.bodies[name as usize].spin, 1.0 / speed);
             names.iter().map(spin).collect()
         } else {
             Vec::new()
         };
+        let domain = state.domain;
+        // What comes now needs as much memory again.
+        drop(state);
         let tag = |&name: &u32| scene.sizes().tag(name as usize);
-        let tags = names.iter().map(tag).collect();
         let mut engine = Self {
+            tags: names.iter().map(tag).collect(),
             scene,
             dissipation,
-            domain: state.domain,
-            calendar: Q::new(&NoEvents),
+            domain,
+            calendar: Q::new(&NoEvents, 0.0),
             disks,
-            tags,
             spins,
             names,
             last_contact,
-            surroundings,
+            surroundings: Arc::new(surroundings),
             ledgers,
             windings,
             candidates: Candidates::new(),
             speed,
             epoch,
             now: 0.0,
-            time: state.time,
+            time: epoch,
             refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
-            horizon: if unit > 0.0 {
-                HORIZON * unit
-            } else {
-                f64::INFINITY
-            },
+            horizon: horizon(unit),
             progress: Progress::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
+            stale: 0,
+            rebounds,
             stop: Interruption::default(),
+            spread: Spread::default(),
+            window: None,
         };
         for disk in 0..count as u32 {
             engine.look_around(disk);
@@ -254,7 +267,7 @@ where
         engine.tally.pushes += count as u64;
         // A single disk that flies straight meets no other, however far it flies.
         if count > 1 || bounded || !P::Field::FREE {
-            engine.calendar = Q::new(&engine.disks);
+            engine.calendar = Q::new(&engine.disks, 0.0);
         }
         Ok(engine)
     }
@@ -306,14 +319,14 @@ where
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
-        self.calendar = Q::new(&NoEvents);
+        self.calendar = Q::new(&NoEvents, 0.0);
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
-        let boundaries = self.surroundings.take();
+        let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
-        let stop = self.stop.clone();
+        let (stop, spread, stale) = (self.stop.clone(), self.spread, self.stale);
         *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries)?;
         self.progress = progress;
-        self.stop = stop;
+        (self.stop, self.spread, self.stale) = (stop, spread, stale);
         Ok(())
     }
 
@@ -352,8 +365,13 @@ where
             let wound = windings::wound(&self.domain, position);
             windings[name as usize] = windings::add(winding, wound);
         }
+        let mut rebounds = vec![0; self.rebounds.len()];
+        for (&count, &name) in self.rebounds.iter().zip(&self.names) {
+            rebounds[name as usize] = count;
+        }
         Checkpoint {
             state: self.state(),
+            rebounds,
             last_contact,
             windings,
             tally: self.tally,
@@ -376,6 +394,12 @@ where
     /// What was done so far.
     pub fn tally(&self) -> Tally {
         self.tally
+    }
+
+    /// Events that came up although their disk had collided meanwhile; most of these are dropped before. How many depends on
+    /// the calendar, not on the gas.
+    pub fn stale(&self) -> u64 {
+        self.stale
     }
 
     /// The present time.
@@ -408,7 +432,7 @@ where
             + self.calendar.bytes()
             + self.surroundings.bytes()
             + self.spins.capacity() * size_of::<SpinOf<P>>()
-            + self.names.capacity() * 4
+            + (self.names.capacity() + self.rebounds.capacity()) * 4
             + self.last_contact.capacity() * 8
             + self.windings.capacity() * size_of::<Winding>()
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
@@ -443,13 +467,36 @@ fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f
     }
 }
 
+/// Own time in which a typical disk flies, or falls, as far as its diameter; zero if none moves.
+fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> f64 {
+    let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
+    let mean = squares.sum::<f64>() / disks.all.len().max(1) as f64;
+    let unit = diameter / mean.max(pull * diameter).sqrt();
+    if unit.is_finite() { unit } else { 0.0 }
+}
+
+/// Own time at which an engine starts afresh: never, if none moves.
+fn horizon(unit: f64) -> f64 {
+    if unit > 0.0 {
+        HORIZON * unit
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Counts of a start by disk; where there are none, nothing was counted yet.
+fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
+    let count = |&name: &u32| counts.get(name as usize).copied().unwrap_or(0);
+    names.iter().map(count).collect()
+}
+
 /// A spin in another unit.
 fn scaled<P: Physics<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
     <P::Surface as Surface<Plane>>::scaled(spin, factor)
 }
 
 /// Nothing happens; stands in while there are no predictions.
-struct NoEvents;
+pub(crate) struct NoEvents;
 
 impl Agenda for NoEvents {
     fn disks(&self) -> u32 {

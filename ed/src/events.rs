@@ -3,11 +3,22 @@
 use stosszahl_model::{Physics, Plane, Recorder, Sizes};
 
 use crate::calendar::Calendar;
+use crate::cells::NONE;
 use crate::engine::Engine;
 use crate::error::EngineError;
 
 /// Events between two looks at the interrupt: among very unlike disks one event takes a millisecond.
 const BETWEEN_LOOKS: u32 = 256;
+
+/// How far the loop over events goes.
+pub(crate) struct Goal {
+    /// Own time, inclusive.
+    pub(crate) end: f64,
+    /// Whether that is a time to be reached.
+    pub(crate) ends: bool,
+    /// Number of collisions in all at which it stops before.
+    pub(crate) last: u64,
+}
 
 impl<P, Q> Engine<P, Q>
 where
@@ -15,21 +26,46 @@ where
     Q: Calendar,
 {
     /// Advances to a time, or until there were `last` collisions in all. True if the time was reached.
-    ///
-    /// The same bits on every processor: products and sums are never contracted.
     pub(crate) fn advance_afresh(
         &mut self,
         until: f64,
         last: u64,
         recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
+        let goal = Goal {
+            end: (until - self.epoch) * self.speed,
+            ends: until.is_finite(),
+            last,
+        };
+        if self.spread.strips > 1 {
+            self.leap(&goal, recorder);
+        }
+        if self.run(&goal, recorder)? {
+            // A gas without events stays where it is rather than move for an infinite time.
+            if goal.ends {
+                self.stop_at(until, goal.end)?;
+            }
+            return Ok(true);
+        }
+        self.time = self.present(until);
+        Ok(false)
+    }
+
+    /// Event by event to a goal, or to the horizon at most. True if there is no other event before the time of the goal.
+    ///
+    /// The same bits on every processor: products and sums are never contracted.
+    pub(crate) fn run(
+        &mut self,
+        goal: &Goal,
+        recorder: &mut Recorder<'_>,
+    ) -> Result<bool, EngineError> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
             // SAFETY: the processor has these instructions.
-            return unsafe { self.events_with_avx2(until, last, recorder) };
+            return unsafe { self.events_with_avx2(goal, recorder) };
         }
-        self.events(until, last, recorder)
+        self.events(goal, recorder)
     }
 
     /// [`Self::events`], where everything that is inlined into it has fewer instructions to copy numbers. What it calls
@@ -38,34 +74,25 @@ where
     #[target_feature(enable = "avx2")]
     fn events_with_avx2(
         &mut self,
-        until: f64,
-        last: u64,
+        goal: &Goal,
         recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
-        self.events(until, last, recorder)
+        self.events(goal, recorder)
     }
 
-    /// Event by event, to the horizon at most.
+    /// [`Self::run`].
     #[inline(always)]
-    fn events(
-        &mut self,
-        until: f64,
-        last: u64,
-        recorder: &mut Recorder<'_>,
-    ) -> Result<bool, EngineError> {
-        let end = (until - self.epoch) * self.speed;
+    fn events(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> Result<bool, EngineError> {
+        let &Goal { end, ends, last } = goal;
         let width = self.disks.cells.width();
+        let logs = self.window.is_some();
         let mut events: u32 = 0;
         while self.tally.collisions < last && self.now < self.horizon {
             events = events.wrapping_add(1);
-            if events.is_multiple_of(BETWEEN_LOOKS) && self.stop.ends() {
+            if events.is_multiple_of(BETWEEN_LOOKS) && (self.stop.ends() || self.is_log_full()) {
                 break;
             }
             let Some(entry) = self.calendar.pop(end, &self.disks) else {
-                // A gas without events stays where it is rather than move for an infinite time.
-                if until.is_finite() {
-                    self.stop_at(until, end)?;
-                }
                 return Ok(true);
             };
             let disk = &self.disks.all[entry.disk as usize];
@@ -73,18 +100,29 @@ where
             if entry.time != disk.contact {
                 let (exit, axis) = self.disks.motion.exit(disk, width);
                 if entry.time != exit {
-                    self.tally.stale += 1;
+                    self.stale += 1;
                     continue;
                 }
                 debug_assert!(exit < disk.contact, "a contact was missed");
                 self.now = entry.time;
+                if logs {
+                    self.log_before(entry.disk);
+                }
                 self.cross(entry.disk, axis)?;
+                if logs {
+                    self.log_after([entry.disk, NONE]);
+                }
                 continue;
             }
             self.now = entry.time;
-            let partner = disk.partner;
+            let (partner, partner_count) = (disk.partner, disk.partner_count);
+            if logs {
+                self.log_before(entry.disk);
+            }
+            let mut touched = [entry.disk, NONE];
             match self.disks.all.get(partner as usize) {
-                Some(other) if other.count == disk.partner_count => {
+                Some(other) if other.count == partner_count => {
+                    touched[1] = partner;
                     self.collide(entry.disk, partner, recorder)?;
                 }
                 Some(_) => {
@@ -94,11 +132,13 @@ where
                 }
                 None => {
                     let what = partner - self.disks.all.len() as u32;
-                    self.rebound(entry.disk, what, until.is_finite())?;
+                    self.rebound(entry.disk, what, ends)?;
                 }
             }
+            if logs {
+                self.log_after(touched);
+            }
         }
-        self.time = self.present(until);
         Ok(false)
     }
 
@@ -118,20 +158,25 @@ where
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::Buckets;
     use crate::disk::tests::lattice;
-    use stosszahl_model::Recorder;
 
     /// Whatever the processor has.
     #[test]
     fn both_loops_give_the_same_bits() {
         let (mut either, mut plain) = (lattice::<Buckets>(30), lattice::<Buckets>(30));
         let last = 50_000;
+        let goal = Goal {
+            end: f64::INFINITY,
+            ends: false,
+            last,
+        };
         either
-            .advance_afresh(f64::INFINITY, last, &mut Recorder::new(&mut ()))
+            .run(&goal, &mut Recorder::new(&mut ()))
             .expect("time");
         plain
-            .events(f64::INFINITY, last, &mut Recorder::new(&mut ()))
+            .events(&goal, &mut Recorder::new(&mut ()))
             .expect("time");
         assert_eq!(either.tally(), plain.tally());
         assert_eq!(either.tally().collisions, last);

@@ -49,6 +49,7 @@ mod progress;
 mod rebound;
 mod simulate;
 mod start;
+mod strips;
 mod surroundings;
 mod windings;
 
@@ -59,4 +60,9 @@ pub use engine::Engine;
 pub use error::{EngineError, Touchable};
 pub use foresight::Plan;
 pub use simulate::{resume, simulate};
+pub use strips::Spread;
 pub use surroundings::Boundaries;
+
+/// Version of the statistics of this engine: one more with each change that moves means beyond their errors, under *Results changed* in
+/// the changelog. Other digits of the same means do not count. Costly results in the documentation are refused once it has moved.
+pub const STATISTICS_VERSION: u32 = 1;

@@ -66,7 +66,7 @@ pub fn run_between<P: Physics<Space = Plane>>(
     boundaries: &Boundaries,
     contacts: usize,
 ) -> Vec<Contact> {
-    let mut rebounds = 0;
+    let mut rebounds = vec![0; state.bodies.len()];
     let mut all = Vec::new();
     for _ in 0..contacts {
         let mut next = next_pair(scene, state);
@@ -83,8 +83,9 @@ pub fn run_between<P: Physics<Space = Plane>>(
         match next.met {
             Met::Disks(pair) => meet(scene, state, pair, next.line),
             Met::Boundary(disk, what) => {
-                rebound(scene, state, boundaries, [disk, rebounds], what, next.line);
-                rebounds += 1;
+                let number = rebounds[disk];
+                rebound(scene, state, boundaries, [disk, number], what, next.line);
+                rebounds[disk] += 1;
             }
         }
         all.push(Contact {
@@ -225,7 +226,7 @@ fn meet<P: Physics<Space = Plane>>(
     }
 }
 
-/// A contact of a disk, the so manieth of this kind, with a wall or an obstacle.
+/// A contact of a disk with a wall or an obstacle, with the number of those that it had before.
 fn rebound<P: Physics<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,

@@ -118,7 +118,9 @@ where
         }
         self.search(who, Some((axis, forward)));
         self.schedule(who);
-        if let Some(crossings) = self.progress.crossing(self.names.len()) {
+        if self.window.is_some() {
+            self.log_crossing();
+        } else if let Some(crossings) = self.progress.crossing(self.names.len()) {
             self.time = self.epoch + self.now / self.speed;
             return Err(EngineError::NoCollisions {
                 time: self.time,

@@ -9,7 +9,7 @@ use crate::cells::NONE;
 const COLLAPSE: u64 = 4000;
 
 /// Collisions whose disks are called the cluster of a collapse.
-const RECENT: usize = 256;
+pub(crate) const RECENT: usize = 256;
 
 /// Collisions in a row with hardly any approach that are a collapse, if time does not advance.
 const FEW: usize = 32;
@@ -26,9 +26,10 @@ const FINE: f64 = 1e-13;
 const COARSE: f64 = 1e-12;
 
 /// Crossings without a collision, beyond those that many disks need, after which none is awaited.
-const PATIENCE: u64 = 10_000_000;
+pub(crate) const PATIENCE: u64 = 10_000_000;
 
 /// Distinguishes progress from its lack. Times are the engine's own.
+#[derive(Clone)]
 pub(crate) struct Progress {
     /// When time last advanced noticeably.
     time: f64,
@@ -82,6 +83,16 @@ impl Progress {
     /// Crossings count anew.
     pub(crate) fn be_patient(&mut self) {
         self.idle = 0;
+    }
+
+    /// Crossings since the last collision.
+    pub(crate) fn idle(&self) -> u64 {
+        self.idle
+    }
+
+    /// The same, if they were counted elsewhere.
+    pub(crate) fn set_idle(&mut self, idle: u64) {
+        self.idle = idle;
     }
 
     /// Collisions of this many in all since time last advanced noticeably.

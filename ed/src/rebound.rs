@@ -43,7 +43,10 @@ where
             radius,
         };
         let (mut velocity, mut spin) = (before, spin_before);
-        let address = [self.tally.rebounds, u64::from(self.names[who as usize])];
+        // The count of the disk's own contacts: that of all would depend on what happens elsewhere.
+        let count = &mut self.rebounds[who as usize];
+        let address = [u64::from(*count), u64::from(self.names[who as usize])];
+        *count = count.wrapping_add(1);
         let streams = self.surroundings.boundaries.streams;
         law.apply(&self.scene, &touch, &mut velocity, &mut spin, || {
             streams.at(Purpose::Walls, address)
@@ -56,20 +59,13 @@ where
             0.5 * mass * velocity.norm_squared() + spinning
         };
         let gained = energy(velocity, spin) - energy(before, spin_before);
-        self.ledgers[touched.ledger].enter(1.0, (velocity - before) * mass, gained);
+        let momentum = (velocity - before) * mass;
         self.disks.all[who as usize].velocity = velocity / speed;
         if P::Surface::ROUGH {
             self.spins[who as usize] = <P::Surface as Surface<Plane>>::scaled(spin, 1.0 / speed);
         }
         self.predict(who);
 
-        if let Some(crossings) = self.progress.rebound(ends, self.names.len()) {
-            self.time = self.epoch + now / speed;
-            return Err(EngineError::NoCollisions {
-                time: self.time,
-                crossings,
-            });
-        }
         let latest = Latest {
             pair: [who, NONE],
             now,
@@ -80,6 +76,18 @@ where
             disks: self.names.len(),
             straight: P::Field::FREE,
         };
+        if self.window.is_some() {
+            self.log_rebound(&latest, ends, (touched.ledger, momentum, gained));
+            return Ok(());
+        }
+        self.ledgers[touched.ledger].enter(1.0, momentum, gained);
+        if let Some(crossings) = self.progress.rebound(ends, self.names.len()) {
+            self.time = self.epoch + now / speed;
+            return Err(EngineError::NoCollisions {
+                time: self.time,
+                crossings,
+            });
+        }
         if self.progress.collision(self.tally.contacts(), &latest) {
             return Err(self.wall_collapse(who, &touched));
         }

@@ -13,11 +13,15 @@ use stosszahl_model::{
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::engine::Engine;
 use crate::error::EngineError;
+use crate::strips::Spread;
 use crate::surroundings::Boundaries;
 
 /// Collisions in one leg, for each disk, and at least: a new leg costs about as much as a tenth of a collision for each disk.
 const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
+
+/// Disks that a thread of its own pays for.
+const EACH_THREAD: usize = 20_000;
 
 /// Starts exact dynamics of disks.
 ///
@@ -126,11 +130,11 @@ impl Begin<'_> {
                     checkpoint.clone(),
                     self.boundaries,
                 )?;
-                (Stage::Between(checkpoint), Vec::new())
+                (Stage::Between(Box::new(checkpoint)), Vec::new())
             }
             Source::Checkpoint(bytes) => {
                 let kept: Kept<P> = postcard::from_bytes(bytes)?;
-                (Stage::Between(kept.gas), kept.origin)
+                (Stage::Between(Box::new(kept.gas)), kept.origin)
             }
         };
         Ok(Box::new(Disks {
@@ -140,6 +144,7 @@ impl Begin<'_> {
             stage,
             origin,
             bytes: 0,
+            spread: Spread::default(),
             stop: Interruption::default(),
             pause: None,
         }))
@@ -163,13 +168,14 @@ struct Disks<P: Physics<Space = Plane>> {
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
+    spread: Spread,
     stop: Interruption,
     pause: Option<Interrupt>,
 }
 
 /// Where the gas is kept.
 enum Stage<P: Physics<Space = Plane>> {
-    Between(Checkpoint<P>),
+    Between(Box<Checkpoint<P>>),
     Flying(Box<Engine<P>>),
 }
 
@@ -192,7 +198,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     /// The gas as a checkpoint.
     fn checkpoint(&self) -> Checkpoint<P> {
         match &self.stage {
-            Stage::Between(gas) => gas.clone(),
+            Stage::Between(gas) => (**gas).clone(),
             Stage::Flying(engine) => engine.checkpoint(),
         }
     }
@@ -201,7 +207,8 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     fn land(&mut self) -> &mut Checkpoint<P> {
         if let Stage::Flying(engine) = &self.stage {
             self.bytes = engine.bytes();
-            self.stage = Stage::Between(engine.checkpoint());
+            self.spread = engine.spread();
+            self.stage = Stage::Between(Box::new(engine.checkpoint()));
         }
         match &mut self.stage {
             Stage::Between(gas) => gas,
@@ -212,9 +219,11 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     /// Makes an engine of the checkpoint.
     fn take_off(&mut self) -> Result<&mut Engine<P>, EngineError> {
         if let Stage::Between(gas) = &mut self.stage {
-            let gas = std::mem::replace(gas, Checkpoint::nowhere(gas));
+            let nowhere = Checkpoint::nowhere(gas);
+            let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
-            let engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
+            let mut engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
+            engine.spread = self.spread;
             self.stage = Stage::Flying(Box::new(engine));
         }
         match &mut self.stage {
@@ -311,6 +320,13 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         self.pause = Some(pause.clone());
     }
 
+    fn use_threads(&mut self, threads: usize) {
+        self.spread.strips = threads.min(self.count() / EACH_THREAD);
+        if let Stage::Flying(engine) = &mut self.stage {
+            engine.spread_over(self.spread.strips);
+        }
+    }
+
     fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -368,7 +384,6 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
             ("predictions_per_collision", each(tally.predictions)),
             ("calendar_pushes_per_collision", each(tally.pushes)),
             ("cell_crossings_per_collision", each(tally.crossings)),
-            ("stale_events_per_collision", each(tally.stale)),
             ("broken_contacts_per_collision", each(tally.broken)),
             (
                 "share_of_collisions_made_elastic",

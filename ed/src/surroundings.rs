@@ -133,11 +133,6 @@ impl Surroundings {
         surroundings
     }
 
-    /// The boundaries, which are not here any more.
-    pub(crate) fn take(&mut self) -> Boundaries {
-        std::mem::replace(&mut self.boundaries, Boundaries::periodic())
-    }
-
     /// Whether there is nothing to be touched anywhere.
     #[inline(always)]
     pub(crate) fn is_empty(&self) -> bool {

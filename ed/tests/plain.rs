@@ -56,7 +56,7 @@ fn walls() {
         let scene = grains(Smooth, 0.9, Free);
         let start = gas(&scene, &boundaries, lengths, count, number as u64);
         let rebounds = follow_plain(&scene, &boundaries, &start, 5 * count);
-        assert!(rebounds > count / 2, "{rebounds} rebounds");
+        assert!(rebounds > count / 3, "{rebounds} rebounds");
         let scene = grains(rough(0.5), 0.9, Free);
         let start = gas(&scene, &boundaries, lengths, count, number as u64);
         follow_plain(&scene, &boundaries, &start, 5 * count);

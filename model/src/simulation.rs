@@ -202,6 +202,10 @@ pub trait Simulation: Send {
     /// on. Until it is raised it changes no number.
     fn pause_on(&mut self, pause: &Interrupt);
 
+    /// Lets [`Self::advance`] share its work among this many threads of the present thread pool, where that pays. No number depends
+    /// on it. Monte Carlo uses all threads of the pool in any case.
+    fn use_threads(&mut self, _threads: usize) {}
+
     /// Whether the interrupt broke an advance off. The gas is then in the middle of it, so that nothing that it shows has a
     /// meaning, and it advances no further: what goes on is the last checkpoint.
     fn is_interrupted(&self) -> bool;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use stosszahl_case::CaseFile;
 use stosszahl_report::{ReportError, write_report};
 use stosszahl_results::{Existing, Manifest, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
-use stosszahl_study::{Options, Progress, format, run_case};
+use stosszahl_study::{Gauge, Options, Progress, format, run_case};
 
 use crate::error::Raise;
 use crate::wait::{Stop, wait};
@@ -63,10 +63,11 @@ pub fn check(case: Given, threads: Option<usize>) -> PyResult<String> {
             .derived
             .iter()
             .map(|one| json!({ "name": one.name, "value": one.value, "unit": one.unit }));
-        let engines = outline.cost.engines.iter().map(|one| {
+        let costs = outline.cost.engines.iter().zip(&outline.cost.pace.engines);
+        let engines = costs.map(|(one, seconds)| {
             json!({
                 "engine": one.name, "bytes": one.bytes, "collisions": one.collisions,
-                "trials_per_collision": one.trials_per_collision, "seconds": one.seconds,
+                "trials_per_collision": one.trials_per_collision, "seconds": seconds[0],
             })
         });
         json!({
@@ -83,10 +84,10 @@ pub fn check(case: Given, threads: Option<usize>) -> PyResult<String> {
 #[derive(Default)]
 struct Seen(Mutex<Far>);
 
-/// Shares of the parts of each point that has begun; collisions; and what was noted.
+/// The work of each point that has begun; collisions; and what was noted.
 #[derive(Default)]
 struct Far {
-    shares: Vec<Vec<f64>>,
+    points: Vec<Option<Gauge>>,
     collisions: u64,
     notes: Vec<String>,
 }
@@ -98,29 +99,25 @@ impl Seen {
 }
 
 impl Progress for Seen {
-    fn begin(&self, point: usize, _name: &str, parts: usize) {
-        let shares = &mut self.lock().shares;
-        if shares.len() <= point {
-            shares.resize_with(point + 1, Vec::new);
+    fn begin(&self, point: usize, _name: &str, work: Gauge) {
+        let points = &mut self.lock().points;
+        if points.len() <= point {
+            points.resize_with(point + 1, || None);
         }
-        shares[point] = vec![0.0; parts];
+        points[point] = Some(work);
     }
 
     fn tell(&self, point: usize, part: usize, share: f64, collisions: u64) {
         let mut far = self.lock();
         far.collisions += collisions;
-        let place = far
-            .shares
-            .get_mut(point)
-            .and_then(|shares| shares.get_mut(part));
-        if let Some(known) = place {
-            *known = share.clamp(0.0, 1.0);
+        if let Some(Some(work)) = far.points.get_mut(point) {
+            work.tell(part, share, Instant::now());
         }
     }
 
     fn end(&self, point: usize) {
-        if let Some(shares) = self.lock().shares.get_mut(point) {
-            shares.fill(1.0);
+        if let Some(Some(work)) = self.lock().points.get_mut(point) {
+            work.end();
         }
     }
 
@@ -155,8 +152,8 @@ pub fn run(
             return Ok(());
         };
         let mut far = seen.lock();
-        let mean = |shares: &Vec<f64>| shares.iter().sum::<f64>() / shares.len().max(1) as f64;
-        let share = far.shares.iter().map(mean).sum::<f64>() / number as f64;
+        let done = far.points.iter_mut().flatten().map(Gauge::share);
+        let share = done.sum::<f64>() / number as f64;
         let (collisions, notes) = (far.collisions, std::mem::take(&mut far.notes));
         drop(far);
         progress.call1(py, (share, collisions, notes)).map(drop)

@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::bench::{BenchDsmc, BenchEd, BenchMixture};
-use crate::{Trial, calibrate, validate};
+use crate::{Trial, calibrate, docs, validate};
 
 fn names(trials: &[Trial]) -> PossibleValuesParser {
     let value = |trial: &Trial| PossibleValue::new(trial.name).help(trial.tried);
@@ -52,6 +52,12 @@ pub enum Command {
     ///
     /// Some minutes; seconds with --quick. The exit code is 1 if a rate is not as stated.
     Calibrate(Calibrate),
+    /// Make the results that stand in README and docs again, or check them.
+    ///
+    /// Without names it makes the cheap ones, in some ten seconds. --check compares the cheap ones with new runs, number by number within
+    /// their errors, and says of costly ones whether an engine that they rest on has other statistics by now. The exit code is 1 if
+    /// something does not hold.
+    Docs(Docs),
     /// Measure everything that the program claims about accuracy, and say what holds.
     ///
     /// Each line states a claim, what was expected, what was found with its standard error, the verdict and the cost; the last
@@ -76,6 +82,23 @@ pub struct Calibrate {
     /// Fewer replicas, and 20 elastic cases in place of 200.
     #[arg(long)]
     pub quick: bool,
+}
+
+/// `stosszahl-trials docs`.
+#[derive(Clone, Debug, Args)]
+pub struct Docs {
+    /// Only this block; may be repeated [default: the cheap ones].
+    #[arg(value_name = "NAME", value_parser = docs::names())]
+    pub name: Vec<String>,
+    /// Change nothing, and say what is wrong.
+    #[arg(long)]
+    pub check: bool,
+    /// All blocks, also those that take hours of a core.
+    #[arg(long, conflicts_with_all = ["check", "name"])]
+    pub costly: bool,
+    /// Go on with runs in results/docs that were stopped, and use those that are complete.
+    #[arg(long, conflicts_with = "check")]
+    pub resume: bool,
 }
 
 /// `stosszahl-trials validate`, of the whole or of one engine.

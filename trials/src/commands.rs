@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use crate::arguments::{Arguments, Bench, Command, Stress, Validate};
 use crate::bench::Work;
-use crate::{Done, calibrate, stress, validate};
+use crate::{Done, calibrate, docs, stress, validate};
 
 /// Says a line at once.
 pub(crate) fn say(text: &str) {
@@ -35,6 +35,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             stress::command(&stress::mixtures(), &asked, None)
         }
         Command::Stress(Stress::Walls(asked)) => stress::command(&stress::walls(), &asked, None),
+        Command::Docs(asked) => docs::command(&asked),
         Command::Calibrate(asked) => calibrate::command(&asked),
         Command::Validate(asked) => match asked.engine {
             Some(Validate::Dsmc(asked)) => validate::schemes_command(&asked),

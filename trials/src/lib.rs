@@ -1,5 +1,5 @@
 //! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed (`bench`); and of the judge, whether
-//! verdicts ring as often as they say ([`calibrate`]).
+//! verdicts ring as often as they say ([`calibrate`]); and the command that makes results in the documentation ([`docs`]).
 //!
 //! They stand on the public interface of the engines, as any other program would, and no user's program contains them.
 //! A [`Trial`] is a row in a table: its name, what is tried, what must hold, and a function that finds out. All
@@ -12,6 +12,7 @@ pub mod arguments;
 mod bench;
 pub mod calibrate;
 pub mod commands;
+pub mod docs;
 mod findings;
 pub mod gas;
 pub mod stress;

@@ -130,9 +130,12 @@ pub struct Range {
     pub from: f64,
     /// The last value.
     pub to: f64,
-    /// Number of values.
+    /// Number of values, in place of a step.
     #[schemars(range(min = 2, max = 10_000))]
-    pub points: u64,
+    pub points: Option<u64>,
+    /// Difference between two values, or with `log` their quotient, in place of a number of values. The last value is the last
+    /// step that does not go beyond `to`.
+    pub step: Option<f64>,
     /// In equal factors in place of equal steps; both ends lie above 0 then.
     #[serde(default)]
     pub log: bool,

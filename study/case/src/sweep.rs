@@ -126,12 +126,32 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
         from,
         to,
         points,
+        step,
         log,
     } = range;
     if log && !(from > 0.0 && to > 0.0) {
         return Err("the ends of a range in equal factors lie above 0");
     }
-    let last = points - 1;
+    // Steps in which all is counted: of the logarithm where they are factors.
+    let along = |value: f64| if log { value.ln() } else { value };
+    let (last, to) = match (points, step) {
+        (Some(points), None) => (points - 1, to),
+        (None, Some(step)) => {
+            let stride = along(step);
+            let count = (along(to) - along(from)) / stride;
+            if !(count.is_finite() && count * (1.0 + 1e-9) >= 1.0 && count < MOST_POINTS as f64) {
+                return Err(
+                    "a step leads from the first value towards the last in one step or more: of its sign, or with log a factor \
+                     above 1 upwards and below 1 downwards",
+                );
+            }
+            // What is a whole number of steps but for rounding is one.
+            let whole = (count * (1.0 + 1e-9)).floor();
+            let end = along(from) + whole * stride;
+            (whole as u64, if log { end.exp() } else { end })
+        }
+        _ => return Err("a range has either points or a step"),
+    };
     let value = |index: u64| {
         let share = index as f64 / last as f64;
         let value = match index {
@@ -148,7 +168,7 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
             Value::Float(value)
         }
     };
-    Ok((0..points).map(value).collect())
+    Ok((0..=last).map(value).collect())
 }
 
 /// Names for the folders of points: `packing_fraction=0.25,restitution=1`, each different from all others.

@@ -709,15 +709,17 @@ fn overrides_reach_elements() {
     }
 }
 
+/// A comparison with more lines.
+fn comparison_with(block: &str) -> Result<CaseFile, CaseError> {
+    read(&format!("{COMPARISON}{block}"), &[])
+}
+
 #[test]
 fn sweeps_are_products_of_lists_and_ranges() {
-    let sweep = |block: &str| read(&format!("{COMPARISON}{block}"), &[]);
     let names = |block: &str| {
-        let file = sweep(block).unwrap_or_else(|error| panic!("{error}"));
-        file.points
-            .into_iter()
-            .map(|point| point.name)
-            .collect::<Vec<_>>()
+        let file = comparison_with(block).unwrap_or_else(|error| panic!("{error}"));
+        let names = file.points.into_iter().map(|point| point.name);
+        names.collect::<Vec<_>>()
     };
     assert_eq!(
         names(
@@ -743,7 +745,61 @@ fn sweeps_are_products_of_lists_and_ranges() {
         names("[[sweep]]\n\"gas.number\" = { from = 100, to = 10000, points = 4, log = true }\n"),
         ["number=100", "number=464", "number=2154", "number=10000"]
     );
+    assert_eq!(
+        names("[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.45, step = 0.1 }\n"),
+        [
+            "restitution=0.1",
+            "restitution=0.2",
+            "restitution=0.3",
+            "restitution=0.4"
+        ]
+    );
+    assert_eq!(
+        names("[[sweep]]\n\"gas.restitution\" = { from = 0.9, to = 0.6, step = -0.15 }\n"),
+        ["restitution=0.9", "restitution=0.75", "restitution=0.6"]
+    );
+    assert_eq!(
+        names("[[sweep]]\n\"gas.number\" = { from = 100, to = 1600, step = 2, log = true }\n"),
+        [
+            "number=100",
+            "number=200",
+            "number=400",
+            "number=800",
+            "number=1600"
+        ]
+    );
+    let text = format!("{COMPARISON}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n");
+    let fixed = read(&text, &["gas.restitution=0.7"]).expect("a case");
+    assert_eq!((fixed.points.len(), fixed.points[0].name.as_str()), (1, ""));
+}
+
+#[test]
+fn sweeps_that_are_none_are_refused() {
     for (block, words) in [
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = -0.1 }\n",
+            "of its sign",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 0 }\n",
+            "of its sign",
+        ),
+        (
+            "[[sweep]]\n\"gas.number\" = { from = 10, to = 40, step = 0.5, log = true }\n",
+            "factor above 1 upwards",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 1e-9 }\n",
+            "of its sign",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4 }\n",
+            "either points or a step",
+        ),
+        (
+            "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, points = 4, step = 0.1 }\n",
+            "either points or a step",
+        ),
         ("[[sweep]]\n", "at least one quoted dotted key"),
         (
             "[[sweep]]\n\"gas.restitution\" = []\n",
@@ -771,12 +827,9 @@ fn sweeps_are_products_of_lists_and_ranges() {
             "already sweeps",
         ),
     ] {
-        let error = sweep(block).expect_err(block);
+        let error = comparison_with(block).expect_err(block);
         assert!(error.to_string().contains(words), "{block}: {error}");
     }
-    let text = format!("{COMPARISON}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n");
-    let fixed = read(&text, &["gas.restitution=0.7"]).expect("a case");
-    assert_eq!((fixed.points.len(), fixed.points[0].name.as_str()), (1, ""));
 }
 
 #[test]

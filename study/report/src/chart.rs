@@ -1,27 +1,14 @@
-//! Charts as inline SVG: curves with error bars, histograms, theory, reference lines.
+//! Charts: curves with error bars, histograms, theory, reference lines, and the ranges of their axes.
 //!
-//! Written here and not with a plotting library: the charts of reports need a few hundred lines, the libraries that were
-//! tried doubled the time to build the program, counted clip paths globally and drew legends over data. Colours are
-//! custom properties of the style sheet, so a chart follows the light or dark scheme. Legends are HTML.
+//! Colours are custom properties of the style sheet, so a chart follows the light or dark scheme. Legends are HTML.
 
 use std::fmt::Write as _;
 
-use maud::{Markup, html};
+use serde_json::{Value, json};
 use stosszahl_results::Scale;
 
+use crate::draw::{Canvas, Plot, axes, chart_size};
 use crate::scale::{Frame, Tick, extent, shows};
-
-/// Width and height of a chart, and room around its frame: left, right, top, bottom.
-pub(crate) const WIDTH: f64 = 440.0;
-const HEIGHT: f64 = 310.0;
-pub(crate) const LEFT: f64 = 62.0;
-pub(crate) const RIGHT: f64 = 14.0;
-pub(crate) const TOP: f64 = 10.0;
-pub(crate) const BOTTOM: f64 = 46.0;
-/// Points of a curve that are drawn as marks; a curve of more is a line.
-const MARKS: usize = 60;
-/// Points of a line that are drawn.
-const VERTICES: usize = 600;
 
 /// An axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,12 +34,12 @@ impl ChartAxis {
         }
     }
 
-    fn frame(&self, data: Option<(f64, f64)>) -> Frame {
+    fn frame(&self, data: Option<(f64, f64)>, exact: bool) -> Frame {
         if !self.names.is_empty() {
             let ends = (0.5, self.names.len() as f64 + 0.5);
             return Frame::around(Scale::Linear, ends, true);
         }
-        Frame::around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), false)
+        Frame::around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
     }
 
     fn ticks(&self, frame: &Frame) -> Vec<Tick> {
@@ -91,7 +78,19 @@ impl Marker {
         Self::Inverted,
     ];
 
-    fn path(self, path: &mut String, x: f64, y: f64) {
+    /// Its name in the data of a figure.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Circle => "circle",
+            Self::Square => "square",
+            Self::Triangle => "triangle",
+            Self::Diamond => "diamond",
+            Self::Inverted => "inverted",
+        }
+    }
+
+    /// Adds the mark at a place to a path of SVG.
+    pub(crate) fn path(self, path: &mut String, x: f64, y: f64) {
         // Writing to a string cannot fail.
         let _ = match self {
             Self::Circle => write!(path, "M{:.1} {y:.1}a3 3 0 1 0 6 0a3 3 0 1 0-6 0", x - 3.0),
@@ -114,8 +113,21 @@ pub enum Stroke {
     Solid,
     /// By a dashed line, for theory.
     Dashed,
-    /// By the outline of bars from each point to its `end`.
+    /// By bars that stand on zero, from each point to its `end`.
     Bars,
+}
+
+impl Stroke {
+    /// Its class in the style sheet; none without a line. A curve of `many` points has no marks, so its line is thicker.
+    pub(crate) fn class(self, many: bool) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Thin if !many => Some("thin"),
+            Self::Thin | Self::Solid => Some("solid"),
+            Self::Dashed => Some("dashed"),
+            Self::Bars => Some("bars"),
+        }
+    }
 }
 
 /// A data point.
@@ -123,24 +135,14 @@ pub enum Stroke {
 pub struct Point {
     /// Abscissa.
     pub x: f64,
-    /// Where the bar of a histogram ends.
+    /// Where the bar or step of a histogram ends; the abscissa of a point that has no width.
     pub end: f64,
     /// Ordinate.
     pub y: f64,
     /// Standard error of the ordinate.
     pub error: Option<f64>,
-}
-
-impl Point {
-    /// A point without an error.
-    pub fn new(x: f64, y: f64) -> Self {
-        Self {
-            x,
-            end: x,
-            y,
-            error: None,
-        }
-    }
+    /// What theory says.
+    pub theory: Option<f64>,
 }
 
 /// Points of one kind.
@@ -227,233 +229,124 @@ impl Chart {
         extent(scale, ends.chain([low, high]))
     }
 
-    /// Gives charts that stand side by side the same axes.
-    pub fn share_axes(charts: &mut [Self]) {
-        let unite = |ranges: &mut dyn Iterator<Item = (f64, f64)>| {
-            ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-        };
-        let x = unite(&mut charts.iter().filter_map(Self::abscissae));
-        let y = unite(&mut charts.iter().filter_map(Self::ordinates));
-        for chart in charts {
-            (chart.x.span, chart.y.span) = (x, y);
+    /// Gives charts that stand side by side the same axes. Where a chart would use less than a quarter of the common vertical
+    /// axis, each keeps its own, so that small effects are seen. Returns whether vertical axes are common.
+    pub fn share_axes(charts: &mut [Self]) -> bool {
+        fn unite(ranges: &[(f64, f64)]) -> Option<(f64, f64)> {
+            let all = ranges.iter().copied();
+            all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
         }
+        let of = |range: fn(&Self) -> Option<(f64, f64)>| -> Vec<(f64, f64)> {
+            charts.iter().filter_map(range).collect()
+        };
+        let (across, upwards) = (of(Self::abscissae), of(Self::ordinates));
+        let (x, y) = (unite(&across), unite(&upwards));
+        let logarithmic = charts
+            .first()
+            .is_some_and(|chart| chart.y.scale == Scale::Logarithmic);
+        let size = |(low, high): (f64, f64)| {
+            if logarithmic {
+                (high / low).log10()
+            } else {
+                high - low
+            }
+        };
+        let common = y.is_none_or(|y| upwards.iter().all(|one| size(*one) >= 0.25 * size(y)));
+        for chart in charts {
+            chart.x.span = x;
+            chart.y.span = if common { y } else { None };
+        }
+        common
+    }
+
+    fn frames(&self) -> (Frame, Frame) {
+        // Steps and bars end where the axis does.
+        let steps = self.points().any(|point| point.end > point.x);
+        (
+            self.x.frame(self.abscissae(), steps),
+            self.y.frame(self.ordinates(), false),
+        )
     }
 
     /// Draws the chart; `description` is for those who cannot see it.
-    pub fn svg(&self, description: &str) -> Markup {
-        let (x, y) = (
-            self.x.frame(self.abscissae()),
-            self.y.frame(self.ordinates()),
-        );
-        let (width, height) = (WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM);
+    pub(crate) fn plot(&self, description: String) -> Plot {
+        let (x, y) = self.frames();
+        let ticks = [self.x.ticks(&x), self.y.ticks(&y)];
         let canvas = Canvas {
             x,
             y,
-            size: [width, height],
+            size: chart_size(),
         };
-        let words = self.words.iter().filter_map(|word| {
-            let (x, y) = canvas.place(word.x, word.y)?;
-            Some((x, y, &word.text))
-        });
-        svg(
-            HEIGHT,
+        Plot {
             description,
-            &html! {
-                (axes([width, height], [&self.x.ticks(&x), &self.y.ticks(&y)], [&self.x.label, &self.y.label], true))
-                svg x=(LEFT) y=(TOP) width=(width) height=(height) {
-                    @for (_, level) in &self.lines {
-                        @let at = height * (1.0 - y.clamped(*level));
-                        path.level d=(format!("M0 {at:.1}H{width:.1}")) {}
-                    }
-                    @for curve in &self.curves { (canvas.strokes(curve)) }
-                }
-                g transform=(format!("translate({LEFT} {TOP})")) {
-                    @for curve in &self.curves { (canvas.marks(curve)) }
-                    @for (x, y, text) in words { text.word x=(format!("{x:.1}")) y=(format!("{y:.1}")) { (text) } }
-                }
-            },
-        )
-    }
-}
-
-/// The SVG element of a chart or a map.
-pub(crate) fn svg(height: f64, description: &str, content: &Markup) -> Markup {
-    html! {
-        svg.plot viewBox=(format!("0 0 {WIDTH} {height:.0}")) role="img" aria-label=(description) { (content) }
-    }
-}
-
-/// Frame, grid, ticks and labels around an area of a size.
-pub(crate) fn axes(
-    [width, height]: [f64; 2],
-    [x_ticks, y_ticks]: [&[Tick]; 2],
-    [x_label, y_label]: [&str; 2],
-    grid: bool,
-) -> Markup {
-    let (mut lines, mut strokes) = (String::new(), String::new());
-    for (place, label) in x_ticks {
-        let at = place * width;
-        let length = if label.is_some() { 5 } else { 3 };
-        // Writing to a string cannot fail.
-        let _ = write!(strokes, "M{at:.1} {height:.1}v-{length}");
-        if label.is_some() {
-            let _ = write!(lines, "M{at:.1} 0V{height:.1}");
+            height: crate::draw::HEIGHT,
+            content: canvas.chart(
+                self,
+                &axes(canvas.size, &ticks, [&self.x.label, &self.y.label], true),
+            ),
+            data: self.data(),
         }
-    }
-    for (place, label) in y_ticks {
-        let at = (1.0 - place) * height;
-        let length = if label.is_some() { 5 } else { 3 };
-        let _ = write!(strokes, "M0 {at:.1}h{length}");
-        if label.is_some() {
-            let _ = write!(lines, "M0 {at:.1}H{width:.1}");
-        }
-    }
-    let labelled = |ticks: &[Tick]| -> Vec<(f64, String)> {
-        let named = ticks
-            .iter()
-            .filter_map(|(place, label)| Some((*place, label.clone()?)));
-        named.collect()
-    };
-    // Labels that would run into each other are left out.
-    let mut free = f64::NEG_INFINITY;
-    let mut below = labelled(x_ticks);
-    below.retain(|(place, label)| {
-        let half = 3.4 * label.chars().count() as f64;
-        let fits = place * width - half > free;
-        if fits {
-            free = place * width + half + 2.0;
-        }
-        fits
-    });
-    html! {
-        g transform=(format!("translate({LEFT} {TOP})")) {
-            @if grid { path.grid d=(lines) {} }
-            path.axis d=(format!("M0 0H{width:.1}V{height:.1}H0z{strokes}")) {}
-            @for (place, label) in &below {
-                text.tick x=(format!("{:.1}", place * width)) y=(format!("{:.1}", height + 15.0)) text-anchor="middle" { (label) }
-            }
-            @for (place, label) in labelled(y_ticks) {
-                text.tick x="-6" y=(format!("{:.1}", (1.0 - place) * height + 3.7)) text-anchor="end" { (label) }
-            }
-            text.label x=(format!("{:.1}", width / 2.0)) y=(format!("{:.1}", height + 37.0)) text-anchor="middle" { (x_label) }
-            text.label text-anchor="middle" transform=(format!("translate(-47 {:.1}) rotate(-90)", height / 2.0)) { (y_label) }
-        }
-    }
-}
-
-/// The area inside the frame.
-struct Canvas {
-    x: Frame,
-    y: Frame,
-    size: [f64; 2],
-}
-
-impl Canvas {
-    fn place(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        let (x, y) = (self.x.place(x)?, self.y.place(y)?);
-        // Far outside is as good as infinitely far, and short to write.
-        let near = |place: f64| place.clamp(-50.0, 50.0);
-        Some((near(x) * self.size[0], (1.0 - near(y)) * self.size[1]))
     }
 
-    /// Lines, bars and error bars, which the frame cuts.
-    fn strokes(&self, curve: &Curve) -> Markup {
-        let (mut line, mut errors) = (String::new(), String::new());
-        let mut joined = false;
-        let thinned = crate::words::spread(&curve.points, VERTICES);
-        for point in &thinned {
-            let Some((x, y)) = self.place(point.x, point.y) else {
-                joined = false;
-                continue;
-            };
-            // Writing to a string cannot fail.
-            if curve.stroke == Stroke::Bars {
-                let end = self.place(point.end, point.y).map_or(x, |place| place.0);
-                let foot = (1.0 - self.y.clamped(0.0)) * self.size[1];
-                let _ = write!(line, "M{x:.1} {foot:.1}V{y:.1}H{end:.1}V{foot:.1}");
-            } else {
-                let _ = write!(line, "{}{x:.1} {y:.1}", if joined { 'L' } else { 'M' });
-            }
-            joined = true;
-        }
-        for point in crate::words::spread(&curve.points, MARKS) {
-            let error = point
-                .error
-                .filter(|error| error.is_finite() && *error > 0.0);
-            let end = if curve.stroke == Stroke::Bars {
-                point.end
-            } else {
-                point.x
-            };
-            if let (Some(error), Some((x, _)), Some((other, _))) = (
-                error,
-                self.place(point.x, point.y),
-                self.place(end, point.y),
-            ) {
-                let at = |y: f64| (1.0 - self.y.clamped(y)) * self.size[1];
-                let (low, high) = (at(point.y - error), at(point.y + error));
-                let _ = write!(errors, "M{:.1} {low:.1}V{high:.1}", 0.5 * (x + other));
-            }
-        }
-        let class = match curve.stroke {
-            Stroke::None => None,
-            Stroke::Thin if curve.points.len() > MARKS => Some("solid"),
-            Stroke::Thin => Some("thin"),
-            Stroke::Solid => Some("solid"),
-            Stroke::Dashed => Some("dashed"),
-            Stroke::Bars => Some("bars"),
+    /// The numbers behind the chart, for the script that makes it interactive.
+    fn data(&self) -> Value {
+        let (x, y) = self.frames();
+        let axis = |axis: &ChartAxis, frame: Frame| {
+            json!({
+                "label": axis.label,
+                "logarithmic": axis.scale == Scale::Logarithmic,
+                "range": frame.ends(),
+                "names": axis.names,
+            })
         };
-        html! {
-            @if let (Some(class), false) = (class, line.is_empty()) {
-                path.(class) d=(line) style=(format!("stroke:{0};fill:{0}", curve.colour)) {}
-            }
-            @if !errors.is_empty() { path.error d=(errors) style=(format!("stroke:{}", curve.colour)) {} }
-        }
-    }
-
-    /// Marks, which the frame does not cut.
-    fn marks(&self, curve: &Curve) -> Markup {
-        let mut path = String::new();
-        if let Some(marker) = curve.marker
-            && (curve.points.len() <= MARKS || curve.stroke == Stroke::None)
-        {
-            for point in &curve.points {
-                let Some((x, y)) = self.place(point.x, point.y) else {
-                    continue;
-                };
-                if (-0.1..=self.size[0] + 0.1).contains(&x)
-                    && (-0.1..=self.size[1] + 0.1).contains(&y)
-                {
-                    marker.path(&mut path, x, y);
-                }
-            }
-        }
-        html! { @if !path.is_empty() { path d=(path) style=(format!("fill:{}", curve.colour)) {} } }
+        let curves: Vec<Value> = self.curves.iter().map(Curve::data).collect();
+        let lines: Vec<Value> = (self.lines.iter())
+            .map(|(label, y)| json!({ "label": label, "y": y }))
+            .collect();
+        let words: Vec<Value> = (self.words.iter())
+            .map(|word| json!({ "text": word.text, "x": word.x, "y": word.y }))
+            .collect();
+        json!({
+            "x": axis(&self.x, x), "y": axis(&self.y, y), "curves": curves, "lines": lines, "words": words,
+        })
     }
 }
 
-/// The sign of a curve in a legend.
-pub fn swatch(curve: &Curve) -> Markup {
-    let mut mark = String::new();
-    if let Some(marker) = curve.marker {
-        marker.path(&mut mark, 17.0, 6.0);
+impl Curve {
+    /// Numbers of a curve as columns; columns without a number are left out.
+    fn data(&self) -> Value {
+        let points = || {
+            self.points
+                .iter()
+                .filter(|point| point.x.is_finite() && point.y.is_finite())
+        };
+        let column = |value: &dyn Fn(&Point) -> Option<f64>| -> Value {
+            let all: Vec<Option<f64>> =
+                points().map(|point| value(point).and_then(short)).collect();
+            if all.iter().any(Option::is_some) {
+                json!(all)
+            } else {
+                Value::Null
+            }
+        };
+        json!({
+            "label": self.label,
+            "colour": self.colour,
+            "marker": self.marker.map(Marker::name),
+            "stroke": self.stroke.class(false),
+            "x": column(&|point| Some(point.x)),
+            "end": column(&|point| (point.end != point.x).then_some(point.end)),
+            "y": column(&|point| Some(point.y)),
+            "error": column(&|point| point.error),
+            "theory": column(&|point| point.theory),
+        })
     }
-    let class = match curve.stroke {
-        Stroke::None => None,
-        Stroke::Thin => Some("thin"),
-        Stroke::Solid => Some("solid"),
-        Stroke::Dashed => Some("dashed"),
-        Stroke::Bars => Some("bars"),
-    };
-    let line = if curve.stroke == Stroke::Bars {
-        "M4 11V2H30V11z"
-    } else {
-        "M1 6H33"
-    };
-    html! {
-        svg viewBox="0 0 34 12" aria-hidden="true" {
-            @if let Some(class) = class { path.(class) d=(line) style=(format!("stroke:{0};fill:{0}", curve.colour)) {} }
-            @if !mark.is_empty() { path d=(mark) style=(format!("fill:{}", curve.colour)) {} }
-        }
-    }
+}
+
+/// A number with nine digits, which a page can afford; tables have all. Numbers that are not finite have no place in JSON.
+pub(crate) fn short(value: f64) -> Option<f64> {
+    format!("{value:.8e}")
+        .parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite())
 }

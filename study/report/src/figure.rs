@@ -3,10 +3,10 @@
 //! Every engine has one colour and one mark in all charts. Where curves do not tell engines apart they run through a
 //! second, ordered scale from dark to bright, as times do.
 
-use maud::Markup;
 use stosszahl_results::{Cell, Figure, Mark, Role, Scale, Table, engine_rank, engine_title};
 
 use crate::chart::{Chart, ChartAxis, Curve, Marker, Point, Stroke};
+use crate::draw::Plot;
 use crate::map::Map;
 use crate::words::{number, spread};
 
@@ -22,7 +22,9 @@ pub(crate) struct Drawn {
     /// One entry for each kind of curve.
     pub legend: Vec<Curve>,
     /// Panels with their titles; a single panel may have none.
-    pub panels: Vec<(String, Markup)>,
+    pub panels: Vec<(String, Plot)>,
+    /// Whether all panels have the same vertical axis.
+    pub common: bool,
     /// What is left out.
     pub note: String,
 }
@@ -94,7 +96,7 @@ fn title(table: &Table, columns: &[usize], keys: &[&Cell]) -> String {
     words.join(", ")
 }
 
-/// The engine that a group is about: of a pair the one that is compared with the exact one.
+/// The engine that a group is about: of a pair the one that is compared with the exact one, or the first if neither is exact.
 fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a str> {
     let named = columns
         .iter()
@@ -107,11 +109,19 @@ fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a
         });
     let mut found = None;
     for name in named {
-        if found.is_none() || name != "ed" {
+        if found.is_none_or(|found| found == "ed") {
             found = Some(name);
         }
     }
     found
+}
+
+/// Whether a group is about two engines of which none is the exact one.
+fn of_others(table: &Table, columns: &[usize], keys: &[&Cell]) -> bool {
+    let named = columns.iter().zip(keys);
+    let engines = named.filter(|(column, _)| table.columns[**column].name.starts_with("engine"));
+    let exact = |cell: &&Cell| matches!(cell, Cell::Text(text) if text == "ed");
+    engines.clone().count() > 1 && !engines.map(|(_, cell)| *cell).any(|cell| exact(&cell))
 }
 
 /// The columns of some names, those that the table has.
@@ -152,7 +162,7 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
     let all = drawn.len();
     let (titles, mut charts): (Vec<String>, Vec<Chart>) =
         spread(&drawn, PANELS).into_iter().unzip();
-    Chart::share_axes(&mut charts);
+    let common = Chart::share_axes(&mut charts);
     let mut legend: Vec<Curve> = Vec::new();
     for curve in charts.iter().flat_map(|chart| &chart.curves) {
         if !curve.label.is_empty()
@@ -174,7 +184,7 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
             points: vec![],
         });
     }
-    let panels: Vec<(String, Markup)> = titles
+    let panels: Vec<(String, Plot)> = titles
         .into_iter()
         .zip(&charts)
         .map(|(title, chart)| {
@@ -182,11 +192,17 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
                 "{} {title}: {} against {}",
                 figure.title, chart.y.label, chart.x.label
             );
-            (title, chart.svg(&description))
+            (title, chart.plot(description))
         })
         .collect();
+    let own = if common {
+        ""
+    } else {
+        " Each panel has a vertical axis of its own."
+    };
     (!panels.is_empty()).then(|| Drawn {
-        note: left_out(panels.len(), all) + &plan.note(),
+        note: left_out(panels.len(), all) + &plan.note() + own,
+        common,
         legend,
         panels,
     })
@@ -262,8 +278,14 @@ impl<'a> Curves<'a> {
         Some(place as f64 + 1.0)
     }
 
-    /// The points of some rows, with the ordinates of a column.
-    fn points(&self, rows: &[&[Cell]], y: usize, error: Option<usize>) -> Vec<Point> {
+    /// The points of some rows, with the ordinates of a column and those of its errors and of theory.
+    fn points(
+        &self,
+        rows: &[&[Cell]],
+        y: usize,
+        error: Option<usize>,
+        theory: Option<usize>,
+    ) -> Vec<Point> {
         let bars = self.figure.mark == Mark::Bars;
         let mut points: Vec<Point> = rows
             .iter()
@@ -275,6 +297,7 @@ impl<'a> Curves<'a> {
                     end: end.unwrap_or(x),
                     y: row[y].number()?,
                     error: error.and_then(|error| row[error].number()),
+                    theory: theory.and_then(|theory| row[theory].number()),
                 })
             })
             .collect();
@@ -306,6 +329,9 @@ impl<'a> Curves<'a> {
             .map(|line| (line.label.to_string(), line.y))
             .collect();
         let keys: Vec<usize> = self.engines.iter().chain(&self.others).copied().collect();
+        let theory = self.companion(Role::Theory);
+        let has_level = !self.figure.lines.is_empty()
+            || theory.is_some_and(|theory| rows.iter().any(|row| row[theory].number().is_some()));
         let mut laws: Vec<Curve> = Vec::new();
         let mut measured = Vec::new();
         for group in groups(rows, &keys) {
@@ -315,6 +341,12 @@ impl<'a> Curves<'a> {
             };
             let engine = engine(self.table, &keys, &group.keys).or(of_panel);
             let (colour, marker) = match engine {
+                // Of a pair without the exact engine neither has a colour of its own left.
+                Some(engine)
+                    if self.others.is_empty() && of_others(self.table, &keys, &group.keys) =>
+                {
+                    ("var(--ink)".into(), engine_marker(engine))
+                }
                 Some(engine) if self.others.is_empty() => {
                     (engine_colour(engine), engine_marker(engine))
                 }
@@ -334,9 +366,12 @@ impl<'a> Curves<'a> {
                 self.others.clone()
             };
             let cells: Vec<&Cell> = group.keys[keys.len() - named.len()..].to_vec();
-            let label = title(self.table, &named, &cells);
-            if let Some(theory) = self.companion(Role::Theory) {
-                let points = self.points(&group.rows, theory, None);
+            let mut label = title(self.table, &named, &cells);
+            if label.is_empty() && theory.is_some() {
+                label.push_str("measured");
+            }
+            if let Some(theory) = theory {
+                let points = self.points(&group.rows, theory, None, None);
                 if !points.is_empty() && !laws.iter().any(|law| law.points == points) {
                     let name = format!("theory, {label}");
                     laws.push(Curve {
@@ -349,11 +384,14 @@ impl<'a> Curves<'a> {
                 }
             }
             let (marker, stroke) = match self.figure.mark {
+                // Beside a theory the difference is what matters, so that steps need not stand on zero.
+                Mark::Bars if has_level => (None, Stroke::Solid),
                 Mark::Bars => (None, Stroke::Bars),
                 Mark::Points => (Some(marker), Stroke::None),
                 _ => (Some(marker), Stroke::Thin),
             };
-            let points = self.points(&group.rows, self.y, self.companion(Role::StandardError));
+            let companions = [Role::StandardError, Role::Theory].map(|role| self.companion(role));
+            let points = self.points(&group.rows, self.y, companions[0], companions[1]);
             measured.push(Curve {
                 label,
                 colour,
@@ -399,10 +437,13 @@ fn maps(table: &Table, figure: &Figure, rows: &[&[Cell]], mut panels: Vec<usize>
         .colour
         .as_ref()
         .map_or(Scale::Linear, |axis| axis.scale);
+    let name = &table.columns[coloured].name;
+    let label = figure.colour.as_ref().map_or(name, |axis| &axis.label);
     let place = |row: &&[Cell]| Some([row[x].number()?, row[y].number()?, row[coloured].number()?]);
     let maps = groups(rows, &panels).into_iter().map(|group| {
         let map = Map {
             labels: [&figure.x, &figure.y].map(|axis| axis.label.to_string()),
+            value: label.to_string(),
             scale,
             cells: group.rows.iter().filter_map(place).collect(),
         };
@@ -412,16 +453,15 @@ fn maps(table: &Table, figure: &Figure, rows: &[&[Cell]], mut panels: Vec<usize>
     let shown = spread(&maps, PANELS);
     let ranges = shown.iter().filter_map(|(_, map)| map.range());
     let range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    let name = &table.columns[coloured].name;
-    let label = figure.colour.as_ref().map_or(name, |axis| &axis.label);
     let drawn = shown.iter().map(|(of, map)| {
         let comma = if of.is_empty() { "" } else { ", " };
         let title = format!("{label}{comma}{of}");
         let description = format!("{}: {title}", figure.title);
-        (title, map.svg(range, &description))
+        (title, map.plot(range, description))
     });
     Some(Drawn {
         legend: vec![],
+        common: true,
         panels: drawn.collect(),
         note: left_out(shown.len(), maps.len()),
     })

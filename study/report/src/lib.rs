@@ -2,38 +2,45 @@
 //!
 //! [`write_report`] needs nothing but the folder, so a report can be rebuilt at any time, on any machine, and the same
 //! folder gives the same bytes. Nothing here knows a table by name: a table says by its figures how it is drawn. The page
-//! loads nothing from anywhere: style, charts, particles and the script of the viewer are inside.
+//! loads nothing from anywhere: style, charts, particles, scripts and their library are inside. Figures are drawn as static SVG,
+//! which is what is printed and what is seen without script; the same drawings are files beside the page. A script puts
+//! an interactive chart in the place of each: uPlot (`vendor/uplot`) draws axes and lines and does the zooming. It was
+//! chosen by weight, 53 kB where others of its kind have 300 to 1100.
 //!
 //! | module   | owns                                                        |
 //! |----------|-------------------------------------------------------------|
 //! | `scale`  | axes: ranges and ticks                                      |
-//! | `chart`  | curves, error bars, histograms as inline SVG                |
+//! | `chart`  | curves, histograms, and the ranges of their axes            |
+//! | `draw`   | charts as SVG                                               |
+//! | `sheet`  | a figure as an SVG file of its own                          |
 //! | `map`    | quantities over the plane                                   |
 //! | `figure` | from a table and its figure to charts, colours and legends  |
 //! | `viewer` | the particles of the snapshots                              |
 //! | `page`   | parts of pages                                              |
 //! | `run`    | the page of a run                                           |
 //! | `sweep`  | the page of a sweep                                         |
+//! | `summary`| one row for each point of a sweep                           |
 //! | `listing`| a page of sentences, figures and lists                      |
 
 mod chart;
+mod draw;
 mod figure;
 mod listing;
 mod map;
-pub mod page;
+mod page;
 mod run;
 mod scale;
+mod sheet;
+mod summary;
 mod sweep;
 mod viewer;
-pub mod words;
+mod words;
 
 use std::path::{Path, PathBuf};
 
 use stosszahl_model::initial::FileError;
 use stosszahl_results::{REPORT_FILE, ResultsError, Stored, Sweep, write_file};
 
-pub use chart::{Chart, ChartAxis, Curve, Marker, Point, Stroke, Word, swatch};
-pub use figure::{engine_colour, engine_marker};
 pub use listing::{Listing, listing};
 
 /// Why a report could not be built.
@@ -54,13 +61,32 @@ pub enum ReportError {
     Snapshot(#[from] FileError),
 }
 
-/// Rebuilds `report.html` of a results folder or of a sweep folder and returns its path. In a sweep folder the report of
-/// each finished point is rebuilt too.
+/// A page and the drawings and tables beside it.
+struct Report {
+    page: String,
+    /// Names of files inside the folder, and what they hold.
+    beside: Vec<(String, Vec<u8>)>,
+}
+
+impl Report {
+    /// Writes all of it, the page last.
+    fn write(&self, folder: &Path) -> Result<PathBuf, ReportError> {
+        for (name, bytes) in &self.beside {
+            write_file(&folder.join(name), bytes)?;
+        }
+        let path = folder.join(REPORT_FILE);
+        write_file(&path, self.page.as_bytes())?;
+        Ok(path)
+    }
+}
+
+/// Rebuilds `report.html` and the drawings of a results folder or of a sweep folder and returns the path of the page. In a
+/// sweep folder the report of each finished point is rebuilt too.
 ///
 /// # Errors
-/// The folder holds no finished run and no sweep, a table or snapshot is damaged, or the page cannot be written.
+/// The folder holds no finished run and no sweep, a table or snapshot is damaged, or a file cannot be written.
 pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
-    let page = if let Some(sweep) = Sweep::read(folder)? {
+    let report = if let Some(sweep) = Sweep::read(folder)? {
         sweep::build(folder, &sweep)?
     } else if let Some(stored) = Stored::read(folder)? {
         run::build(folder, &stored)?
@@ -69,11 +95,5 @@ pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
             folder: folder.to_owned(),
         });
     };
-    write_page(folder, &page)
-}
-
-fn write_page(folder: &Path, page: &str) -> Result<PathBuf, ReportError> {
-    let path = folder.join(REPORT_FILE);
-    write_file(&path, page.as_bytes())?;
-    Ok(path)
+    report.write(folder)
 }

@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
-use maud::{Markup, html};
+use maud::html;
+use serde_json::{Value, json};
 use stosszahl_results::Scale;
 
-use crate::chart::{BOTTOM, LEFT, TOP, WIDTH, axes, svg};
+use crate::chart::short;
+use crate::draw::{BOTTOM, LEFT, Plot, TOP, WIDTH, axes};
 use crate::scale::Frame;
 
 /// Room on the right, for the bar.
@@ -29,6 +31,8 @@ const STEPS: usize = 48;
 pub(crate) struct Map {
     /// Labels of the axes.
     pub labels: [String; 2],
+    /// What the colours mean.
+    pub value: String,
     /// Scale of the colours.
     pub scale: Scale,
     /// Places `x`, `y` and the quantity there.
@@ -42,7 +46,7 @@ impl Map {
     }
 
     /// Draws the map with colours from `low` to `high`.
-    pub fn svg(&self, (low, high): (f64, f64), description: &str) -> Markup {
+    pub fn plot(&self, (low, high): (f64, f64), description: String) -> Plot {
         let edges = [0, 1].map(|axis| edges(self.cells.iter().map(|cell| cell[axis])));
         let ends = edges
             .each_ref()
@@ -77,27 +81,45 @@ impl Map {
                 "M{left:.1} {top:.1}H{right:.1}V{bottom:.1}H{left:.1}z"
             );
         }
-        svg(
-            height + TOP + BOTTOM,
+        let content = html! {
+            g.cells transform=(format!("translate({LEFT} {TOP})")) {
+                @for (step, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+                    path d=(path) fill=(colour(step)) stroke=(colour(step)) {}
+                }
+            }
+            (axes([width, height], &[x.ticks(), y.ticks()], [&self.labels[0], &self.labels[1]], false))
+            g.cells transform=(format!("translate({} {TOP})", LEFT + width + 14.0)) {
+                @for step in 0..STEPS {
+                    @let part = height / STEPS as f64;
+                    rect x="0" width="12" y=(format!("{:.1}", height - (step + 1) as f64 * part)) height=(format!("{:.1}", part + 0.4)) fill=(colour(step)) {}
+                }
+                @for (place, label) in bar.ticks() {
+                    text.tick x="17" y=(format!("{:.1}", (1.0 - place) * height + 3.7)) { (label.unwrap_or_default()) }
+                }
+            }
+        };
+        Plot {
             description,
-            &html! {
-                g.cells transform=(format!("translate({LEFT} {TOP})")) {
-                    @for (step, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-                        path d=(path) fill=(colour(step)) stroke=(colour(step)) {}
-                    }
-                }
-                (axes([width, height], [&x.ticks(), &y.ticks()], [&self.labels[0], &self.labels[1]], false))
-                g.cells transform=(format!("translate({} {TOP})", LEFT + width + 14.0)) {
-                    @for step in 0..STEPS {
-                        @let part = height / STEPS as f64;
-                        rect x="0" width="12" y=(format!("{:.1}", height - (step + 1) as f64 * part)) height=(format!("{:.1}", part + 0.4)) fill=(colour(step)) {}
-                    }
-                    @for (place, label) in bar.ticks() {
-                        text.tick x="17" y=(format!("{:.1}", (1.0 - place) * height + 3.7)) { (label.unwrap_or_default()) }
-                    }
-                }
-            },
-        )
+            height: height + TOP + BOTTOM,
+            content,
+            data: self.data([x.ends(), y.ends()], [LEFT, TOP, width, height]),
+        }
+    }
+
+    /// The numbers behind the map: ranges of the axes, the place of the frame in the drawing, and the cells.
+    fn data(&self, [x, y]: [[f64; 2]; 2], frame: [f64; 4]) -> Value {
+        let shown = |axis: usize| -> Vec<Option<f64>> {
+            let known = self
+                .cells
+                .iter()
+                .filter(|cell| cell.iter().all(|value| value.is_finite()));
+            known.map(|cell| short(cell[axis])).collect()
+        };
+        json!({
+            "map": true, "frame": frame, "value": self.value,
+            "x": { "label": self.labels[0], "range": x }, "y": { "label": self.labels[1], "range": y },
+            "cells": [shown(0), shown(1), shown(2)],
+        })
     }
 }
 

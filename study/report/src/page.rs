@@ -1,14 +1,27 @@
 //! Parts of pages: the document, tables, figures, verdicts.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde_json::{Value, json};
 use stosszahl_results::{Cell, Role, Table, Verdict, VerdictKind};
 
-use crate::chart::{Curve, swatch};
+use crate::draw::sign;
 use crate::figure::{Drawn, cell_text};
 use crate::words::with_error;
 
+/// Colours of pages and drawings.
+pub(crate) const PALETTE: &str = include_str!("palette.css");
+/// Style of drawings.
+pub(crate) const PLOT: &str = include_str!("plot.css");
 /// Style sheet of all pages.
 const STYLE: &str = include_str!("style.css");
+/// The library that draws interactive charts, with its style and licence.
+const LIBRARY: [&str; 3] = [
+    include_str!("../vendor/uplot/uPlot.iife.min.js"),
+    include_str!("../vendor/uplot/uPlot.min.css"),
+    include_str!("../vendor/uplot/LICENSE"),
+];
+/// The script that makes figures interactive.
+const FIGURES: &str = include_str!("figures.js");
 /// Rows of a table that a page shows; its file has all.
 const ROWS: usize = 300;
 /// Lines of a case file that are shown without folding.
@@ -17,9 +30,12 @@ const LINES: usize = 60;
 /// A column of a table: its name, and whether it holds words.
 pub type Column<'a> = (&'a str, bool);
 
-/// A whole page around its content; nothing in it may load anything.
-pub fn document(title: &str, content: &Markup, script: Option<&str>) -> String {
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+/// A whole page around its content; nothing in it may load anything. Scripts are those of what the content holds.
+pub(crate) fn document(title: &str, content: &Markup, script: Option<&str>) -> String {
+    // Pictures that are saved are drawn from data inside the page.
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
+    let interactive = content.0.contains("class=\"interactive\"");
+    let [library, library_style, licence] = LIBRARY;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -28,15 +44,26 @@ pub fn document(title: &str, content: &Markup, script: Option<&str>) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta http-equiv="Content-Security-Policy" content=(policy);
                 title { (title) }
-                style { (PreEscaped(STYLE)) }
+                @if interactive { style { (PreEscaped(library_style)) } }
+                style { (PreEscaped(PALETTE)) (PreEscaped(STYLE)) }
+                style id="drawing" { (PreEscaped(PLOT)) }
             }
             body {
                 main { (content) }
+                @if interactive {
+                    script { "/*!\n" (PreEscaped(licence)) "*/\n" (PreEscaped(library)) }
+                    script { (PreEscaped(FIGURES)) }
+                }
                 @if let Some(script) = script { script { (PreEscaped(script)) } }
             }
         }
     };
     page.into_string()
+}
+
+/// Data for a script: JSON in which nothing can close the element around it.
+pub(crate) fn data(value: &Value) -> Markup {
+    PreEscaped(value.to_string().replace('<', "\\u003c"))
 }
 
 /// A table that scrolls where it is wider than the page.
@@ -58,34 +85,35 @@ pub fn table(columns: &[Column<'_>], rows: &[Vec<String>]) -> Markup {
     }
 }
 
-/// One figure with its legend, panels and caption.
-pub fn figure(
-    number: usize,
-    title: &str,
-    caption: &str,
-    legend: &[Curve],
-    panels: &[(String, Markup)],
-) -> Markup {
-    let arrangement = match panels.len() {
+/// A figure with its legend, panels and caption, and the data from which the script makes it interactive.
+pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -> Markup {
+    let arrangement = match drawn.panels.len() {
         1 => "one",
         2 | 4 => "two",
         _ => "many",
     };
+    let title = title.trim_end_matches('.');
+    let panels: Vec<Value> = (drawn.panels.iter())
+        .map(|(title, plot)| json!({ "title": title, "plot": plot.data }))
+        .collect();
+    let behind =
+        json!({ "title": title, "number": number, "common": drawn.common, "panels": panels });
     html! {
-        figure {
-            @if !legend.is_empty() { div.legend { @for curve in legend { span { (swatch(curve)) (curve.label) } } } }
-            div.panels.(arrangement) { @for (title, chart) in panels {
-                div { @if !title.is_empty() { h4 { (title) } } (chart) }
+        figure.interactive {
+            @if !drawn.legend.is_empty() {
+                div.legend { @for curve in &drawn.legend {
+                    span data-curve=(curve.label) {
+                        svg viewBox="0 0 34 12" aria-hidden="true" { (sign(curve)) } (curve.label)
+                    }
+                } }
+            }
+            div.panels.(arrangement) { @for (title, plot) in &drawn.panels {
+                div.panel { @if !title.is_empty() { h4 { (title) } } (plot.inline()) }
             } }
-            figcaption { b { "Figure " (number) ". " (title.trim_end_matches('.')) "." } " " (caption) }
+            figcaption { b { "Figure " (number) ". " (title) "." } " " (caption) (drawn.note) }
+            script type="application/json" { (data(&behind)) }
         }
     }
-}
-
-/// A figure of a table.
-pub(crate) fn drawn(number: usize, title: &str, caption: &str, drawn: &Drawn) -> Markup {
-    let caption = format!("{caption}{}", drawn.note);
-    figure(number, title, &caption, &drawn.legend, &drawn.panels)
 }
 
 /// A table of the results folder, folded, with what its columns mean.

@@ -7,48 +7,56 @@ use stosszahl_results::{
     Manifest, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
 };
 
-use crate::ReportError;
 use crate::figure::draw;
 use crate::page::{self, Column};
-use crate::viewer::{self, Frames};
+use crate::sheet::sheet;
+use crate::viewer::{self, Player};
 use crate::words::number;
+use crate::{Report, ReportError};
 
 /// The table in which engines are compared.
 const QUOTIENTS: &str = "comparison";
 
 /// Builds the page of a finished run.
-pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<String, ReportError> {
+pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportError> {
     let manifest = &stored.manifest;
-    let frames = viewer::frames(folder, manifest)?;
-    let (first, figures, drawn) = figures(stored);
-    let rest: Vec<_> = stored
-        .tables
-        .iter()
-        .zip(&drawn)
-        .filter(|(_, drawn)| !**drawn)
-        .collect();
+    let player = viewer::player(folder, manifest)?;
+    let Figures {
+        first,
+        others,
+        drawings,
+    } = figures(stored);
+    let rest = || {
+        stored
+            .tables
+            .iter()
+            .filter(|table| table.figures.is_empty())
+    };
     let content = html! {
         h1 { (manifest.title) }
         nav {
             a href="#verdicts" { "Verdicts" } a href="#figures" { "Figures" }
-            @if !manifest.snapshots.is_empty() { a href="#snapshots" { "Snapshots" } }
+            @if has_particles(manifest) { a href="#snapshots" { "Particles" } }
             a href="#tables" { "Numbers" } a href="#provenance" { "Case and provenance" }
         }
-        (summary(stored, &frames, &first))
-        section id="figures" { h2 { "Figures" } (figures) }
-        (snapshots(&frames, manifest))
+        (summary(stored, &player, &first))
+        section id="figures" { h2 { "Figures" } (others) }
+        (particles(&player, manifest))
         section id="tables" {
-            @if !rest.is_empty() { h2 { "More tables" } @for (table, _) in rest { (page::folded(table)) } }
+            @if rest().next().is_some() { h2 { "More tables" } @for table in rest() { (page::folded(table)) } }
             (derived(manifest)) (work(manifest)) (start(manifest))
         }
         (provenance(manifest))
     };
-    let script = (!frames.data.is_empty()).then_some(viewer::SCRIPT);
-    Ok(page::document(&manifest.title, &content, script))
+    let script = (!player.data.is_empty()).then_some(viewer::SCRIPT);
+    Ok(Report {
+        page: page::document(&manifest.title, &content, script),
+        beside: drawings,
+    })
 }
 
 /// What was run, in a few sentences, and what follows.
-fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
+fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     let manifest = &stored.manifest;
     let engines: Vec<&str> = manifest
         .engines
@@ -75,8 +83,8 @@ fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
     for file in &stored.changed {
         warnings.push(html! { code { (file) } " is not the file that the run wrote." });
     }
-    for file in &frames.missing {
-        warnings.push(html! { "The snapshot " code { (file) } " is missing." });
+    for file in &player.missing {
+        warnings.push(html! { "The file " code { (file) } " is missing." });
     }
     let said = |one: &&Verdict| html! { strong { (one.topic) } ": " (one.sentence) };
     warnings.extend(urgent.iter().map(said));
@@ -124,68 +132,101 @@ fn summary(stored: &Stored, frames: &Frames, figure: &Markup) -> Markup {
     }
 }
 
-/// The first figure, and that of the quotients of engines where it is not the first; all others, each with its table below; and
-/// which tables have one.
-fn figures(stored: &Stored) -> (Markup, Markup, Vec<bool>) {
-    let (mut first, mut count) = (Vec::new(), 0);
-    let mut parts = Vec::new();
-    let mut shown = Vec::new();
+/// The figures of a run.
+struct Figures {
+    /// The first, and that of the quotients of engines where it is not the first.
+    first: Markup,
+    /// All others, each with its table below.
+    others: Markup,
+    /// Names and texts of the drawings.
+    drawings: Vec<(String, Vec<u8>)>,
+}
+
+fn figures(stored: &Stored) -> Figures {
+    let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
     for table in &stored.tables {
-        for figure in &table.figures {
-            if let Some(drawn) = draw(table, figure) {
-                count += 1;
-                let drawn = page::drawn(count, &figure.title, &figure.caption, &drawn);
-                if count == 1 || (table.name == QUOTIENTS && first.len() == 1) {
-                    first.push(drawn);
-                } else {
-                    parts.push(drawn);
-                }
+        for (figure, file) in table.figures.iter().zip(table.drawings()) {
+            let Some(drawn) = draw(table, figure) else {
+                others.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+                continue;
+            };
+            let markup = page::figure(drawings.len() + 1, &figure.title, &figure.caption, &drawn);
+            drawings.push((file, sheet(&figure.title, &drawn).into_bytes()));
+            if drawings.len() == 1 || (table.name == QUOTIENTS && first.len() == 1) {
+                first.push(markup);
             } else {
-                parts.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+                others.push(markup);
             }
         }
         if !table.figures.is_empty() {
-            parts.push(page::folded(table));
+            others.push(page::folded(table));
         }
-        shown.push(!table.figures.is_empty());
     }
-    let markup = html! {
-        @if parts.is_empty() { p.absent { "No table of this run is drawn." } }
-        @for part in parts { (part) }
-    };
-    (
-        html! { div.answer { @for one in first { (one) } } },
-        markup,
-        shown,
-    )
+    Figures {
+        first: html! { div.answer { @for one in &first { (one) } } },
+        others: html! {
+            @if others.is_empty() { p.absent { "No table of this run is drawn." } }
+            @for part in &others { (part) }
+        },
+        drawings,
+    }
 }
 
-/// The viewer of the particles.
-fn snapshots(frames: &Frames, manifest: &Manifest) -> Markup {
+fn has_particles(manifest: &Manifest) -> bool {
+    !manifest.snapshots.is_empty() || !manifest.frames.is_empty()
+}
+
+/// The player of the particles.
+fn particles(player: &Player, manifest: &Manifest) -> Markup {
     html! {
-        @if !manifest.snapshots.is_empty() {
+        @if has_particles(manifest) {
             section id="snapshots" {
-                h2 { "Snapshots" }
-                @if frames.data.is_empty() {
-                    p.absent { "No snapshot of this run is small enough, or left, to be shown." }
+                h2 { "Particles" }
+                @if player.data.is_empty() {
+                    p.absent { "No frame or snapshot of this run is left to be shown." }
                 } @else {
                     p {
-                        "Particles of the first replica, coloured by the direction of their velocity. Drag to move; click a picture and "
-                        "turn the wheel to magnify; double-click to return."
-                        @if frames.shown < frames.available { " Shown are " (frames.shown) " of " (frames.available) " times." }
+                        "The first replica. Drag to move; click a picture and turn the wheel to magnify; double-click to return."
+                        @if player.sampled { " Where not all particles are shown, those that are shown are a fair sample." }
+                        @if player.shown < player.available { " Shown are " (player.shown) " of " (player.available) " times." }
                     }
-                    div.controls {
-                        @if frames.shown > 1 {
-                            input id="viewer-time" type="range" min="0" max=(frames.shown - 1) step="1" aria-label="time";
-                        }
-                        output id="viewer-label" {}
-                        span.compass role="img" aria-label="colour of each direction" {}
-                    }
+                    (controls(player))
                     div id="viewer" {}
-                    noscript { p.absent { "The viewer needs JavaScript." } }
-                    script type="application/json" id="frames" { (PreEscaped(&frames.data)) }
+                    noscript { p.absent { "The player needs JavaScript." } }
+                    script type="application/json" id="frames" { (PreEscaped(&player.data)) }
                 }
             }
+        }
+    }
+}
+
+/// The controls of the player, and what its colours mean.
+fn controls(player: &Player) -> Markup {
+    html! {
+        // The script shows them, as they do nothing without it.
+        div.controls id="viewer-controls" hidden {
+            @if player.shown > 1 {
+                button id="viewer-play" type="button" aria-pressed="false" { "play" }
+                input id="viewer-time" type="range" min="0" max=(player.shown - 1) step="1" aria-label="time";
+            }
+            output id="viewer-label" {}
+            @if player.shown > 1 {
+                label { "frames in a second " select id="viewer-speed" {
+                    @for rate in [2, 5, 10, 20] { option selected[rate == 5] { (rate) } }
+                } }
+            }
+            label { "colour " select id="viewer-colour" {
+                option value="direction" { "direction" } option value="speed" { "speed" }
+                option value="density" { "local density" } option value="field" { "field of density and velocity" }
+            } }
+            span {
+                button id="viewer-closer" type="button" title="magnify" { "+" } " "
+                button id="viewer-farther" type="button" title="show more" { "−" } " "
+                button id="viewer-home" type="button" { "reset" }
+            }
+            span.compass data-key="direction" role="img" aria-label="colour of each direction" {}
+            span.ramp data-key="speed" hidden { "0" i {} "2 times the root mean square" }
+            span.ramp data-key="density field" hidden { "0" i {} "3 times the mean" }
         }
     }
 }

@@ -86,6 +86,14 @@ impl Frame {
         }
     }
 
+    /// Its ends.
+    pub fn ends(&self) -> [f64; 2] {
+        match self.scale {
+            Scale::Linear => [self.low, self.high],
+            Scale::Logarithmic => [self.low, self.high].map(|end| 10_f64.powf(end)),
+        }
+    }
+
     /// The place of a value from 0 to 1, outside of them if it is; `None` if it has none.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = match self.scale {

@@ -1,4 +1,5 @@
-//! The page of a sweep: a list of the points, each figure at all points, and trends with the swept key.
+//! The page of a sweep: first what was measured against what was swept, as a curve or a map, then a list of the points, and each
+//! figure at all points.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -7,25 +8,28 @@ use std::path::Path;
 use maud::{Markup, html};
 use serde_json::Value;
 use stosszahl_results::{
-    Axis, Cell, Column, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role, Scale, Stored, Sweep, Table,
+    Axis, Cell, Column, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role, SWEEP_TABLE, Scale, Stored,
+    Sweep, Table, headlines,
 };
 
-use crate::figure::draw;
+use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::words::number;
-use crate::{ReportError, run, write_page};
+use crate::{Report, ReportError, run, summary};
 
+/// The table in which engines are compared.
+const QUOTIENTS: &str = "comparison";
 /// Name of the column that says which point a row is of.
 const POINT: &str = "point";
 
 /// Builds the page of a sweep and rewrites the reports of its finished points.
-pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<String, ReportError> {
+pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError> {
     let mut points = Vec::new();
     for point in &sweep.points {
         let inside = folder.join(&point.name);
         let stored = Stored::read(&inside)?;
         if let Some(stored) = &stored {
-            write_page(&inside, &run::build(&inside, stored)?)?;
+            run::build(&inside, stored)?.write(&inside)?;
         }
         points.push(stored);
     }
@@ -36,15 +40,48 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<String, ReportError>
         .flat_map(|point| point.values.keys())
         .collect();
     let keys: Vec<&String> = keys.into_iter().collect();
+    let all: Vec<(Table, &Figure)> = common(&points)
+        .into_iter()
+        .map(|like| (gather(sweep, &points, &keys, like), like.1))
+        .collect();
+    // What answers the question of a sweep: the comparison of engines, or else what is measured first, against the swept keys.
+    let drawn = |(table, figure): &(Table, &Figure)| {
+        let (table, figure) = trend(table, &keys, figure)?;
+        Some((table.name.clone(), draw(&table, &figure)?, figure))
+    };
+    let trends: Vec<_> = all.iter().filter_map(drawn).collect();
+    let answer = trends
+        .iter()
+        .position(|one| one.0 == QUOTIENTS)
+        .unwrap_or(0);
+    let (first, others): (Vec<_>, Vec<_>) =
+        (trends.iter().zip(0..)).partition(|one| one.1 == answer);
     let mut count = 0;
+    let mut next = |drawn: &Drawn, title: &str, caption: &str| {
+        count += 1;
+        page::figure(count, title, caption, drawn)
+    };
     let content = html! {
         h1 { (sweep.title) }
         p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
+        @for ((_, drawn, figure), _) in &first { (next(drawn, &figure.title, &figure.caption)) }
         (overview(sweep, &points, &keys))
-        @for (table, figure) in common(&points) { (over_points(sweep, &points, &keys, (table, figure), &mut count)) }
+        @if !others.is_empty() { h2 { "Against what was swept" } }
+        @for ((_, drawn, figure), _) in &others { (next(drawn, &figure.title, &figure.caption)) }
+        h2 { "At each point" }
+        @for (table, figure) in &all {
+            @let (side_by_side, caption) = side_by_side(figure);
+            @if let Some(drawn) = draw(table, &side_by_side) {
+                (next(&drawn, &format!("{}, at each point", figure.title), &caption))
+            }
+        }
         (page::case_file(&sweep.case_text))
     };
-    Ok(page::document(&sweep.title, &content, None))
+    let summary = summary::summary(sweep, &points, &keys);
+    Ok(Report {
+        page: page::document(&sweep.title, &content, None),
+        beside: vec![(SWEEP_TABLE.to_owned(), summary.to_csv()?)],
+    })
 }
 
 /// The tables and figures of the first finished point.
@@ -60,7 +97,7 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure)> {
         .collect()
 }
 
-fn text(value: Option<&Value>) -> String {
+pub(crate) fn text(value: Option<&Value>) -> String {
     match value {
         None => "–".to_owned(),
         Some(Value::String(text)) => text.clone(),
@@ -85,8 +122,8 @@ fn overview(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> Marku
                 td.text { @if stored.is_some() { a href=(link(&point.name)) { (point.name) } } @else { (point.name) } }
                 @for key in keys { td { (text(point.values.get(*key))) } }
                 td.text.long {
-                    @match stored.as_ref().map(|stored| stored.manifest.verdicts.first()) {
-                        Some(Some(verdict)) => { (page::kind(verdict.kind)) " " (verdict.topic) ": " (verdict.sentence) }
+                    @match stored.as_ref().map(|stored| headlines(&stored.manifest.verdicts).first().copied()) {
+                        Some(Some(verdict)) => { (page::kind(verdict.kind)) " " (verdict.sentence) }
                         Some(None) => "–",
                         None => { "not finished: no " code { (MANIFEST_FILE) } }
                     }
@@ -164,16 +201,8 @@ fn gather(
     all
 }
 
-/// One figure at all points side by side, and, for what is measured against time, its last value against the swept keys.
-fn over_points(
-    sweep: &Sweep,
-    points: &[Option<Stored>],
-    keys: &[&String],
-    like: (&Table, &Figure),
-    count: &mut usize,
-) -> Markup {
-    let figure = like.1;
-    let all = gather(sweep, points, keys, like);
+/// A figure with a panel for each point, and its caption.
+fn side_by_side(figure: &Figure) -> (Figure, String) {
     let engines = || {
         figure
             .panels
@@ -181,35 +210,19 @@ fn over_points(
             .filter(|name| name.starts_with("engine"))
             .cloned()
     };
-    let mut side_by_side = figure.clone();
-    side_by_side.panels = vec![POINT.into()];
+    let mut all = figure.clone();
+    all.panels = vec![POINT.into()];
     if figure.mark == Mark::Map {
-        side_by_side.panels.extend(engines());
+        all.panels.extend(engines());
     } else {
-        side_by_side.curves.splice(0..0, engines());
+        all.curves.splice(0..0, engines());
     }
-    let mut parts = Vec::new();
-    if let Some(drawn) = draw(&all, &side_by_side) {
-        *count += 1;
-        let last = if figure.panels.is_empty() {
-            ""
-        } else {
-            " Of each point the last rows are drawn."
-        };
-        parts.push(page::drawn(
-            *count,
-            &format!("{}, at each point", figure.title),
-            &format!("{}{last}", figure.caption),
-            &drawn,
-        ));
-    }
-    if let Some((table, figure)) = trend(&all, keys, figure)
-        && let Some(drawn) = draw(&table, &figure)
-    {
-        *count += 1;
-        parts.push(page::drawn(*count, &figure.title, &figure.caption, &drawn));
-    }
-    html! { @if !parts.is_empty() { h2 { (figure.title) } @for part in parts { (part) } } }
+    let last = if figure.panels.is_empty() {
+        ""
+    } else {
+        " Of each point the last rows are drawn."
+    };
+    (all, format!("{}{last}", figure.caption))
 }
 
 /// The last value in time of each curve against the swept key that has the most values.
@@ -230,9 +243,9 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
             .len()
     };
     // How long a point runs and the shape of its box go along with what it is.
-    let varied = keys
-        .iter()
-        .filter(|key| !key.starts_with("run.") && !key.starts_with("box.") && distinct(key) > 1);
+    let along =
+        |key: &str| key.starts_with("run.") || ["box.size", "box.aspect_ratio"].contains(&key);
+    let varied = keys.iter().filter(|key| !along(key) && distinct(key) > 1);
     let varied: Vec<&str> = varied.map(|key| key.as_str()).collect();
     let swept = *varied.iter().max_by_key(|key| distinct(key))?;
     let curves: Vec<usize> = figure
@@ -252,7 +265,20 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
             None => rows.push(row.clone()),
         }
     }
-    let others = varied.iter().filter(|key| **key != swept);
+    let mut others = varied.iter().filter(|key| **key != swept);
+    // Two keys with several values each span a map.
+    if let [one, other] = varied[..]
+        && [one, other].iter().all(|key| distinct(key) > 2)
+        && let Some(map) = map(all, figure, &curves, [one, other])
+    {
+        return Some((
+            Table {
+                rows,
+                ..all.clone()
+            },
+            map,
+        ));
+    }
     let trend = Figure {
         title: format!("{} at the end, against {swept}", figure.y.label).into(),
         caption: "The last value of each point.".into(),
@@ -261,7 +287,10 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
             label: swept.to_owned().into(),
             scale: Scale::Linear,
         },
-        panels: others.map(|key| (*key).to_owned().into()).collect(),
+        panels: others
+            .by_ref()
+            .map(|key| (*key).to_owned().into())
+            .collect(),
         curves: figure
             .panels
             .iter()
@@ -278,4 +307,37 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
         },
         trend,
     ))
+}
+
+/// A map over two swept keys; none if they are no numbers.
+fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Option<Figure> {
+    for key in keys {
+        let column = all.find(key)?;
+        all.rows
+            .iter()
+            .all(|row| row[column].number().is_some())
+            .then_some(())?;
+    }
+    let [x, y] = keys.map(|key| Axis {
+        column: key.to_owned().into(),
+        label: key.to_owned().into(),
+        scale: Scale::Linear,
+    });
+    Some(Figure {
+        title: format!(
+            "{} at the end, over {} and {}",
+            figure.y.label, keys[0], keys[1]
+        )
+        .into(),
+        caption: "The last value of each point.".into(),
+        x,
+        y,
+        panels: Vec::new(),
+        curves: (curves.iter())
+            .map(|key| all.columns[*key].name.clone())
+            .collect(),
+        mark: Mark::Map,
+        lines: Vec::new(),
+        colour: Some(figure.y.clone()),
+    })
 }

@@ -1,75 +1,134 @@
-// Viewer of the snapshots: one canvas for each engine, all with the same time, position and magnification.
+// Player of the frames: one canvas for each engine, all with the same time, position and magnification.
 "use strict";
-(() => {
+(async () => {
   const root = document.getElementById("viewer");
   const source = document.getElementById("frames");
   if (!root || !source) return;
   const data = JSON.parse(source.textContent);
-  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const packed = Uint8Array.from(atob(data.packed), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
 
-  // Unpacks a frame once, when it is first shown. Disks are sorted by direction, so a colour is set only once.
-  const unpack = (frame) => {
-    if (!frame || frame.x) return frame;
-    const place = new Uint16Array(bytes(frame.p).buffer);
-    const hue = bytes(frame.v);
-    const size = frame.s ? bytes(frame.s) : null;
-    const order = Uint32Array.from(hue.keys()).sort((a, b) => hue[a] - hue[b] || a - b);
-    frame.x = Float32Array.from(order, (i) => (place[2 * i] / 65536) * frame.w);
-    frame.y = Float32Array.from(order, (i) => (place[2 * i + 1] / 65536) * frame.h);
-    frame.hue = Uint8Array.from(order, (i) => hue[i]);
-    frame.size = size ? Float32Array.from(order, (i) => (size[i] / 255) * frame.r) : null;
-    return frame;
-  };
-
-  const colour = Array.from({ length: 256 }, (_, i) => `hsl(${(i * 360) / 256} 72% 52%)`);
-  const view = { scale: 1, x: 0.5, y: 0.5 }; // centre in units of the sides
-  let time = data.times.length - 1;
-  let pending = false;
-
-  const panels = data.engines.map((name, column) => {
-    const figure = document.createElement("div");
-    figure.className = "screen";
-    const title = document.createElement("h4");
-    title.textContent = name;
-    const canvas = document.createElement("canvas");
-    canvas.setAttribute("role", "img");
-    canvas.tabIndex = 0;
-    figure.append(title, canvas);
-    root.append(figure);
-    return { canvas, column, name };
+  // Where each frame begins; frames are unpacked in order, as places are those of the frame before and what they changed by.
+  let offset = 0;
+  const take = (count) => bytes.subarray(offset, (offset += count));
+  const reels = data.frames.map((frames) => {
+    let before = null;
+    return frames.map((frame) => {
+      if (!frame) return null;
+      const places = (old) => {
+        const [high, low] = [take(frame.n), take(frame.n)];
+        return Uint16Array.from({ length: frame.n }, (_, i) => (old ? old[i] : 0) + high[i] * 256 + low[i]);
+      };
+      const x = places(frame.after ? before.x : null);
+      const y = places(frame.after ? before.y : null);
+      return (before = { ...frame, x, y, direction: take(frame.n), pace: take(frame.n), size: frame.sized ? take(frame.n) : null });
+    });
   });
 
-  const draw = (panel) => {
-    const { canvas, column, name } = panel;
-    const frame = unpack(data.frames[time][column]);
-    const ratio = window.devicePixelRatio || 1;
-    const width = canvas.clientWidth;
-    const aspect = frame ? Math.min(2, Math.max(0.25, frame.h / frame.w)) : 1;
-    const height = Math.round(width * aspect);
-    canvas.style.height = `${height}px`;
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-    canvas.setAttribute("aria-label", `${name} at ${data.times[time]}`);
-    const pen = canvas.getContext("2d");
-    pen.scale(ratio, ratio);
-    pen.fillStyle = "#fff";
-    pen.fillRect(0, 0, width, height);
-    if (!frame) {
-      pen.fillStyle = "#555";
-      pen.fillText("no snapshot at this time", 12, 20);
-      return;
+  const ramp = [[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]];
+  const viridis = (share) => {
+    const place = Math.max(0, Math.min(1, share)) * (ramp.length - 1);
+    const i = Math.min(ramp.length - 2, Math.floor(place));
+    return `rgb(${ramp[i].map((c, k) => Math.round(c + (place - i) * (ramp[i + 1][k] - c))).join(" ")})`;
+  };
+  const STEPS = 64;
+  const palette = {
+    direction: Array.from({ length: STEPS }, (_, i) => `hsl(${(i * 360) / STEPS} 72% 52%)`),
+    other: Array.from({ length: STEPS }, (_, i) => viridis(i / (STEPS - 1))),
+  };
+  const CHUNK = 4096; // particles that are sorted by colour before they are drawn
+  const DENSEST = 3; // local density of the brightest colour, in units of the mean
+
+  const view = { scale: 1, x: 0.5, y: 0.5 }; // centre in units of the sides
+  let [time, colouring, pending, playing, last] = [data.times.length - 1, "direction", false, false, 0];
+
+  // Particles within cells that hold six on average, over that average, smoothed over the neighbours.
+  const density = (frame) => {
+    if (frame.density) return frame.density;
+    const [w, h] = frame.sides;
+    const cell = Math.sqrt((6 * w * h) / Math.max(1, frame.n));
+    const [nx, ny] = [Math.max(1, Math.round(w / cell)), Math.max(1, Math.round(h / cell))];
+    const at = (i) => Math.min(nx - 1, Math.floor((frame.x[i] * nx) / 65536)) + nx * Math.min(ny - 1, Math.floor((frame.y[i] * ny) / 65536));
+    const [count, vx, vy] = [new Float32Array(nx * ny), new Float32Array(nx * ny), new Float32Array(nx * ny)];
+    for (let i = 0; i < frame.n; i++) {
+      const angle = (frame.direction[i] * 2 * Math.PI) / 256;
+      count[at(i)]++;
+      vx[at(i)] += frame.pace[i] * Math.cos(angle);
+      vy[at(i)] += frame.pace[i] * Math.sin(angle);
     }
-    const unit = Math.min(width / frame.w, height / frame.h) * view.scale; // pixels for each unit of length
-    const left = width / 2 - view.x * frame.w * unit;
-    const top = height / 2 + view.y * frame.h * unit; // the ordinate points upwards
-    pen.save();
+    const wrap = (k, n, periodic) => (periodic ? (k + n) % n : Math.max(0, Math.min(n - 1, k)));
+    const smooth = (of) => of.map((_, at) => {
+      let sum = 0;
+      for (let dy = -1; dy <= 1; dy++)
+        for (let dx = -1; dx <= 1; dx++)
+          sum += of[wrap((at % nx) + dx, nx, frame.periodic[0]) + nx * wrap(Math.floor(at / nx) + dy, ny, frame.periodic[1])];
+      return sum / 9;
+    });
+    const [mean, values] = [frame.n / (nx * ny), smooth(count)];
+    frame.density = { nx, ny, at, values: values.map((value) => value / mean), count: values, vx: smooth(vx), vy: smooth(vy) };
+    return frame.density;
+  };
+
+  // Colour of each particle, as a step of the palette.
+  const steps = (frame) => {
+    frame.steps = frame.steps || {};
+    if (frame.steps[colouring]) return frame.steps[colouring];
+    const crowd = colouring === "density" ? density(frame) : null;
+    const step = {
+      direction: (i) => (frame.direction[i] * STEPS) / 256,
+      speed: (i) => (frame.pace[i] * data.fastest / 255 / 2) * (STEPS - 1),
+      density: (i) => (crowd.values[crowd.at(i)] / DENSEST) * (STEPS - 1),
+    }[colouring];
+    frame.steps[colouring] = Uint8Array.from({ length: frame.n }, (_, i) => Math.min(STEPS - 1, Math.round(step(i)) % (colouring === "direction" ? STEPS : 256)));
+    return frame.steps[colouring];
+  };
+
+  const panels = data.engines.map((name, column) => {
+    const canvas = document.createElement("canvas");
+    const title = document.createElement("h4");
+    const note = document.createElement("p");
+    const figure = document.createElement("div");
+    [figure.className, title.textContent, canvas.tabIndex] = ["screen", name, 0];
+    canvas.setAttribute("role", "img");
+    figure.append(title, canvas, note);
+    root.append(figure);
+    return { canvas, column, name, note };
+  });
+
+  const field = (pen, frame, place, unit) => {
+    const { nx, ny, values, count, vx, vy } = density(frame);
+    const [dx, dy] = [(frame.sides[0] / nx) * unit, (frame.sides[1] / ny) * unit];
+    for (let i = 0; i < nx * ny; i++) {
+      const [px, py] = place((i % nx) / nx, Math.floor(i / nx) / ny);
+      pen.fillStyle = viridis(values[i] / DENSEST);
+      pen.fillRect(px - 0.3, py - dy - 0.3, dx + 0.6, dy + 0.6);
+    }
+    // Mean velocities of every few cells, a cell long at the root mean square speed.
+    const stride = Math.max(1, Math.ceil(14 / dx));
+    pen.strokeStyle = "#fff";
+    pen.lineWidth = 1.2;
     pen.beginPath();
-    pen.rect(left, top - frame.h * unit, frame.w * unit, frame.h * unit);
-    pen.clip();
-    let last = -1;
-    const disk = (x, y, r) => {
-      const px = left + x * unit;
-      const py = top - y * unit;
+    for (let i = 0; i < nx * ny; i++) {
+      if (i % nx % stride || Math.floor(i / nx) % stride || !count[i]) continue;
+      const [px, py] = place(((i % nx) + 0.5) / nx, (Math.floor(i / nx) + 0.5) / ny);
+      const long = (stride * dx * data.fastest) / 255 / count[i];
+      const [ex, ey] = [vx[i] * long, -vy[i] * long];
+      pen.moveTo(px, py);
+      pen.lineTo(px + ex, py + ey);
+      for (const turn of [0.8, -0.8]) {
+        const [c, s] = [Math.cos(turn) * 0.35, Math.sin(turn) * 0.35];
+        pen.moveTo(px + ex, py + ey);
+        pen.lineTo(px + ex - (ex * c - ey * s), py + ey - (ex * s + ey * c));
+      }
+    }
+    pen.stroke();
+  };
+
+  const particles = (pen, frame, place, unit, [width, height]) => {
+    const colours = palette[colouring === "direction" ? "direction" : "other"];
+    const step = steps(frame);
+    const disk = (px, py, r) => {
       if (px < -r || py < -r || px > width + r || py > height + r) return;
       if (r < 0.8) {
         const side = Math.max(1, 2 * r);
@@ -79,29 +138,83 @@
         pen.arc(px, py, r, 0, 2 * Math.PI);
       }
     };
-    for (let i = 0; i < frame.x.length; i++) {
-      if (frame.hue[i] !== last) {
-        if (last >= 0) pen.fill();
-        last = frame.hue[i];
-        pen.fillStyle = colour[last];
-        pen.beginPath();
+    const [w, h] = frame.sides;
+    // The order of a frame is random, so that no colour lies above others; within a chunk particles are sorted by colour.
+    for (let from = 0; from < frame.n; from += CHUNK) {
+      const until = Math.min(frame.n, from + CHUNK);
+      const order = Uint32Array.from({ length: until - from }, (_, k) => step[from + k] * CHUNK + k).sort();
+      let now = -1;
+      for (const key of order) {
+        const i = from + (key % CHUNK);
+        if (step[i] !== now) {
+          if (now >= 0) pen.fill();
+          now = step[i];
+          pen.fillStyle = colours[now];
+          pen.beginPath();
+        }
+        const radius = frame.size ? (frame.size[i] / 255) * frame.radius : frame.radius;
+        const r = radius * unit;
+        const [x, y] = [frame.x[i] / 65536, frame.y[i] / 65536];
+        // A disk that crosses the edge of the period is drawn on the other side as well.
+        const over = (share, side, periodic) => (!periodic ? 0 : share * side < radius ? 1 : (1 - share) * side < radius ? -1 : 0);
+        const [dx, dy] = [over(x, w, frame.periodic[0]), over(y, h, frame.periodic[1])];
+        disk(...place(x, y), r);
+        if (dx) disk(...place(x + dx, y), r);
+        if (dy) disk(...place(x, y + dy), r);
+        if (dx && dy) disk(...place(x + dx, y + dy), r);
       }
-      const x = frame.x[i];
-      const y = frame.y[i];
-      const radius = frame.size ? frame.size[i] : frame.r;
-      const r = radius * unit;
-      // A disk that crosses the edge of the period is drawn on the other side as well.
-      const dx = x < radius ? frame.w : x > frame.w - radius ? -frame.w : 0;
-      const dy = y < radius ? frame.h : y > frame.h - radius ? -frame.h : 0;
-      disk(x, y, r);
-      if (dx) disk(x + dx, y, r);
-      if (dy) disk(x, y + dy, r);
-      if (dx && dy) disk(x + dx, y + dy, r);
+      if (now >= 0) pen.fill();
     }
-    if (last >= 0) pen.fill();
+  };
+
+  const obstacles = (pen, frame, place, unit) => {
+    pen.fillStyle = "#555";
+    pen.strokeStyle = "#333";
+    pen.lineWidth = 2;
+    const corner = ([x, y]) => place(x / frame.sides[0], y / frame.sides[1]);
+    for (const { disc, polyline, polygon } of data.obstacles) {
+      pen.beginPath();
+      if (disc) pen.arc(...corner(disc.centre), disc.radius * unit, 0, 2 * Math.PI);
+      (polyline || polygon || []).forEach((point, i) => pen[i ? "lineTo" : "moveTo"](...corner(point)));
+      if (polygon) pen.closePath();
+      if (!polyline) pen.fill();
+      pen.stroke();
+    }
+  };
+
+  const draw = ({ canvas, column, name, note }) => {
+    const frame = reels[column][time];
+    const ratio = window.devicePixelRatio || 1;
+    const width = canvas.clientWidth;
+    const aspect = frame ? Math.min(2, Math.max(0.25, frame.sides[1] / frame.sides[0])) : 1;
+    const height = Math.round(width * aspect);
+    canvas.style.height = `${height}px`;
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+    canvas.setAttribute("aria-label", `${name} at ${data.times[time]}`);
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    pen.fillStyle = "#fff";
+    pen.fillRect(0, 0, width, height);
+    note.textContent = !frame ? "no frame at this time"
+      : frame.share > 1.001 ? `${frame.n} of ${frame.all} particles`
+      : frame.n === frame.all ? `${frame.n} particles` : `a fair sample of the simulators: ${frame.n}`;
+    if (!frame) return;
+    const [w, h] = frame.sides;
+    const unit = Math.min(width / w, height / h) * view.scale; // pixels for each unit of length
+    const left = width / 2 - view.x * w * unit;
+    const top = height / 2 + view.y * h * unit; // the ordinate points upwards
+    const place = (x, y) => [left + x * w * unit, top - y * h * unit];
+    pen.save();
+    pen.beginPath();
+    pen.rect(left, top - h * unit, w * unit, h * unit);
+    pen.clip();
+    if (colouring === "field") field(pen, frame, place, unit);
+    else particles(pen, frame, place, unit, [width, height]);
+    obstacles(pen, frame, place, unit);
     pen.restore();
     pen.strokeStyle = "#888";
-    pen.strokeRect(left, top - frame.h * unit, frame.w * unit, frame.h * unit);
+    pen.strokeRect(left, top - h * unit, w * unit, h * unit);
   };
 
   const redraw = () => {
@@ -151,24 +264,58 @@
       clampView();
       redraw();
     }, { passive: false });
-    canvas.addEventListener("dblclick", () => {
-      Object.assign(view, { scale: 1, x: 0.5, y: 0.5 });
-      redraw();
-    });
+    canvas.addEventListener("dblclick", () => home());
   });
 
-  const slider = document.getElementById("viewer-time");
-  const label = document.getElementById("viewer-label");
-  const showTime = () => (label.textContent = data.times[time]);
+  const home = () => {
+    Object.assign(view, { scale: 1, x: 0.5, y: 0.5 });
+    redraw();
+  };
+  const control = (name) => document.getElementById(`viewer-${name}`);
+  const [slider, play, speed, colours, label] = ["time", "play", "speed", "colour", "label"].map(control);
+  const show = (frame) => {
+    time = (frame + data.times.length) % data.times.length;
+    label.textContent = data.times[time];
+    if (slider) slider.value = String(time);
+    redraw();
+  };
+  const tick = (now) => {
+    if (!playing) return;
+    if (now - last >= 1000 / Number(speed.value)) {
+      last = now;
+      show(time + 1);
+    }
+    requestAnimationFrame(tick);
+  };
+  const pause = (on) => {
+    playing = !on;
+    play.textContent = playing ? "pause" : "play";
+    play.setAttribute("aria-pressed", String(playing));
+    if (playing) requestAnimationFrame(tick);
+  };
   if (slider) {
-    slider.value = String(time);
     slider.addEventListener("input", () => {
-      time = Number(slider.value);
-      showTime();
-      redraw();
+      pause(true);
+      show(Number(slider.value));
     });
+    play.addEventListener("click", () => pause(playing));
   }
-  showTime();
+  colours.addEventListener("change", () => {
+    colouring = colours.value;
+    document.querySelectorAll("[data-key]").forEach((key) => (key.hidden = !key.dataset.key.split(" ").includes(colouring)));
+    redraw();
+  });
+  const zoom = (factor) => () => {
+    view.scale *= factor;
+    clampView();
+    redraw();
+  };
+  control("closer").addEventListener("click", zoom(1.6));
+  control("farther").addEventListener("click", zoom(1 / 1.6));
+  control("home").addEventListener("click", home);
+  show(time);
   window.addEventListener("resize", redraw);
   panels.forEach(draw);
+  control("controls").hidden = false;
+  root.dataset.ready = "yes";
 })();

@@ -1,118 +1,214 @@
-//! The particles of the snapshots, packed for the viewer inside the page.
+//! The particles of the frames and snapshots, packed for the player inside the page.
 //!
-//! A disk takes five bytes: two numbers of sixteen bits for the position in units of the sides, and eight bits for the
-//! direction of the velocity; a sixth byte holds the radius where radii differ. Base64 adds a third. The drawing is
-//! done by the plain script in `viewer.js`, because a library for it would weigh more than the particles.
+//! A particle takes six bytes before compression: two numbers of sixteen bits for its position, eight bits each for direction
+//! and speed; a seventh byte holds the radius where radii differ. Where the particles of a frame are those of the frame before,
+//! the differences of positions are stored, high and low bytes apart, which `deflate` makes shorter. Where all would weigh too
+//! much, each frame but the last is cut to a fair sample. The drawing is done by the plain script in `viewer.js`, because a
+//! library for it would weigh more than the particles.
 
-use std::f64::consts::TAU;
+use std::io::Write as _;
 use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
 use serde_json::{Value, json};
 use stosszahl_model::initial::{self, StartFile};
-use stosszahl_results::{Manifest, Snapshot, engine_rank, engine_title};
+use stosszahl_results::frames::{Dot, FASTEST, Frame};
+use stosszahl_results::{Manifest, engine_rank, engine_title, frames};
 
 use crate::ReportError;
 use crate::words::{number, spread};
 
-/// The script of the viewer.
+/// The script of the player.
 pub(crate) const SCRIPT: &str = include_str!("viewer.js");
-/// Bytes of particles in a page.
-const BUDGET: u64 = 10_000_000;
+/// Bytes of the particles of the last frames, and of all others, before compression.
+const BUDGET: [usize; 2] = [1_800_000, 2_000_000];
+/// Bytes of a particle.
+const BYTES: usize = 7;
+/// Frames that a page has at most.
+const FRAMES: usize = 120;
 
-/// What the viewer shows.
-pub(crate) struct Frames {
+/// What the player shows.
+pub(crate) struct Player {
     /// JSON that may stand inside a script element; empty without frames.
     pub data: String,
-    /// Times that are shown, and times of which there are snapshots.
+    /// Times that are shown, and times of which there are frames.
     pub shown: usize,
     pub available: usize,
+    /// Whether frames show only some of the particles.
+    pub sampled: bool,
     /// Files that the folder lacks.
     pub missing: Vec<String>,
 }
 
-/// Reads and packs the snapshots of a folder, as many times as fit.
-pub(crate) fn frames(folder: &Path, manifest: &Manifest) -> Result<Frames, ReportError> {
-    let size = |one: &Snapshot| {
-        folder
-            .join(&one.file)
-            .metadata()
-            .ok()
-            .map(|file| file.len())
-    };
-    let (present, absent): (Vec<&Snapshot>, Vec<&Snapshot>) = manifest
-        .snapshots
-        .iter()
-        .partition(|one| size(one).is_some());
-    let mut names: Vec<&str> = present.iter().map(|one| one.engine.as_str()).collect();
-    names.sort_by_key(|name| (engine_rank(name).unwrap_or(usize::MAX), *name));
-    names.dedup();
-    let mut times: Vec<f64> = present.iter().map(|one| one.time).collect();
+/// Frames of one engine.
+struct Reel {
+    engine: String,
+    frames: Vec<Frame>,
+}
+
+/// Reads frames and snapshots of a folder and packs them, as many as fit.
+pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, ReportError> {
+    let (mut reels, missing) = reels(folder, manifest)?;
+    let mut times: Vec<f64> = (reels.iter())
+        .flat_map(|reel| reel.frames.iter().map(|frame| frame.time))
+        .collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    // A line of a snapshot has some hundred characters, a packed particle eight at most.
-    let bytes = |time: f64| -> u64 {
-        let at_time = present.iter().filter(|one| one.time == time);
-        at_time.filter_map(|one| size(one)).sum::<u64>() / 8
-    };
-    let most = (1..=times.len())
-        .rev()
-        .find(|most| spread(&times, *most).into_iter().map(bytes).sum::<u64>() <= BUDGET);
-    let shown = spread(&times, most.unwrap_or(0));
-    let mut frames: Vec<Vec<Value>> = Vec::new();
-    for time in &shown {
-        let at_time = names.iter().map(|name| {
-            let found = present
-                .iter()
-                .find(|one| one.engine == *name && one.time == *time);
-            found.map_or(Ok(Value::Null), |one| {
-                Ok(pack(&initial::read(&folder.join(&one.file))?))
-            })
-        });
-        frames.push(at_time.collect::<Result<_, ReportError>>()?);
+    let available = times.len();
+    let times = spread(&times, FRAMES);
+    let last = times.last().copied().unwrap_or(0.0);
+    let mut sampled = false;
+    for reel in &mut reels {
+        reel.frames.retain(|frame| times.contains(&frame.time));
     }
+    let many = (times.len().max(2) - 1) * reels.len().max(1);
+    let each = [BUDGET[0] / reels.len().max(1), BUDGET[1] / many].map(|bytes| bytes / BYTES);
+    for frame in reels.iter_mut().flat_map(|reel| &mut reel.frames) {
+        let most = each[usize::from(frame.time < last)];
+        if frame.len() > most {
+            *frame = frame.first(most);
+        }
+        sampled |= frame.share > 1.0;
+    }
+    let mut packed = Packed::default();
+    let all: Vec<Vec<Value>> = (reels.iter())
+        .map(|reel| packed.reel(reel, &times))
+        .collect();
     let data = json!({
-        "engines": names.iter().map(|name| engine_title(name)).collect::<Vec<_>>(),
-        "times": shown.iter().map(|time| format!("t = {}", number(*time, 4))).collect::<Vec<_>>(),
-        "frames": frames,
+        "engines": reels.iter().map(|reel| engine_title(&reel.engine)).collect::<Vec<_>>(),
+        "times": times.iter().map(|time| format!("t = {}", number(*time, 4))).collect::<Vec<_>>(),
+        "frames": all, "fastest": FASTEST, "obstacles": obstacles(manifest), "packed": packed.deflated(),
     });
-    Ok(Frames {
-        // The text stands inside a script element, which a tag in a name must not close.
-        data: if shown.is_empty() {
+    Ok(Player {
+        data: if times.is_empty() {
             String::new()
         } else {
-            data.to_string().replace('<', "\\u003c")
+            crate::page::data(&data).into_string()
         },
-        shown: shown.len(),
-        available: times.len(),
-        missing: absent.iter().map(|one| one.file.clone()).collect(),
+        shown: times.len(),
+        available,
+        sampled,
+        missing,
     })
 }
 
-/// Packs one frame.
-fn pack(particles: &StartFile) -> Value {
-    let count = particles.positions.len();
-    let radius = |i: usize| particles.radii.as_ref().map_or(0.5, |radii| radii[i]);
-    let largest = (0..count).map(radius).fold(0.0, f64::max);
-    let equal = (0..count).all(|i| radius(i) == largest);
-    let (mut places, mut hues, mut radii) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, position) in particles.positions.iter().enumerate() {
-        for axis in 0..2 {
-            let share = (position[axis] / particles.lengths[axis]).rem_euclid(1.0);
-            // Rounding up to one is the other end of the period, which is zero.
-            let place = ((share * 65536.0).round() as u32 % 65536) as u16;
-            places.extend_from_slice(&place.to_le_bytes());
-        }
-        let velocity = particles.velocities.as_ref().map(|all| all[i]);
-        let turn = velocity.map_or(0.0, |v| (v[1].atan2(v[0]) / TAU).rem_euclid(1.0));
-        hues.push(((turn * 256.0).round() as u32 % 256) as u8);
-        if !equal {
-            radii.push((radius(i) / largest * 255.0).round() as u8);
+/// Frames of all engines by their rank, and the files that are missing.
+fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>), ReportError> {
+    let (mut reels, mut missing): (Vec<Reel>, Vec<String>) = (Vec::new(), Vec::new());
+    for entry in &manifest.frames {
+        let path = folder.join(&entry.file);
+        if path.exists() {
+            reels.push(Reel {
+                engine: entry.engine.clone(),
+                frames: frames::read(&path)?,
+            });
+        } else {
+            missing.push(entry.file.clone());
         }
     }
-    json!({
-        "w": particles.lengths[0], "h": particles.lengths[1], "r": largest,
-        "p": STANDARD.encode(places), "v": STANDARD.encode(hues), "s": STANDARD.encode(radii),
-    })
+    // Snapshots are shown where there is no frame of their engine.
+    let framed: Vec<String> = manifest
+        .frames
+        .iter()
+        .map(|one| one.engine.clone())
+        .collect();
+    for snapshot in &manifest.snapshots {
+        let path = folder.join(&snapshot.file);
+        if !path.exists() {
+            missing.push(snapshot.file.clone());
+        } else if !framed.contains(&snapshot.engine) {
+            let frame = frame_of(&initial::read(&path)?, snapshot.time);
+            match reels.iter_mut().find(|reel| reel.engine == snapshot.engine) {
+                Some(reel) => reel.frames.push(frame),
+                None => reels.push(Reel {
+                    engine: snapshot.engine.clone(),
+                    frames: vec![frame],
+                }),
+            }
+        }
+    }
+    reels.sort_by_key(|reel| {
+        (
+            engine_rank(&reel.engine).unwrap_or(usize::MAX),
+            reel.engine.clone(),
+        )
+    });
+    Ok((reels, missing))
+}
+
+/// All particles of a snapshot as a frame.
+fn frame_of(particles: &StartFile, time: f64) -> Frame {
+    let dots: Vec<Dot> = (particles.positions.iter().enumerate())
+        .map(|(i, at)| Dot {
+            position: [at[0], at[1]],
+            velocity: (particles.velocities.as_ref())
+                .map_or([0.0; 2], |all| [all[i][0], all[i][1]]),
+            radius: particles.radii.as_ref().map_or(0.5, |radii| radii[i]),
+            weight: 1.0,
+        })
+        .collect();
+    let sides = [particles.lengths[0], particles.lengths[1]];
+    Frame::new(time, sides, [true; 2], &dots, usize::MAX)
+}
+
+/// Obstacles of the case as it was run: discs, polylines and polygons.
+fn obstacles(manifest: &Manifest) -> Vec<Value> {
+    let listed = manifest.case.get("obstacle").and_then(Value::as_array);
+    let shapes = listed.into_iter().flatten().map(|one| {
+        json!({ "disc": one.get("disc"), "polyline": one.get("polyline"), "polygon": one.get("polygon") })
+    });
+    shapes.collect()
+}
+
+/// The bytes of all frames, one after the other.
+#[derive(Default)]
+struct Packed(Vec<u8>);
+
+impl Packed {
+    /// Packs the frames of an engine and describes each; times without a frame are null.
+    fn reel(&mut self, reel: &Reel, times: &[f64]) -> Vec<Value> {
+        let mut before: Option<&Frame> = None;
+        let mut described = Vec::new();
+        for time in times {
+            let Some(frame) = reel.frames.iter().find(|frame| frame.time == *time) else {
+                described.push(Value::Null);
+                continue;
+            };
+            let base = before.filter(|before| before.len() == frame.len());
+            self.places(&frame.x, base.map(|base| &base.x));
+            self.places(&frame.y, base.map(|base| &base.y));
+            for plane in [&frame.direction, &frame.pace, &frame.size] {
+                self.0.extend_from_slice(plane);
+            }
+            described.push(json!({
+                "n": frame.len(), "after": base.is_some(), "sized": !frame.size.is_empty(), "sides": frame.sides,
+                "periodic": frame.periodic, "radius": frame.radius, "share": frame.share, "all": frame.particles.round(),
+            }));
+            before = Some(frame);
+        }
+        described
+    }
+
+    /// Places, or what they changed by, high bytes first.
+    fn places(&mut self, now: &[u8], before: Option<&Vec<u8>>) {
+        let word = |bytes: &[u8], i: usize| u16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]);
+        let changed: Vec<u16> = (0..now.len() / 2)
+            .map(|i| word(now, i).wrapping_sub(before.map_or(0, |before| word(before, i))))
+            .collect();
+        self.0
+            .extend(changed.iter().map(|word| word.to_le_bytes()[1]));
+        self.0
+            .extend(changed.iter().map(|word| word.to_le_bytes()[0]));
+    }
+
+    /// Compressed, as text.
+    fn deflated(&self) -> String {
+        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+        // Writing to memory cannot fail.
+        let bytes = encoder.write_all(&self.0).and_then(|()| encoder.finish());
+        STANDARD.encode(bytes.unwrap_or_default())
+    }
 }

@@ -14,6 +14,24 @@ use stosszahl_results::{
 };
 
 const ENGINES: [&str; 2] = ["ed", "dsmc-contact-point"];
+/// Files of uPlot 1.6.32 as the registry has them: name, bytes, BLAKE3.
+const LIBRARY: [(&str, usize, &str); 3] = [
+    (
+        "uPlot.iife.min.js",
+        51_081,
+        "ea2d16ff65797375a846049c0f0a17f68b47a2850b9c73f2816ecf040ec9f2ce",
+    ),
+    (
+        "uPlot.min.css",
+        1_857,
+        "70ead7542eab83ef6ff4269c1f139e3c40f5f59f98302552320b9f79188abba1",
+    ),
+    (
+        "LICENSE",
+        1_078,
+        "80723da02446eaf6792b975295c3447a1492e3ca814b7645e8fbd366156b025a",
+    ),
+];
 
 fn energy(shift: f64) -> Table {
     let mut table = Table::new("energy", "Energy of the gas")
@@ -313,8 +331,18 @@ fn balanced(page: &str) {
     assert!(open.is_empty(), "not closed: {open:?}");
 }
 
+/// The page without the text of its programs, which nobody reads.
+fn without_programs(page: &str) -> String {
+    let mut parts = page.split("<script>");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        text + part.split_once("</script>").unwrap().1
+    })
+}
+
 fn sound(page: &str) {
     balanced(page);
+    let page = &without_programs(page);
     for never in [
         "http://", "https://", "NaN", "inf ", "inf<", "\"inf", "<i>chaos", "<b><", "src=",
         "@import", "url(",
@@ -369,6 +397,79 @@ fn the_page_of_a_run_has_all_that_the_folder_holds() {
     }
     let again = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
     assert_eq!(page, again);
+    // The library stands in the page once, with its licence.
+    for once in ["var uPlot=", "Permission is hereby granted, free of charge"] {
+        assert_eq!(page.matches(once).count(), 1, "{once}");
+    }
+}
+
+/// Numbers behind the figures of a page.
+fn behind(page: &str) -> Vec<serde_json::Value> {
+    let parts = page.split("<script type=\"application/json\">").skip(1);
+    let texts = parts.map(|part| part.split_once("</script>").unwrap().0);
+    texts
+        .map(|text| serde_json::from_str(text).unwrap())
+        .collect()
+}
+
+#[test]
+fn figures_hold_the_numbers_behind_them() {
+    let place = tempfile::tempdir().unwrap();
+    let all = behind(&run(place.path()));
+    assert_eq!(all.len(), 5);
+    let curves = all[0]["panels"][0]["plot"]["curves"].as_array().unwrap();
+    assert_eq!(curves[1]["label"], "ED (exact)");
+    let (times, values, theory) = (&curves[1]["x"], &curves[1]["y"], &curves[1]["theory"]);
+    assert_eq!(times.as_array().unwrap().len(), 25);
+    // The first time is 0.01, and the exact gas has what theory says; nine digits are kept.
+    let law = 1.01_f64.powi(-2);
+    assert!((values[0].as_f64().unwrap() - law).abs() < 5e-10);
+    assert_eq!(values[0], theory[0]);
+    assert!((curves[1]["error"][0].as_f64().unwrap() - 0.04 * law).abs() < 5e-10);
+    assert!(curves[1]["error"][3].is_null());
+    // Windows of the impact parameter stand side by side, with steps that have two ends.
+    let windows = all[1]["panels"].as_array().unwrap();
+    assert_eq!(windows.len(), 3);
+    assert_eq!(windows[0]["plot"]["curves"][0]["end"][9], 1.0);
+    // Of 240 cells one has no density.
+    let map = &all[2]["panels"][0]["plot"];
+    assert_eq!(map["cells"][2].as_array().unwrap().len(), 239);
+    assert_eq!(map["map"], true);
+}
+
+#[test]
+fn drawings_stand_beside_the_page_and_belong_to_the_run() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path());
+    let owned = fs::read_to_string(place.path().join("run.files")).unwrap();
+    for name in [
+        "energy",
+        "impact_parameter",
+        "fields",
+        "fields-2",
+        "species",
+    ] {
+        let name = format!("figures/{name}.svg");
+        let text = fs::read_to_string(place.path().join(&name)).unwrap();
+        balanced(&text.replace("/>", ">"));
+        assert!(!text.contains("var("), "{name}");
+        assert!(owned.contains(&name), "{name}");
+    }
+    // A figure without values has no drawing.
+    assert!(!place.path().join("figures/checks.svg").exists());
+    let runs = vec![RunId::new("", &json!({"seed": 7}), Keys::default(), &[]).unwrap()];
+    Folder::open(place.path(), Existing::Replace, &[], runs).unwrap();
+    assert!(!place.path().join("figures/energy.svg").exists());
+}
+
+#[test]
+fn the_library_is_the_one_that_was_published() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("vendor/uplot");
+    for (file, bytes, hash) in LIBRARY {
+        let found = fs::read(folder.join(file)).unwrap();
+        assert_eq!(found.len(), bytes, "{file}");
+        assert_eq!(blake3::hash(&found).to_hex().as_str(), hash, "{file}");
+    }
 }
 
 #[test]
@@ -380,7 +481,7 @@ fn what_is_lost_or_changed_is_said() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace(",4\n", ",5\n")).unwrap();
     let page = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
-    assert!(page.contains("The snapshot <code>snapshots/ed-0.xyz</code> is missing."));
+    assert!(page.contains("The file <code>snapshots/ed-0.xyz</code> is missing."));
     assert!(page.contains("<code>energy.csv</code> is not the file that the run wrote."));
     fs::remove_file(&file).unwrap();
     assert!(
@@ -444,6 +545,24 @@ fn the_page_of_a_sweep_compares_its_points() {
     ] {
         assert!(page.contains(word), "{word}");
     }
+    // What was measured against what was swept comes before the list of the points.
+    let at = |word: &str| page.find(word).unwrap();
+    assert!(at("K(t) / K(0) at the end, against gas.restitution") < at("<h2>Points</h2>"));
+    // A row for each point: the energy of the last time, t = 100, where shift is 2 and the exact gas has (1 + 2 t / 20) over theory.
+    let table = fs::read_to_string(place.path().join("sweep.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines.len(), 5);
+    let names: Vec<&str> = lines[0].split(',').collect();
+    let column = |name: &str| names.iter().position(|one| *one == name).unwrap();
+    let cells: Vec<&str> = lines[3].split(',').collect();
+    assert_eq!(cells[column("gas.restitution")], "0.7");
+    assert_eq!(cells[column("verdict")], "agree");
+    let number = |name: &str| cells[column(name)].parse::<f64>().unwrap();
+    let law = number("energy.energy_ratio_theory[ed]");
+    assert!((law / 101.0_f64.powi(-2) - 1.0).abs() < 1e-12, "{law}");
+    assert!((number("energy.energy_ratio[ed]") / law - 11.0).abs() < 1e-9);
+    assert!((number("energy.energy_ratio_se[ed]") / law - 0.04 * 11.0).abs() < 1e-9);
+    assert!(lines[4].contains("not finished"));
     assert!(
         place.path().join("r 0.8/report.html").exists()
             && !place.path().join("r 0.6/report.html").exists()

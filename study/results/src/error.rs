@@ -169,7 +169,14 @@ impl ResultsError {
             PermissionDenied,
             ReadOnlyFilesystem,
         ];
-        matches!(self, Self::System { source, .. } if !refused.contains(&source.kind()))
+        match self {
+            // A folder that cannot be made, as below /proc, is not found.
+            Self::System { source, action, .. } => {
+                let absent = *action == "written" && source.kind() == io::ErrorKind::NotFound;
+                !absent && !refused.contains(&source.kind())
+            }
+            _ => false,
+        }
     }
 
     pub(crate) fn system(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Self {

@@ -22,7 +22,7 @@ use crate::error::ResultsError;
 use crate::identity::{Mark, RUN_FILE, RunId, differences};
 use crate::list::{LIST_FILE, List, half_written, is_inside};
 use crate::manifest::{
-    MANIFEST_FILE, Manifest, REPORT_FILE, SWEEP_FILE, Sweep, TableEntry, hash_of,
+    MANIFEST_FILE, Manifest, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Sweep, TableEntry, hash_of,
 };
 use crate::table::Table;
 
@@ -58,12 +58,15 @@ pub struct Place<'a> {
     run: &'a RunId,
 }
 
-/// Writes a file so that it appears under its name only when it is complete.
+/// Writes a file, in a folder that is made if need be, so that it appears under its name only when it is complete.
 ///
 /// # Errors
 /// [`ResultsError::System`] names the file.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
     let write = || -> std::io::Result<()> {
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)?;
+        }
         let mut file = AtomicWriteFile::open(path)?;
         file.write_all(bytes)?;
         file.commit()
@@ -141,6 +144,7 @@ impl Folder {
     /// [`ResultsError::System`] names the file.
     pub fn write_sweep(&self, sweep: &Sweep) -> Result<(), ResultsError> {
         self.claim(REPORT_FILE)?;
+        self.claim(SWEEP_TABLE)?;
         let path = self.claim(SWEEP_FILE)?;
         write_file(&path, &json(&path, sweep)?)
     }
@@ -285,7 +289,7 @@ impl Place<'_> {
     }
 
     /// Writes the tables, and then the manifest, of which it fills in what belongs to the folder: format, fingerprint,
-    /// tables and checksums. The run is finished then.
+    /// tables and checksums. The run is finished then. The page and the drawings of a report are claimed, not written.
     ///
     /// # Errors
     /// A snapshot is missing, a table is not rectangular, or a file cannot be written.
@@ -309,6 +313,9 @@ impl Place<'_> {
             let bytes = table.to_csv()?;
             self.write(&table.file(), &bytes)?;
             manifest.tables.push(TableEntry::new(table, &bytes));
+            for drawing in table.drawings() {
+                self.claim(&drawing)?;
+            }
         }
         self.claim(REPORT_FILE)?;
         let file = self.claim(MANIFEST_FILE)?;

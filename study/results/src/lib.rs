@@ -11,6 +11,7 @@ mod csv_file;
 mod engines;
 mod error;
 mod folder;
+pub mod frames;
 mod identity;
 mod list;
 mod manifest;
@@ -22,9 +23,9 @@ pub use error::ResultsError;
 pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, write_file};
 pub use identity::{Keys, RunId};
 pub use manifest::{
-    Derived, EngineWork, FORMAT, Fingerprint, MANIFEST_FILE, Machine, Manifest, Program,
-    REPORT_FILE, SWEEP_FILE, Snapshot, Start, StartTest, Stored, Sweep, SweepPoint, TableEntry,
-    TimeUnit,
+    Derived, EngineWork, FORMAT, Fingerprint, FramesEntry, MANIFEST_FILE, Machine, Manifest,
+    Program, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Snapshot, Start, StartTest, Stored, Sweep,
+    SweepPoint, TableEntry, TimeUnit,
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
 pub use verdict::{Verdict, VerdictKind, headlines};

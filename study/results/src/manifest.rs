@@ -21,6 +21,8 @@ pub const FORMAT: u32 = 2;
 pub const MANIFEST_FILE: &str = "manifest.json";
 /// Name of the index inside a sweep folder.
 pub const SWEEP_FILE: &str = "sweep.json";
+/// Name of the table of all points inside a sweep folder.
+pub const SWEEP_TABLE: &str = "sweep.csv";
 /// Name of the page inside a results folder or a sweep folder.
 pub const REPORT_FILE: &str = "report.html";
 
@@ -66,6 +68,9 @@ pub struct Manifest {
     pub warnings: Vec<String>,
     /// Snapshots of replica 0.
     pub snapshots: Vec<Snapshot>,
+    /// Frames of replica 0 for the player.
+    #[serde(default)]
+    pub frames: Vec<FramesEntry>,
     /// The tables; set when the run is finished.
     pub tables: Vec<TableEntry>,
 }
@@ -188,6 +193,28 @@ pub struct Snapshot {
     pub blake3: String,
 }
 
+/// A file of frames of one engine ([`crate::frames`]).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FramesEntry {
+    /// Engine.
+    pub engine: String,
+    /// Path of the file, relative to the results folder, with `/` between names.
+    pub file: String,
+    /// BLAKE3 hash of the file, hexadecimal.
+    pub blake3: String,
+}
+
+impl FramesEntry {
+    /// Describes a file that has the given bytes.
+    pub fn new(engine: String, file: String, bytes: &[u8]) -> Self {
+        Self {
+            engine,
+            file,
+            blake3: blake3::hash(bytes).to_string(),
+        }
+    }
+}
+
 /// A table of the folder, all but its rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableEntry {
@@ -295,14 +322,15 @@ impl Manifest {
         read_json(&folder.join(MANIFEST_FILE))
     }
 
-    /// Files of the finished run with their hashes: tables and snapshots.
+    /// Files of the finished run with their hashes: tables, snapshots and frames.
     pub fn files(&self) -> impl Iterator<Item = (String, &str)> {
         let tables = self
             .tables
             .iter()
             .map(|entry| (entry.file(), entry.blake3.as_str()));
         let snapshots = (self.snapshots.iter()).map(|one| (one.file.clone(), one.blake3.as_str()));
-        tables.chain(snapshots)
+        let frames = (self.frames.iter()).map(|one| (one.file.clone(), one.blake3.as_str()));
+        tables.chain(snapshots).chain(frames)
     }
 
     /// Files that are absent, and files with other contents than the run wrote.

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Text that is known at compile time, or read back from a manifest.
 type Text = Cow<'static, str>;
 
+/// Name of the folder of drawings inside that of a run.
+pub const FIGURES: &str = "figures";
+
 /// A table of a results folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -285,6 +288,17 @@ impl Table {
         if let Some(row) = self.rows.last_mut() {
             row.push(cell);
         }
+    }
+
+    /// Names of the drawings of its figures inside a results folder: `figures/NAME.svg`, `figures/NAME-2.svg` and so on.
+    pub fn drawings(&self) -> Vec<String> {
+        let number = |figure: usize| match figure {
+            1 => String::new(),
+            more => format!("-{more}"),
+        };
+        (1..=self.figures.len())
+            .map(|figure| format!("{FIGURES}/{}{}.svg", self.name, number(figure)))
+            .collect()
     }
 
     /// The number of a column.

@@ -63,7 +63,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), PlanError> {
 ///
 /// # Errors
 /// [`RunError`] if the pilot fails or is stopped.
-pub(crate) fn settle<'a>(
+pub fn settle<'a>(
     file: &CaseFile,
     planned: Vec<Planned<'a>>,
     options: &Options<'_>,

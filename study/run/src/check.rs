@@ -40,6 +40,8 @@ pub struct Outline {
     pub power: Vec<String>,
     /// Memory and time.
     pub cost: Cost,
+    /// What the program chose, and why.
+    pub choices: Vec<String>,
     /// What a reader should know.
     pub warnings: Vec<String>,
 }
@@ -107,6 +109,7 @@ impl<'a> Planned<'a> {
             replicas: self.plan.case.replicas,
             power: spreads.map(|one| one.power(replicas, level)).collect(),
             cost: self.cost(threads),
+            choices: self.plan.choices.clone(),
             warnings: self.warnings(),
         }
     }

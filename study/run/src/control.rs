@@ -11,10 +11,12 @@ use serde::de::DeserializeOwned;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
+use crate::gauge::Gauge;
+
 /// What a run tells while it goes on; libraries print nothing.
 pub trait Progress: Sync {
-    /// A point of a sweep, or the only one, begins: its name or title, and the number of its parts.
-    fn begin(&self, _point: usize, _name: &str, _parts: usize) {}
+    /// A point of a sweep, or the only one, begins: its name or title, and its work, of which nothing is done.
+    fn begin(&self, _point: usize, _name: &str, _work: Gauge) {}
 
     /// A part has done a share of its work, and this many collisions since its last report.
     fn tell(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}

@@ -65,7 +65,15 @@ pub fn begin(
 ) -> Result<Box<dyn Simulation>, BeginError> {
     let mut gas = made(plan, engine, streams, needs, from, interrupt, holders)?;
     gas.stop_on(interrupt);
+    gas.use_threads(threads_each(
+        plan.engines.len() * plan.case.replicas as usize,
+    ));
     Ok(gas)
+}
+
+/// Threads of the present pool for each of this many parts that run side by side.
+pub fn threads_each(parts: usize) -> usize {
+    (rayon::current_num_threads() / parts.max(1)).max(1)
 }
 
 /// Holds a part of the gas that another process begins, until that lets go of it.

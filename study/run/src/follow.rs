@@ -87,17 +87,36 @@ pub struct Part<'a> {
 }
 
 /// What moves while a part is followed.
-struct Course<'a> {
+pub(crate) struct Course<'a> {
     part: &'a Part<'a>,
     interrupt: &'a Interrupt,
-    gas: Box<dyn Simulation>,
-    probes: Vec<Box<dyn Probe>>,
-    next: usize,
+    pub(crate) gas: Box<dyn Simulation>,
+    pub(crate) probes: Vec<Box<dyn Probe>>,
+    /// What the looks of each measure took.
+    pub(crate) looks: Vec<Looks>,
+    pub(crate) next: usize,
     kicks: u64,
     heated: f64,
     seconds: f64,
     bytes: usize,
     began: Instant,
+}
+
+/// What the looks of a probe took so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Looks {
+    /// How many there were.
+    pub(crate) count: u32,
+    /// Computing time \[s\].
+    pub(crate) seconds: f64,
+}
+
+impl Looks {
+    /// Counts a look that began then and is over now.
+    pub(crate) fn add(&mut self, began: Instant) {
+        self.count += 1;
+        self.seconds += began.elapsed().as_secs_f64();
+    }
 }
 
 impl Part<'_> {
@@ -149,59 +168,25 @@ impl Part<'_> {
     ) -> Result<Finished, PartError> {
         let (plan, streams) = (self.plan, self.streams());
         let schedule = schedule(plan, self.measures);
-        let mut probes = self.probes();
         let interrupt = control.interrupt();
-        let needs = self.needs();
-        let holders = holders.map(|all| (all, self.replica));
-        let begin = |source| {
-            engines::begin(
-                plan,
-                self.engine,
-                streams,
-                needs,
-                source,
-                interrupt,
-                holders,
-            )
-        };
         let mut course = if let Some(saved) = control.load()? {
             if saved.engine.is_none() {
                 control.tell(1.0, 0);
                 return self.restore(saved);
             }
+            let mut probes = self.probes();
             saved.load(&mut probes)?;
             let engine = saved.engine.as_deref().unwrap_or_default();
             Course {
-                part: self,
-                interrupt,
-                gas: begin(Source::Checkpoint(engine))?,
-                probes,
                 next: saved.next,
                 kicks: saved.kicks,
                 heated: saved.heated,
                 seconds: saved.seconds,
                 bytes: saved.bytes,
-                began: Instant::now(),
+                ..Course::new(self, probes, Source::Checkpoint(engine), interrupt, holders)?
             }
         } else {
-            let mut gas = begin(Source::Start(self.start))?;
-            for (probe, measure) in probes.iter_mut().zip(self.measures) {
-                if self.replica == 0 || !measure.only_first_replica() {
-                    probe.begin(&mut Moment::new(0.0, &mut *gas));
-                }
-            }
-            Course {
-                part: self,
-                interrupt,
-                bytes: gas.bytes(),
-                gas,
-                probes,
-                next: 0,
-                kicks: 0,
-                heated: 0.0,
-                seconds: 0.0,
-                began: Instant::now(),
-            }
+            Course::begin(self, interrupt, holders)?
         };
         let drive = Kicks::new(plan, streams)?;
         let mut rollback = Rollback::default();
@@ -232,9 +217,51 @@ impl Part<'_> {
     }
 }
 
-impl Course<'_> {
+impl<'a> Course<'a> {
+    /// A part at its start, at which its probes have looked.
+    pub(crate) fn begin(
+        part: &'a Part<'a>,
+        interrupt: &'a Interrupt,
+        holders: Option<&Holders>,
+    ) -> Result<Self, PartError> {
+        let source = Source::Start(part.start);
+        let mut course = Self::new(part, part.probes(), source, interrupt, holders)?;
+        for (probe, measure) in course.probes.iter_mut().zip(part.measures) {
+            if part.replica == 0 || !measure.only_first_replica() {
+                probe.begin(&mut Moment::new(0.0, &mut *course.gas));
+            }
+        }
+        Ok(course)
+    }
+
+    fn new(
+        part: &'a Part<'a>,
+        probes: Vec<Box<dyn Probe>>,
+        source: Source<'_>,
+        interrupt: &'a Interrupt,
+        holders: Option<&Holders>,
+    ) -> Result<Self, PartError> {
+        let (plan, engine, streams) = (part.plan, part.engine, part.streams());
+        let holders = holders.map(|all| (all, part.replica));
+        let needs = part.needs();
+        let gas = engines::begin(plan, engine, streams, needs, source, interrupt, holders)?;
+        Ok(Self {
+            part,
+            interrupt,
+            bytes: gas.bytes(),
+            gas,
+            looks: vec![Looks::default(); probes.len()],
+            probes,
+            next: 0,
+            kicks: 0,
+            heated: 0.0,
+            seconds: 0.0,
+            began: Instant::now(),
+        })
+    }
+
     /// One leg towards what is due next, and what is due there.
-    fn leg(&mut self, due: &Due, drive: Option<&Kicks>) -> Result<(), PartError> {
+    pub(crate) fn leg(&mut self, due: &Due, drive: Option<&Kicks>) -> Result<(), PartError> {
         let plan = self.part.plan;
         if let EngineKind::EventDriven {
             collision_limit: Some(limit),
@@ -312,7 +339,9 @@ impl Course<'_> {
         moment.interrupt = self.interrupt.clone();
         for &number in &due.measures {
             if self.part.replica == 0 || !self.part.measures[number].only_first_replica() {
+                let began = Instant::now();
                 self.probes[number].sample(&mut moment);
+                self.looks[number].add(began);
             }
             if self.interrupt.is_raised() {
                 return Err(PartError::Interrupted);

@@ -9,6 +9,7 @@ use std::cell::OnceCell;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Interrupt, Observer, Particles, Simulation};
+use stosszahl_results::frames::Frame;
 use stosszahl_results::{Snapshot, Table, Verdict};
 
 use crate::plan::{EnginePlan, Plan};
@@ -80,6 +81,11 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
+    /// Frames for the player of the report.
+    fn frames(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<FrameFile> {
+        Vec::new()
+    }
+
     /// How many verdicts it makes that compare, at most: they share the chance of a false alarm of the case.
     fn tests(&self, _plan: &Plan) -> usize {
         0
@@ -94,6 +100,17 @@ pub trait Measure: Sync {
     fn verdicts(&self, _plan: &Plan, _runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         Vec::new()
     }
+}
+
+/// Frames of one engine, and the file that holds them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameFile {
+    /// Engine.
+    pub engine: String,
+    /// Path of the file, relative to the results folder.
+    pub file: String,
+    /// The frames, by time.
+    pub frames: Vec<Frame>,
 }
 
 /// What measurements ask of engines, which keep nothing that nobody looks at.

@@ -9,6 +9,7 @@ mod displacement;
 mod energy;
 mod error_budget;
 mod fields;
+mod frames;
 mod gas;
 mod impact_parameters;
 mod pair_correlation;
@@ -56,6 +57,7 @@ pub const ALL: &[&dyn Measure] = &[
     &velocity_autocorrelation::VelocityAutocorrelation,
     &clusters::Clusters,
     &snapshots::Snapshots,
+    &frames::Frames,
     &error_budget::ErrorBudget,
 ];
 /// A grid of times in equal factors from the first sample on, and last the end exactly.

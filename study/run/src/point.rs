@@ -10,12 +10,13 @@ use serde_json::Value;
 use stosszahl_case::format::TimeUnit;
 use stosszahl_case::{CaseFile, Kind};
 use stosszahl_results::{
-    Derived, EngineWork, Existing, FORMAT, Machine, Manifest, Place, Program, SNAPSHOTS, Start,
-    StartTest, Table, Verdict,
+    Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Place, Program,
+    SNAPSHOTS, Start, StartTest, Table, Verdict,
 };
 
 use crate::check::Planned;
 use crate::follow::PartError;
+use crate::gauge::Gauge;
 use crate::judge;
 use crate::measure::{Finished, Runs};
 use crate::pieces::{self, Desk, Piece, Replica};
@@ -108,8 +109,9 @@ impl Job<'_> {
         } else {
             self.place.name()
         };
-        let parts = plan.case.replicas as usize * (plan.engines.len() + 1);
-        self.options.progress.begin(self.number, name, parts);
+        self.options
+            .progress
+            .begin(self.number, name, Gauge::of(plan));
     }
 
     /// Runs it on the threads of the present pool.
@@ -236,7 +238,7 @@ impl Job<'_> {
         let engines = work(plan, &all.finished);
         warnings.extend(limited(&engines));
         let mut tables: Vec<Table> = Vec::new();
-        let mut snapshots = Vec::new();
+        let (mut snapshots, mut frames) = (Vec::new(), Vec::new());
         let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
             .into_iter()
             .collect();
@@ -252,6 +254,11 @@ impl Job<'_> {
                 place.write(&snapshot.file, text.as_bytes())?;
                 snapshots.push(snapshot);
             }
+            for one in known.frames(plan, &runs) {
+                let bytes = stosszahl_results::frames::to_bytes(&one.frames)?;
+                place.write(&one.file, &bytes)?;
+                frames.push(FramesEntry::new(one.engine, one.file, &bytes));
+            }
             tables.extend(own);
         }
         let manifest = Manifest {
@@ -265,15 +272,7 @@ impl Job<'_> {
             case_text: file.text.clone(),
             case: as_json(plan),
             kind: kind_name(plan.kind).to_owned(),
-            time_unit: stosszahl_results::TimeUnit {
-                name: match plan.time_unit {
-                    TimeUnit::Case => "unit of time of the case",
-                    TimeUnit::Haff => "Haff's cooling time of the start",
-                    TimeUnit::MeanFreeTime => "mean free time of the start",
-                }
-                .to_owned(),
-                size: plan.time_in_case(),
-            },
+            time_unit: time_unit(plan),
             derived: (plan.derived().into_iter())
                 .map(|one| Derived {
                     name: one.name,
@@ -291,12 +290,26 @@ impl Job<'_> {
             choices: plan.choices.clone(),
             warnings,
             snapshots,
+            frames,
             ..Manifest::default()
         };
         let manifest = place.finish(manifest, &tables)?;
         place.remove_checkpoints()?;
         options.progress.end(number);
         Ok(self.summary(false, began, manifest.verdicts, manifest.warnings))
+    }
+}
+
+/// The unit of time of a case.
+fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
+    stosszahl_results::TimeUnit {
+        name: match plan.time_unit {
+            TimeUnit::Case => "unit of time of the case",
+            TimeUnit::Haff => "Haff's cooling time of the start",
+            TimeUnit::MeanFreeTime => "mean free time of the start",
+        }
+        .to_owned(),
+        size: plan.time_in_case(),
     }
 }
 

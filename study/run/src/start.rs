@@ -14,6 +14,7 @@ use stosszahl_model::{
     Surface, Vector as _, Volume,
 };
 
+use crate::engines::threads_each;
 use crate::places::{Full, Places, Room};
 use crate::plan::{Plan, PlanError};
 
@@ -379,6 +380,7 @@ impl Preparation {
         let target = if asked == 0 { 0 } else { target.min(most) };
         let mut gas = self.gas(plan, streams)?;
         gas.stop_on(interrupt);
+        gas.use_threads(threads_each(plan.case.replicas as usize));
         if done < target {
             let leg = (LEG * plan.count() as u64)
                 .max(LEAST_LEG)
@@ -418,7 +420,12 @@ impl Preparation {
         Ok(true)
     }
 
-    fn gas(&self, plan: &Plan, streams: Streams) -> Result<Box<dyn Simulation>, StartError> {
+    /// The gas that is equilibrated, as it is now.
+    pub(crate) fn gas(
+        &self,
+        plan: &Plan,
+        streams: Streams,
+    ) -> Result<Box<dyn Simulation>, StartError> {
         let (boundaries, kind) = (plan.exact_boundaries(streams)?, Dissipation::Elastic);
         Ok(stosszahl_ed::resume(
             &plan.grains,
@@ -462,7 +469,7 @@ impl Preparation {
 }
 
 /// Pair collisions that make up a number of collisions per particle.
-fn pairs(plan: &Plan, per_particle: f64) -> u64 {
+pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }
 

@@ -30,6 +30,9 @@ pub struct BenchEd {
     /// Pair collisions to time [default: 5 for each disk, at least a million].
     #[arg(long, value_name = "M")]
     pub collisions: Option<u64>,
+    /// Threads, each with a strip of the box.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: u16,
     /// Time only until this time, in units of t0 (Haff's time; mean free times of an elastic gas).
     #[arg(long, value_name = "T")]
     pub until: Option<f64>,
@@ -81,12 +84,15 @@ impl BenchEd {
 }
 
 impl Work for BenchEd {
-    /// Times the next collisions, or those until a time in units of `t_0` after the start; making the engine and its
-    /// checkpoint is included.
+    /// Times the next collisions, or those until a time in units of `t_0` after the start; making the engine is included.
     fn measure(&self) -> Result<Speed, Trouble> {
         let (restitution, packing) = (self.restitution, self.packing_fraction);
         let scene = disks(restitution)?;
-        let mut gas = Checkpoint::from(self.start()?);
+        let start = Checkpoint::from(self.start()?);
+        let threads = usize::from(self.threads);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()?;
         let all = if self.until.is_some() {
             u64::MAX / 2
         } else {
@@ -100,13 +106,16 @@ impl Work for BenchEd {
             1.0 / kinetic::collision_rate(packing, chi, 0.0)
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
-        let (bytes, seconds, cpu) = timed(|| -> Result<usize, Trouble> {
-            let mut engine = Engine::<Disks>::new(scene, Dissipation::Scene, gas.clone())?;
-            engine.advance(until, collisions, &mut ())?;
-            gas = engine.checkpoint();
-            Ok(engine.bytes())
+        let (engine, seconds, cpu) = timed(|| -> Result<_, Trouble> {
+            let mut engine = Engine::<Disks>::new(scene, Dissipation::Scene, start)?;
+            engine.spread_over(threads);
+            pool.install(|| engine.advance(until, collisions, &mut ()))?;
+            Ok(engine)
         });
-        let (tally, done) = (gas.tally, gas.tally.collisions);
+        let engine = engine?;
+        let (tally, spread, stale) = (engine.tally(), engine.spread(), engine.stale());
+        let (done, bytes) = (tally.collisions, engine.bytes());
+        let per_event = 1.0 / spread.events.max(1) as f64;
         let each = |count: u64| count as f64 / done.max(1) as f64;
         Ok(Speed(vec![
             ("disks", self.disks.into()),
@@ -118,13 +127,21 @@ impl Work for BenchEd {
             ("collisions_per_cpu_second", (done as f64 / cpu).into()),
             (
                 "bytes_per_disk",
-                (bytes? as f64 / f64::from(self.disks)).into(),
+                (bytes as f64 / f64::from(self.disks)).into(),
             ),
             ("predictions_per_collision", each(tally.predictions).into()),
             ("pushes_per_collision", each(tally.pushes).into()),
             ("crossings_per_collision", each(tally.crossings).into()),
-            ("stale_per_collision", each(tally.stale).into()),
+            ("stale_per_collision", each(stale).into()),
             ("broken_per_collision", each(tally.broken).into()),
+            ("threads", self.threads.into()),
+            ("windows", spread.windows.into()),
+            ("windows_done_again", spread.retries.into()),
+            (
+                "events_done_twice",
+                (spread.twice as f64 * per_event).into(),
+            ),
+            ("events_lost", (spread.lost as f64 * per_event).into()),
         ]))
     }
 }

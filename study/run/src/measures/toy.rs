@@ -439,6 +439,39 @@ fn species_and_snapshots() {
     assert_eq!(fields[8], toy.start.all[0].mass * plan.scale.mass);
 }
 
+/// Frames are at times at which the run is sampled anyway, the first and the last among them.
+#[test]
+fn frames_are_at_times_of_samples() {
+    let mut plan = plan(
+        "[gas]\nnumber = 40\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[engine.ed]\n[run]\nuntil = 4\n\
+         first_sample = 0.01\nsamples_per_decade = 6",
+    );
+    let toy = gas(&plan, 7, Arc::new(|v, _| v));
+    let toys = [toy.clone()];
+    let measure = super::frames::Frames;
+    let all = plan.sample_times();
+    assert!(measure.by_default(&plan) && measure.times(&plan) == all);
+    let table = "number = 5\nparticles = 10".parse().expect("a table");
+    plan.case.measure.insert("frames".into(), table);
+    let times = measure.times(&plan);
+    assert!(times.len() == 5 && times[0] == 0.0 && times[4] == 4.0);
+    assert!(times.iter().all(|time| all.contains(time)));
+    let (_, finished) = tables(&plan, &measure, &toys);
+    let runs = Runs {
+        level: 0.01,
+        measure: 0,
+        finished: &finished,
+    };
+    let files = measure.frames(&plan, &runs);
+    assert_eq!((files.len(), &*files[0].file), (1, "frames/ed.bin"));
+    let frames = &files[0].frames;
+    let found: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
+    assert_eq!(found, times);
+    // The last frame has all; of the others each particle is drawn with probability 1/4.
+    assert_eq!((frames[4].len(), frames[4].particles), (40, 40.0));
+    assert!((1..=24).contains(&frames[1].len()) && frames[1].share == 4.0);
+}
+
 /// Options that cannot be are refused by their key.
 #[test]
 fn bad_options_are_named() {

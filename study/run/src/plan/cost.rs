@@ -50,10 +50,10 @@ const PATHS: i64 = 1000;
 pub struct Cost {
     /// Most memory of the whole process \[bytes\]: all engines and replicas that run at once.
     pub bytes: f64,
-    /// Computing time of all replicas on one core \[s\].
-    pub core_seconds: f64,
-    /// Number of engines of all replicas, which run side by side.
-    pub jobs: usize,
+    /// Computing time of the parts of a replica: guessed by the plan, unless it was measured ([`crate::pace`]).
+    pub pace: Pace,
+    /// Replicas.
+    pub replicas: u64,
     /// Each engine of one replica.
     pub engines: Vec<EngineCost>,
 }
@@ -69,17 +69,56 @@ pub struct EngineCost {
     pub collisions: f64,
     /// Pairs that are tried for each collision; none in exact dynamics.
     pub trials_per_collision: Option<f64>,
-    /// Computing time on one core \[s\].
-    pub seconds: f64,
 }
 
 /// Bytes that a measure keeps of one engine: of the first replica, and of each other one.
 pub type Kept = [f64; 2];
 
+/// What the parts of a replica take on one core, beside others \[s\].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pace {
+    /// The start that engines share.
+    pub start: f64,
+    /// Each engine: of the first replica, at which some measures look alone, and of each other one.
+    pub engines: Vec<[f64; 2]>,
+}
+
+impl Pace {
+    /// The whole run of so many replicas on so many threads \[s\]: all the work shared among the threads, or one replica after the
+    /// other where there are more threads than that needs.
+    pub fn seconds(&self, replicas: u64, threads: usize) -> f64 {
+        let sum = |which: usize| self.engines.iter().map(|one| one[which]).sum::<f64>();
+        let longest = self.engines.iter().map(|one| one[0]).fold(0.0, f64::max);
+        let others = replicas.saturating_sub(1) as f64;
+        let all = replicas as f64 * self.start + sum(0) + others * sum(1);
+        (all / threads.max(1) as f64).max(self.start + longest)
+    }
+
+    /// Times a factor for each part.
+    pub(crate) fn scaled(&self, factors: &Self) -> Self {
+        let both = self.engines.iter().zip(&factors.engines);
+        Self {
+            start: self.start * factors.start,
+            engines: both.map(|(a, b)| [a[0] * b[0], a[1] * b[1]]).collect(),
+        }
+    }
+
+    /// What it is over another.
+    pub(crate) fn over(&self, other: &Self) -> Self {
+        let ratio = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / b } else { 1.0 };
+        let both = self.engines.iter().zip(&other.engines);
+        let both = both.map(|(a, b)| [ratio(a[0], b[0]), ratio(a[1], b[1])]);
+        Self {
+            start: ratio(self.start, other.start),
+            engines: both.collect(),
+        }
+    }
+}
+
 impl Cost {
     /// Time on this many threads \[s\].
     pub fn seconds(&self, threads: usize) -> f64 {
-        self.core_seconds / threads.clamp(1, self.jobs.max(1)) as f64
+        self.pace.seconds(self.replicas, threads)
     }
 }
 
@@ -88,7 +127,6 @@ impl Plan {
     pub fn cost(&self, threads: usize, kept: &[Kept]) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
-        let start = 0.5 * particles * self.equilibration() / COLLISIONS_PER_SECOND;
         let engines = self.engines.iter().zip(kept);
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
@@ -96,7 +134,6 @@ impl Plan {
                 bytes: self.bytes(engine, kept[0]),
                 collisions: self.collisions(engine),
                 trials_per_collision: self.trials_per_collision(engine),
-                seconds: self.seconds(engine),
             })
             .collect();
         // The largest engines of as many replicas as there are threads for; records stay to the end of the run.
@@ -125,12 +162,20 @@ impl Plan {
             + starts
             + parts.iter().map(|part| part.0 - part.1).sum::<f64>()
             + records;
-        let seconds: f64 = engines.iter().map(|one| one.seconds).sum();
         Cost {
             bytes,
-            core_seconds: self.case.replicas as f64 * (start + seconds),
-            jobs: self.engines.len() * replicas,
+            pace: self.pace(),
+            replicas: self.case.replicas,
             engines,
+        }
+    }
+
+    /// How long the parts of a replica take, by nominal speeds.
+    pub fn pace(&self) -> Pace {
+        let engines = self.engines.iter().map(|engine| [self.seconds(engine); 2]);
+        Pace {
+            start: self.start_seconds(),
+            engines: engines.collect(),
         }
     }
 
@@ -208,8 +253,13 @@ impl Plan {
         places + chosen * corners * corner
     }
 
+    /// Seconds of the start of one replica on one core.
+    pub fn start_seconds(&self) -> f64 {
+        0.5 * self.count() as f64 * self.equilibration() / COLLISIONS_PER_SECOND
+    }
+
     /// Collisions of one engine of one replica, about.
-    fn collisions(&self, engine: &EnginePlan) -> f64 {
+    pub fn collisions(&self, engine: &EnginePlan) -> f64 {
         let copies = engine.copies() as f64;
         0.5 * copies * self.count() as f64 * self.expected_collisions(self.case.run.until)
     }
@@ -333,4 +383,39 @@ pub fn available_memory() -> Option<f64> {
 /// Threads that the system offers.
 pub fn available_threads() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pace(start: f64, engines: &[[f64; 2]]) -> Pace {
+        Pace {
+            start,
+            engines: engines.to_vec(),
+        }
+    }
+
+    #[test]
+    fn work_is_shared_among_threads_as_far_as_it_can_be() {
+        let pace = pace(1.0, &[[10.0, 8.0], [4.0, 4.0]]);
+        // Three replicas: 15 and twice 13.
+        assert_eq!(pace.seconds(3, 1), 41.0);
+        assert_eq!(pace.seconds(3, 2), 20.5);
+        // Nothing is faster than the longest engine after its start.
+        assert_eq!(pace.seconds(3, 100), 11.0);
+        assert_eq!(pace.seconds(1, 1), 15.0);
+    }
+
+    #[test]
+    fn what_is_measured_once_corrects_what_is_guessed_elsewhere() {
+        let (guess, found) = (pace(2.0, &[[1.0, 1.0]]), pace(1.0, &[[3.0, 2.0]]));
+        let factor = found.over(&guess);
+        assert_eq!(
+            pace(4.0, &[[5.0, 5.0]]).scaled(&factor),
+            pace(2.0, &[[15.0, 10.0]])
+        );
+        // What takes no time corrects nothing.
+        assert_eq!(found.over(&pace(0.0, &[[1.0, 1.0]])).start, 1.0);
+    }
 }

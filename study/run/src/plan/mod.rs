@@ -28,7 +28,7 @@ mod start_file;
 mod theory;
 mod times;
 
-pub use cost::{Cost, EngineCost, Kept, available_memory, available_threads};
+pub use cost::{Cost, EngineCost, Kept, Pace, available_memory, available_threads};
 pub(crate) use data::in_space;
 pub use data::{
     Class, EngineKind, EnginePlan, Grouping, Plan, PlanError, Quantity, Scale, SpeciesPlan,

@@ -1,0 +1,281 @@
+//! One gas on many threads: the bytes of one engine, whatever the gas and however it is cut.
+
+#[allow(dead_code, reason = "each test file uses its own part")]
+mod support;
+
+use nalgebra::{Vector2, vector};
+use rand::RngExt;
+use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, Spread, simulate};
+use stosszahl_model::initial;
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::walls::{Outline, Wall};
+use stosszahl_model::{
+    Body, Budget, Collision, Constant, EachCollision, Free, Grains, Interrupt, Particle, Particles,
+    Physics, Plane, Rebound, Smooth, State,
+};
+use support::{bounces, down, grains, obstacle, rough, vibrates, walled};
+
+/// A gas of this many unit disks, at least, on a jittered lattice, without those that overlap obstacles; as wide as it is high over `aspect`.
+fn lattice<P: Physics<Space = Plane>>(
+    scene: &P,
+    boundaries: &Boundaries,
+    count: usize,
+    packing: f64,
+    aspect: f64,
+) -> State<P> {
+    // Triangles hold up to a packing of .9.
+    let spacing = (std::f64::consts::FRAC_PI_4 / packing / 0.75_f64.sqrt()).sqrt();
+    let columns = (count as f64 / aspect * 0.75_f64.sqrt()).sqrt().ceil() as usize;
+    let rows = (count.div_ceil(columns)).next_multiple_of(2);
+    let lengths = vector![
+        columns as f64 * spacing,
+        rows as f64 * spacing * 0.75_f64.sqrt()
+    ];
+    let domain = boundaries.walls.domain(lengths).expect("a box");
+    let streams = Streams::new(1, 0);
+    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let jitter = 0.45 * (spacing - 1.0);
+    let mut bodies = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let shift = if row % 2 == 0 { 0.25 } else { 0.75 };
+            let mut off = || jitter * (stream.random::<f64>() - 0.5);
+            let at = vector![
+                (column as f64 + shift) * spacing + off(),
+                (row as f64 + 0.5) * spacing * 0.75_f64.sqrt() + off()
+            ];
+            let inside = (0..2).all(|axis| {
+                domain.is_periodic(axis) || (at[axis] > 0.6 && at[axis] < lengths[axis] - 0.6)
+            });
+            let free = (boundaries.obstacles.iter()).all(|one| !one.overlaps(at, 0.5, 0.0));
+            if inside && free {
+                bodies.push(Body::new(at, Vector2::zeros()));
+            }
+        }
+    }
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies,
+    };
+    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(scene, &mut state, 1.0, &mut stream);
+    state
+}
+
+/// What a run leaves: everything that it would go on from, and all its collisions.
+type Left = (Vec<u8>, Vec<Collision>);
+
+/// Runs legs with an engine each, as a run that is killed and resumed after each does.
+fn run<P: Physics<Space = Plane>>(
+    scene: &P,
+    dissipation: Dissipation,
+    boundaries: &Boundaries,
+    start: impl Into<Checkpoint<P>>,
+    legs: &[(f64, u64)],
+    strips: usize,
+) -> (Left, Spread) {
+    let mut checkpoint = start.into();
+    let mut collisions = Vec::new();
+    let mut spread = Spread::default();
+    for &(until, most) in legs {
+        let mut engine = Engine::<P>::between(scene.clone(), dissipation, checkpoint, boundaries)
+            .expect("an engine");
+        engine.spread_over(strips);
+        let mut observer = EachCollision(|collision: &Collision| collisions.push(*collision));
+        engine.advance(until, most, &mut observer).expect("time");
+        checkpoint = engine.checkpoint();
+        let its = engine.spread();
+        spread.windows += its.windows;
+        spread.retries += its.retries;
+        spread.events += its.events;
+        spread.twice += its.twice;
+    }
+    let bytes = postcard::to_stdvec(&checkpoint).expect("bytes");
+    ((bytes, collisions), spread)
+}
+
+/// Compares strips with one engine, and sees to it that there were strips.
+fn compare<P: Physics<Space = Plane>>(
+    name: &str,
+    scene: &P,
+    dissipation: Dissipation,
+    boundaries: &Boundaries,
+    start: &Checkpoint<P>,
+    legs: &[(f64, u64)],
+) {
+    let (plain, _) = run(scene, dissipation, boundaries, start.clone(), legs, 1);
+    for strips in [2, 3, 4, 8] {
+        let (left, spread) = run(scene, dissipation, boundaries, start.clone(), legs, strips);
+        assert!(spread.windows > 0, "{name}: {strips} strips were not used");
+        assert_eq!(left.1.len(), plain.1.len(), "{name}: {strips} strips");
+        assert!(left.1 == plain.1, "{name}: collisions of {strips} strips");
+        assert!(left.0 == plain.0, "{name}: bytes of {strips} strips");
+    }
+}
+
+const FOREVER: f64 = f64::INFINITY;
+
+#[test]
+fn periodic_gases() {
+    for (packing, restitution) in [
+        (0.01, 1.0),
+        (0.01, 0.8),
+        (0.25, 1.0),
+        (0.25, 0.8),
+        (0.70, 1.0),
+        (0.70, 0.8),
+    ] {
+        let scene = grains(Smooth, restitution, Free);
+        let boundaries = Boundaries::periodic();
+        let start = lattice(&scene, &boundaries, 20_000, packing, 1.0);
+        let legs = [(FOREVER, 30_000), (FOREVER, 40_001), (FOREVER, 25_000)];
+        let name = format!("packing {packing}, restitution {restitution}");
+        let dissipation = Dissipation::Scene;
+        compare(
+            &name,
+            &scene,
+            dissipation,
+            &boundaries,
+            &start.into(),
+            &legs,
+        );
+    }
+}
+
+/// Behind the common interface, leg by leg, with pauses in between.
+#[test]
+fn a_simulation_on_two_threads() {
+    let scene = grains(Smooth, 0.8, Free);
+    let boundaries = Boundaries::periodic();
+    let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
+    let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
+    let particle = |body: &Body<support::Grains<Smooth, Free>>| Particle {
+        position: body.position.push(0.0),
+        velocity: body.velocity.push(0.0),
+        ..Particle::of(0.5, 1.0)
+    };
+    let start = Particles {
+        time: 0.0,
+        dimension: 2,
+        lengths: state.domain.lengths().push(0.0).into(),
+        periodic: [true; 3],
+        all: state.bodies.iter().map(particle).collect(),
+    };
+    let [alone, shared] = [1, 2].map(|threads| {
+        let mut gas =
+            simulate(&grains, Dissipation::Scene, &boundaries, &start).expect("an engine");
+        gas.use_threads(threads);
+        let until = gas.time() + 1e3;
+        for _ in 0..2 {
+            assert!(!gas.advance(until, Budget::Leg, &mut ()).expect("time"));
+        }
+        for budget in [Budget::Collisions(70_001), Budget::Leg] {
+            assert!(!gas.advance(until, budget, &mut ()).expect("time"));
+        }
+        gas.checkpoint().expect("bytes")
+    });
+    assert!(alone == shared);
+}
+
+/// A cooled gas has clusters, in which windows are short, and empty regions.
+#[test]
+fn a_clustered_gas() {
+    let scene = grains(Smooth, 0.8, Free);
+    let boundaries = Boundaries::periodic();
+    let start = lattice(&scene, &boundaries, 40_000, 0.25, 2.0);
+    let dissipation = Dissipation::ContactTime(1e-5);
+    let mut engine = Engine::<_>::new(scene.clone(), dissipation, start).expect("an engine");
+    engine.advance(FOREVER, 2_000_000, &mut ()).expect("time");
+    let start = engine.checkpoint();
+    let until = start.state.time * 1.2;
+    let legs = [(FOREVER, 30_000), (FOREVER, 60_000), (until, u64::MAX)];
+    compare("clustered", &scene, dissipation, &boundaries, &start, &legs);
+}
+
+/// Between walls of all kinds, around obstacles, under gravity, with spin: what walls have given too.
+#[test]
+fn walls_obstacles_gravity_and_spin() {
+    let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
+    let mut channel = walled([
+        None,
+        Some([vibrates(bounces(0.9, 0.5), 0.05, 1.0), diffuse]),
+    ]);
+    channel.obstacles = vec![
+        obstacle(Outline::Disc {
+            centre: vector![30.0, 40.0],
+            radius: 6.0,
+        }),
+        obstacle(Outline::Disc {
+            centre: vector![60.0, 90.0],
+            radius: 3.0,
+        }),
+    ];
+    let legs = [(FOREVER, 20_000), (FOREVER, 20_001), (FOREVER, 20_000)];
+    let scene = grains(rough(0.4), 0.9, down(0.01));
+    let start = lattice(&scene, &channel, 12_000, 0.25, 1.5);
+    compare(
+        "channel",
+        &scene,
+        Dissipation::Scene,
+        &channel,
+        &start.into(),
+        &legs,
+    );
+    let sides = walled([Some([Wall::specular(), diffuse]), None]);
+    let scene = grains(Smooth, 0.9, Free);
+    let start = lattice(&scene, &sides, 12_000, 0.4, 1.5);
+    compare(
+        "sides",
+        &scene,
+        Dissipation::Scene,
+        &sides,
+        &start.into(),
+        &legs,
+    );
+}
+
+/// A gas that collapses does so at the same collision, with the same words.
+#[test]
+fn a_collapse_is_that_of_one_engine() {
+    let scene = grains(Smooth, 0.3, Free);
+    let boundaries = Boundaries::periodic();
+    let start = lattice(&scene, &boundaries, 20_000, 0.25, 1.0);
+    let [alone, shared] = [1, 4].map(|strips| {
+        let mut engine =
+            Engine::<_>::new(scene.clone(), Dissipation::Scene, start.clone()).expect("an engine");
+        engine.spread_over(strips);
+        let error = (engine.advance(FOREVER, u64::MAX, &mut ())).expect_err("a collapse");
+        assert_eq!(engine.spread().windows > 0, strips > 1);
+        let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
+        (error.to_string(), bytes)
+    });
+    assert_eq!(alone.0, shared.0);
+    assert!(alone.1 == shared.1);
+}
+
+/// A leap that is interrupted ends.
+#[test]
+fn an_interrupt_ends_all_strips() {
+    let scene = grains(Smooth, 1.0, Free);
+    let boundaries = Boundaries::periodic();
+    let start = lattice(&scene, &boundaries, 20_000, 0.3, 1.0);
+    let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
+    engine.spread_over(4);
+    let interrupt = Interrupt::default();
+    engine.stop_on(&interrupt);
+    let mut seen = 0_u64;
+    let mut observer = EachCollision(|_: &Collision| {
+        seen += 1;
+        if seen == 50_000 {
+            interrupt.raise();
+        }
+    });
+    assert!(
+        !engine
+            .advance(FOREVER, u64::MAX, &mut observer)
+            .expect("an end")
+    );
+    assert!(engine.is_interrupted());
+    assert!(engine.spread().windows > 0);
+}

@@ -1,0 +1,141 @@
+//! A sweep in one table: a row for each point with what was set there, its verdict, and the last value of each estimate.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use stosszahl_results::{Cell, Column, Role, Stored, Sweep, Table, headlines};
+
+use crate::sweep::text;
+
+/// Whether a key column is a time, of which the last is taken.
+fn is_time(name: &str) -> bool {
+    name == "time" || name.starts_with("window") || name.starts_with("elapsed")
+}
+
+/// Columns of estimates of a table with their last cells, each under a name that says table and engines; none of tables in
+/// which other keys have several values.
+fn estimates(table: &Table) -> Vec<(Column, Cell)> {
+    let keys = || {
+        let columns = table.columns.iter().enumerate();
+        columns.filter(|(_, column)| column.role == Role::Key)
+    };
+    let mut other =
+        keys().filter(|(_, column)| !column.name.starts_with("engine") && !is_time(&column.name));
+    if other.any(|(place, _)| {
+        table
+            .rows
+            .iter()
+            .any(|row| row[place] != table.rows[0][place])
+    }) {
+        return Vec::new();
+    }
+    // Rows are in the order of time, so that the last of each engine wins.
+    let mut last: Vec<(String, &Vec<Cell>)> = Vec::new();
+    for row in &table.rows {
+        let engines = keys().filter(|(_, column)| column.name.starts_with("engine"));
+        let names: Vec<&str> = engines
+            .filter_map(|(place, _)| match &row[place] {
+                Cell::Text(text) => Some(text.as_str()),
+                _ => None,
+            })
+            .collect();
+        let of = names.join("/");
+        match last.iter_mut().find(|one| one.0 == of) {
+            Some(one) => one.1 = row,
+            None => last.push((of, row)),
+        }
+    }
+    let mut found = Vec::new();
+    for (of, row) in last {
+        for (place, column) in table.columns.iter().enumerate() {
+            let is_estimate = column.role == Role::Value
+                && table
+                    .columns
+                    .get(place + 1)
+                    .is_some_and(|next| next.role == Role::StandardError);
+            let belongs = matches!(column.role, Role::StandardError | Role::Theory);
+            if !is_estimate && !belongs {
+                continue;
+            }
+            let of = if of.is_empty() {
+                String::new()
+            } else {
+                format!("[{of}]")
+            };
+            let column = Column {
+                name: format!("{}.{}{of}", table.name, column.name).into(),
+                ..column.clone()
+            };
+            found.push((column, row[place].clone()));
+        }
+    }
+    found
+}
+
+/// The table of a sweep; points that are not finished have empty cells.
+pub(crate) fn summary(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> Table {
+    let mut table = Table::new(
+        "sweep",
+        "One row for each point of the sweep: the last value of each estimate",
+    )
+    .key("point", "", "Folder of the point");
+    let is_number = |key: &str| {
+        let mut values = sweep
+            .points
+            .iter()
+            .filter_map(|point| point.values.get(key));
+        values.all(Value::is_number)
+    };
+    table.columns.extend(keys.iter().map(|key| Column {
+        name: (*key).clone().into(),
+        unit: if is_number(key) { "1" } else { "" }.into(),
+        meaning: "A swept key".into(),
+        role: Role::Key,
+    }));
+    table = table
+        .note("verdict", "", "What the first conclusion of the point is")
+        .note("conclusion", "", "It in words");
+    let found: Vec<BTreeMap<String, (Column, Cell)>> = (points.iter())
+        .map(|stored| {
+            let tables = stored.iter().flat_map(|stored| &stored.tables);
+            let all = tables.flat_map(estimates);
+            all.map(|one| (one.0.name.to_string(), one)).collect()
+        })
+        .collect();
+    let first = table.columns.len();
+    for stored in points.iter().flatten() {
+        for (column, _) in stored.tables.iter().flat_map(estimates) {
+            if table.find(&column.name).is_none() {
+                table.columns.push(column);
+            }
+        }
+    }
+    for ((point, stored), found) in sweep.points.iter().zip(points).zip(found) {
+        let mut row = vec![Cell::Text(point.name.clone())];
+        row.extend(keys.iter().map(|key| match point.values.get(*key) {
+            Some(Value::Number(value)) if is_number(key) => {
+                value.as_f64().map_or(Cell::Empty, Cell::Number)
+            }
+            None => Cell::Empty,
+            other => Cell::Text(text(other)),
+        }));
+        let verdicts = stored
+            .as_ref()
+            .map(|stored| headlines(&stored.manifest.verdicts));
+        match verdicts.as_deref() {
+            Some([verdict, ..]) => row.extend([
+                Cell::Text(verdict.kind.name().to_owned()),
+                Cell::Text(verdict.sentence.clone()),
+            ]),
+            Some([]) => row.extend([Cell::Empty, Cell::Empty]),
+            None => row.extend([Cell::Text("not finished".into()), Cell::Empty]),
+        }
+        let cells = table.columns[first..].iter().map(|column| {
+            let known = found.get(&*column.name);
+            known.map_or(Cell::Empty, |one| one.1.clone())
+        });
+        row.extend(cells);
+        table.rows.push(row);
+    }
+    table
+}

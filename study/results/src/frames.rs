@@ -1,0 +1,258 @@
+//! Frames: where particles are at many times, small enough to be played in a page.
+//!
+//! Positions take sixteen bits along each axis, directions and speeds eight. Where there are too many particles, or simulators
+//! that stand for different numbers of them, a fair sample is kept: each kept one stands for as many particles as any other.
+//! Which ones depends on their numbers alone, so that a particle is in all frames or in none, and they stand in an order
+//! that has nothing to do with where they are or how they move: the first few of a frame are a fair sample, too.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::ResultsError;
+
+/// Name of the folder of frames inside that of a run.
+pub const FRAMES: &str = "frames";
+/// Largest speed that is told from larger ones, in units of the root mean square of all.
+pub const FASTEST: f64 = 4.0;
+
+/// Particles of one engine at one time, in the plane.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Time, in the unit of time of the case.
+    pub time: f64,
+    /// Sides of the box.
+    pub sides: [f64; 2],
+    /// Whether the box is periodic, by axis.
+    pub periodic: [bool; 2],
+    /// Particles that the engine has; simulators count as what they stand for.
+    pub particles: f64,
+    /// Particles that each of those in the frame stands for.
+    pub share: f64,
+    /// Root mean square of the speed of all.
+    pub speed: f64,
+    /// Largest radius.
+    pub radius: f64,
+    /// Abscissae in units of the side, two bytes each, the lower one first.
+    pub x: Vec<u8>,
+    /// Ordinates.
+    pub y: Vec<u8>,
+    /// Directions of velocities: 256 for a turn, from the abscissa on.
+    pub direction: Vec<u8>,
+    /// Speeds: 255 for [`FASTEST`] times the root mean square.
+    pub pace: Vec<u8>,
+    /// Radii: 255 for the largest; empty where all are equal.
+    pub size: Vec<u8>,
+}
+
+/// A particle as a frame sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dot {
+    /// Position \[length\].
+    pub position: [f64; 2],
+    /// Velocity \[length/time\].
+    pub velocity: [f64; 2],
+    /// Radius \[length\].
+    pub radius: f64,
+    /// Particles that it stands for.
+    pub weight: f64,
+}
+
+/// A number that looks random, of a number (the finaliser of `SplitMix64`).
+fn scatter(index: u64) -> u64 {
+    let mut mixed = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ (mixed >> 31)
+}
+
+impl Frame {
+    /// A frame of about `most` particles at most.
+    pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
+        let particles: f64 = dots.iter().map(|dot| dot.weight).sum();
+        let heaviest = dots.iter().map(|dot| dot.weight).fold(0.0, f64::max);
+        // A simulator of weight w is kept with the probability w / share.
+        let share = (particles / most.max(1) as f64).max(heaviest).max(1.0);
+        let square = |dot: &Dot| dot.velocity[0].powi(2) + dot.velocity[1].powi(2);
+        let energy: f64 = dots.iter().map(|dot| dot.weight * square(dot)).sum();
+        let speed = if particles > 0.0 {
+            (energy / particles).sqrt()
+        } else {
+            0.0
+        };
+        let radius = dots.iter().map(|dot| dot.radius).fold(0.0, f64::max);
+        let equal = dots.iter().all(|dot| dot.radius == radius);
+        let mut kept: Vec<(u64, &Dot)> = (0..)
+            .map(scatter)
+            .zip(dots)
+            .filter(|(key, dot)| *key as f64 / 2_f64.powi(64) * share < dot.weight)
+            .collect();
+        // By a second scatter, so that the order has nothing to do with weights.
+        kept.sort_unstable_by_key(|(key, _)| scatter(*key));
+        let mut frame = Self {
+            time,
+            sides,
+            periodic,
+            particles,
+            share,
+            speed,
+            radius,
+            ..Self::default()
+        };
+        for (_, dot) in kept {
+            for (axis, places) in [&mut frame.x, &mut frame.y].into_iter().enumerate() {
+                let within = (dot.position[axis] / sides[axis]).clamp(0.0, 1.0);
+                let place = (within * 65536.0).min(65535.0) as u16;
+                places.extend_from_slice(&place.to_le_bytes());
+            }
+            let turn = dot.velocity[1].atan2(dot.velocity[0]) / TAU;
+            frame
+                .direction
+                .push(((turn.rem_euclid(1.0) * 256.0).round() as u32 % 256) as u8);
+            let pace =
+                dot.velocity[0].hypot(dot.velocity[1]) / (FASTEST * speed.max(f64::MIN_POSITIVE));
+            frame.pace.push((pace.min(1.0) * 255.0).round() as u8);
+            if !equal {
+                frame.size.push((dot.radius / radius * 255.0).round() as u8);
+            }
+        }
+        frame
+    }
+
+    /// Particles in it.
+    pub fn len(&self) -> usize {
+        self.direction.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.direction.is_empty()
+    }
+
+    /// The first of its particles, which are a fair sample of it.
+    #[must_use]
+    pub fn first(&self, count: usize) -> Self {
+        let count = count.min(self.len());
+        let part = |all: &[u8], bytes: usize| all[..(count * bytes).min(all.len())].to_vec();
+        let share = if count == 0 {
+            self.share
+        } else {
+            self.share * self.len() as f64 / count as f64
+        };
+        Self {
+            share,
+            x: part(&self.x, 2),
+            y: part(&self.y, 2),
+            direction: part(&self.direction, 1),
+            pace: part(&self.pace, 1),
+            size: part(&self.size, 1),
+            ..self.clone()
+        }
+    }
+}
+
+/// Frames as the bytes of a file.
+///
+/// # Errors
+/// [`ResultsError::System`] if they cannot be encoded, which is an error of the program.
+pub fn to_bytes(frames: &[Frame]) -> Result<Vec<u8>, ResultsError> {
+    let failed =
+        |error| ResultsError::system(Path::new(FRAMES), "written")(std::io::Error::other(error));
+    postcard::to_stdvec(frames).map_err(failed)
+}
+
+/// Reads a file of frames.
+///
+/// # Errors
+/// It cannot be read, or is damaged.
+pub fn read(path: &Path) -> Result<Vec<Frame>, ResultsError> {
+    let failed = ResultsError::system(path, "read");
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => return Err(failed(error)),
+    };
+    postcard::from_bytes(&bytes).map_err(|error| failed(std::io::Error::other(error)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gas in a box of 10 x 5: simulators on the left stand for one particle, those on the right for a quarter.
+    fn gas() -> Vec<Dot> {
+        let dot = |i: u32| Dot {
+            position: [f64::from(i % 1000) * 0.01, f64::from(i / 1000) * 0.05],
+            velocity: [f64::from(i % 7) - 3.0, f64::from(i % 5) - 2.0],
+            radius: 0.5,
+            weight: if i % 1000 < 500 { 1.0 } else { 0.25 },
+        };
+        (0..100_000).map(dot).collect()
+    }
+
+    #[test]
+    fn each_that_is_kept_stands_for_as_many() {
+        let dots = gas();
+        for most in [usize::MAX, 10_000] {
+            let frame = Frame::new(1.0, [10.0, 5.0], [true; 2], &dots, most);
+            let left = frame.x.chunks(2).filter(|place| place[1] < 128).count();
+            let (left, all) = (left as f64, frame.len() as f64);
+            // Of 62 500 particles 50 000 are on the left; five standard deviations of as many throws.
+            let spread = 5.0 * (0.8 * 0.2 / all).sqrt();
+            assert!((left / all - 0.8).abs() < spread, "{left} of {all}");
+            let expected = 62_500.0 / frame.share;
+            assert!((all - expected).abs() < 5.0 * expected.sqrt());
+            assert!(frame.particles == 62_500.0 && frame.size.is_empty());
+        }
+    }
+
+    #[test]
+    fn the_same_particles_are_in_each_frame_and_the_first_are_fair() {
+        let mut dots = gas();
+        let before = Frame::new(1.0, [10.0, 5.0], [true; 2], &dots, 5000);
+        for dot in &mut dots {
+            dot.velocity = [1.0, 0.0];
+        }
+        let after = Frame::new(2.0, [10.0, 5.0], [true; 2], &dots, 5000);
+        assert!(before.x == after.x && before.direction != after.direction);
+        // A quarter of turn 0 is at full speed over four times the mean.
+        assert!(
+            after.pace.iter().all(|pace| *pace == 64)
+                && after.direction.iter().all(|turn| *turn == 0)
+        );
+        let first = before.first(1000);
+        let left = first.x.chunks(2).filter(|place| place[1] < 128).count() as f64;
+        assert!(
+            (left / 1000.0 - 0.8).abs() < 5.0 * (0.16_f64 / 1000.0).sqrt(),
+            "{left}"
+        );
+        assert_eq!(first.x, before.x[..2000]);
+    }
+
+    #[test]
+    fn places_are_within_a_step() {
+        let at = |x: f64, y: f64| Dot {
+            position: [x, y],
+            velocity: [0.0, -2.0],
+            radius: x,
+            weight: 1.0,
+        };
+        let dots = [at(0.0, 5.0), at(9.999_999, 1.0), at(2.5, -0.1)];
+        let frame = Frame::new(0.0, [10.0, 5.0], [false; 2], &dots, 10);
+        let number = |bytes: &[u8]| f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65536.0;
+        let mut places: Vec<(f64, f64)> = (frame.x.chunks(2).zip(frame.y.chunks(2)))
+            .map(|(x, y)| (10.0 * number(x), 5.0 * number(y)))
+            .collect();
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (found, (x, y)) in places
+            .iter()
+            .zip([(0.0, 5.0), (2.5, 0.0), (9.999_999, 1.0)])
+        {
+            // What is below the box is drawn at its edge.
+            assert!((found.0 - x).abs() <= 10.0 / 65536.0 && (found.1 - y).abs() <= 5.0 / 65536.0);
+        }
+        assert!(frame.direction.iter().all(|turn| *turn == 192));
+        assert_eq!(frame.size.len(), 3);
+        assert_eq!(Frame::new(0.0, [1.0; 2], [true; 2], &[], 10).len(), 0);
+    }
+}

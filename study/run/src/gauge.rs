@@ -1,0 +1,147 @@
+//! How much of the work of a run is done, in units of time, so that what is left can be told.
+//!
+//! A replica has parts: its start and its engines, of which one may take a hundred times as long as another. What a part will
+//! take is its time so far over its share; of parts that have not begun it is that of the same part in other replicas, and
+//! before there is any, the estimate of the plan on the scale of what was measured.
+
+use std::time::{Duration, Instant};
+
+use crate::plan::Plan;
+
+/// Work of one point of a sweep, or of the only one.
+#[derive(Clone, Debug)]
+pub struct Gauge {
+    /// Estimates of the parts of one replica \[s\].
+    expected: Vec<f64>,
+    parts: Vec<Part>,
+    /// The largest share that was told.
+    told: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    share: f64,
+    /// Its first report: when, and with which share. A part that goes on from a checkpoint begins above zero.
+    first: Option<(Instant, f64)>,
+    /// What it did since then: a share, in a time.
+    did: f64,
+    took: Duration,
+}
+
+impl Gauge {
+    /// Of replicas whose parts are expected to take so long.
+    pub fn new(replicas: usize, expected: &[f64]) -> Self {
+        // An estimate of nothing is still some work.
+        let expected: Vec<f64> = expected.iter().map(|cost| cost.max(1e-3)).collect();
+        Self {
+            parts: vec![Part::default(); replicas * expected.len()],
+            expected,
+            told: 0.0,
+        }
+    }
+
+    /// The work of a case: in each replica a start, and the engines in the order of the plan.
+    pub fn of(plan: &Plan) -> Self {
+        let engines = plan.engines.iter().map(|engine| plan.seconds(engine));
+        let parts: Vec<f64> = std::iter::once(plan.start_seconds())
+            .chain(engines)
+            .collect();
+        Self::new(plan.case.replicas as usize, &parts)
+    }
+
+    /// A part has done a share of its work by now.
+    pub fn tell(&mut self, part: usize, share: f64, now: Instant) {
+        let Some(part) = self.parts.get_mut(part) else {
+            return;
+        };
+        part.share = share.clamp(0.0, 1.0);
+        let (when, from) = *part.first.get_or_insert((now, part.share));
+        if part.share > from {
+            part.did = part.share - from;
+            part.took = now.duration_since(when);
+        }
+    }
+
+    /// All is done.
+    pub fn end(&mut self) {
+        self.told = 1.0;
+    }
+
+    /// The share that is done, which never falls.
+    pub fn share(&mut self) -> f64 {
+        let kinds = self.expected.len();
+        let of_kind = |kind: usize| self.parts.iter().skip(kind).step_by(kinds.max(1));
+        // Measured cost of a whole part of each kind [s].
+        let measured: Vec<Option<f64>> = (0..kinds)
+            .map(|kind| {
+                let did: f64 = of_kind(kind).map(|part| part.did).sum();
+                let took: f64 = of_kind(kind).map(|part| part.took.as_secs_f64()).sum();
+                (did > 0.0 && took > 0.0).then(|| took / did)
+            })
+            .collect();
+        let known = measured.iter().zip(&self.expected);
+        let known: Vec<(f64, f64)> = known
+            .filter_map(|(cost, guess)| Some(((*cost)?, *guess)))
+            .collect();
+        let scale = if known.is_empty() {
+            1.0
+        } else {
+            known.iter().map(|one| one.0).sum::<f64>() / known.iter().map(|one| one.1).sum::<f64>()
+        };
+        let (mut done, mut all) = (0.0, 0.0);
+        for (kind, (measured, expected)) in measured.iter().zip(&self.expected).enumerate() {
+            let cost = measured.unwrap_or(scale * expected);
+            for part in of_kind(kind) {
+                done += cost * part.share;
+                all += cost;
+            }
+        }
+        if all > 0.0 {
+            self.told = self.told.max((done / all).min(1.0));
+        }
+        self.told
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+    }
+
+    #[test]
+    fn the_share_is_that_of_the_time_and_not_of_the_parts() {
+        let began = Instant::now();
+        let at = |seconds: u64| began + Duration::from_secs(seconds);
+        // Of two replicas with a fast and a slow part, which were thought to be alike.
+        let mut gauge = Gauge::new(2, &[1.0, 1.0]);
+        close(gauge.share(), 0.0);
+        gauge.tell(0, 0.0, at(0));
+        gauge.tell(0, 1.0, at(10));
+        gauge.tell(1, 0.0, at(10));
+        gauge.tell(1, 0.1, at(100));
+        // 10 s of 10 s, and 90 s of 900 s, twice.
+        close(gauge.share(), 100.0 / 1820.0);
+        gauge.tell(1, 1.0, at(910));
+        close(gauge.share(), 0.5);
+        gauge.tell(7, 0.5, at(920));
+        gauge.end();
+        close(gauge.share(), 1.0);
+    }
+
+    #[test]
+    fn what_was_done_before_is_not_counted_as_quick() {
+        let began = Instant::now();
+        let mut gauge = Gauge::new(1, &[2.0, 6.0]);
+        // The first goes on from a checkpoint at 90 %; the rest of it takes a second.
+        gauge.tell(0, 0.9, began);
+        gauge.tell(0, 1.0, began + Duration::from_secs(1));
+        // It takes 10 s in all, so that the other, three times as costly, takes 30 s.
+        close(gauge.share(), 0.25);
+        // A share that falls is not told.
+        gauge.tell(0, 0.5, began + Duration::from_secs(2));
+        close(gauge.share(), 0.25);
+    }
+}

@@ -1,0 +1,217 @@
+//! How long a case takes, measured: each engine runs for a moment from its start, and what it did there is a known share of all
+//! that it has to do.
+//!
+//! The share is that of the collisions that theory expects, which is also that of the time steps, whose length follows the
+//! gas. What probes take at each look is counted apart, for looks are crowded at the start. Engines run side by side as they do
+//! in a run, since they share the memory and the caches of the machine.
+
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Budget, Interrupt, Particles};
+
+use crate::check::Planned;
+use crate::follow::{Course, Looks, Part, PartError};
+use crate::kicks::Kicks;
+use crate::measure::Moment;
+use crate::plan::{Pace, Plan};
+use crate::run::RunError;
+use crate::schedule::schedule;
+use crate::start::{Preparation, is_prepared, pairs};
+
+/// A step that takes longer than so many times what an engine was given is broken off.
+const PATIENCE: u32 = 3;
+/// Points of a sweep that are measured where there is a second for fewer.
+const MEASURED: usize = 6;
+
+/// Measures how long the points of a case take on so many threads, in about so many seconds in all. Of many points some are
+/// measured, evenly, and the others are guessed from the nearest.
+///
+/// # Errors
+/// [`RunError`] if a start or an engine cannot be made.
+pub fn paces(planned: &[Planned<'_>], threads: usize, seconds: f64) -> Result<Vec<Pace>, RunError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let jobs = |one: &Planned<'_>| one.plan.engines.len() + usize::from(is_prepared(&one.plan));
+    let most = planned.iter().map(jobs).max().unwrap_or(1);
+    // A second for each part of a point; less where there are many points, of which some ten are measured.
+    let points = (seconds / most as f64).floor().max(MEASURED as f64) as usize;
+    let points = points.clamp(1, planned.len().max(1));
+    let each = (seconds / (points * most) as f64).min(1.0);
+    let each = Duration::from_secs_f64(each);
+    let mut found: Vec<(usize, Pace)> = Vec::new();
+    for number in 0..points {
+        let place = number * (planned.len() - 1) / (points - 1).max(1);
+        let guess = planned[place].plan.pace();
+        let pace = pool.install(|| measured(&planned[place], threads, each))?;
+        found.push((place, pace.over(&guess)));
+    }
+    let nearest = |place: usize| found.iter().min_by_key(|one| one.0.abs_diff(place));
+    let all = planned.iter().enumerate().map(|(place, one)| {
+        let guess = one.plan.pace();
+        nearest(place).map_or(guess.clone(), |(_, factor)| guess.scaled(factor))
+    });
+    Ok(all.collect())
+}
+
+/// Measures one point: its start, and then all engines side by side, as often as there are threads.
+fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pace, RunError> {
+    let plan = &planned.plan;
+    let failed = |part: &str, source: PartError| RunError::Replica {
+        replica: 0,
+        part: part.to_owned(),
+        source: Box::new(source),
+    };
+    let streams = Streams::new(plan.case.seed, 0);
+    let (start, particles) = if is_prepared(plan) {
+        let (start, particles) =
+            prepared(plan, streams, each).map_err(|error| failed("start", error))?;
+        (start, Some(particles))
+    } else {
+        (0.0, None)
+    };
+    let engines = plan.engines.len();
+    let most = engines * plan.case.replicas as usize;
+    let runs = threads.min(most).max(1);
+    let runs = engines.next_multiple_of(runs).min(most).max(engines);
+    let found = (0..runs).into_par_iter().map(|number| {
+        let engine = &plan.engines[number % engines];
+        let part = Part {
+            plan,
+            engine,
+            measures: &planned.measures,
+            replica: 0,
+            start: particles.as_ref(),
+        };
+        let pace = pace(&part, each).map_err(|error| failed(engine.name, error))?;
+        Ok((number % engines, pace))
+    });
+    let found: Vec<(usize, [f64; 2])> = found.collect::<Result<_, RunError>>()?;
+    let mean = |engine: usize| {
+        let own: Vec<[f64; 2]> = found
+            .iter()
+            .filter(|one| one.0 == engine)
+            .map(|one| one.1)
+            .collect();
+        [0, 1].map(|which| own.iter().map(|one| one[which]).sum::<f64>() / own.len() as f64)
+    };
+    Ok(Pace {
+        start,
+        engines: (0..engines).map(mean).collect(),
+    })
+}
+
+/// Makes a start, of which the equilibration is broken off after some time: how long it takes \[s\], and what it came to.
+fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Particles), PartError> {
+    let (pause, never, began) = (Interrupt::default(), Interrupt::default(), Instant::now());
+    let start = Preparation::new(plan, streams, &never)?;
+    let placed = began.elapsed().as_secs_f64();
+    let asked = pairs(plan, plan.equilibration());
+    let mut gas = start.gas(plan, streams)?;
+    let began = Instant::now();
+    let mut left = 1.0;
+    if asked > 0 {
+        gas.pause_on(&pause);
+        let watch = watch(each, &pause, &never);
+        gas.advance(f64::INFINITY, Budget::Collisions(asked), &mut ())?;
+        drop(watch);
+        left = asked as f64 / gas.work().collisions.max(1) as f64;
+    }
+    let spent = began.elapsed().as_secs_f64();
+    let mut particles = gas.particles();
+    particles.time = 0.0;
+    Ok((placed + spent * left, particles))
+}
+
+/// How long an engine of the first replica takes, and of another \[s\].
+fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
+    let (plan, streams) = (part.plan, part.streams());
+    let (pause, stop) = (Interrupt::default(), Interrupt::default());
+    let began = Instant::now();
+    let mut course = Course::begin(part, &stop, None)?;
+    let beginning = began.elapsed().as_secs_f64();
+    course.gas.pause_on(&pause);
+    let schedule = schedule(plan, part.measures);
+    let drive = Kicks::new(plan, streams)?;
+    let watch = watch(each, &pause, &stop);
+    let began = Instant::now();
+    let mut broken = false;
+    while let Some(due) = schedule.get(course.next)
+        && !pause.is_raised()
+    {
+        match course.leg(due, drive.as_ref()) {
+            Ok(()) => {}
+            Err(PartError::Interrupted) => {
+                broken = true;
+                break;
+            }
+            // It takes no longer than this.
+            Err(error) if error.is_of_gas() => break,
+            Err(error) => return Err(error),
+        }
+    }
+    let spent = began.elapsed().as_secs_f64();
+    drop(watch);
+    let looked: f64 = course.looks.iter().map(|looks| looks.seconds).sum();
+    let flown = (spent - looked).max(0.0);
+    let done = if broken {
+        // In the middle of a step there is no time, but collisions are counted.
+        course.gas.work().collisions as f64 / plan.collisions(part.engine)
+    } else {
+        plan.share(course.gas.time() / plan.time)
+    };
+    let flight = if done > 0.0 {
+        flown / done.min(1.0)
+    } else {
+        plan.seconds(part.engine).max(flown)
+    };
+    let looks = looking(part, &mut course, broken);
+    Ok([0, 1].map(|which| beginning + flight + looks[which]))
+}
+
+/// What the looks of all measures take: at the first replica, and at any other \[s\].
+fn looking(part: &Part<'_>, course: &mut Course<'_>, broken: bool) -> [f64; 2] {
+    let plan = part.plan;
+    let mut sums = [0.0; 2];
+    for (number, measure) in part.measures.iter().enumerate() {
+        let until = plan.case.run.until;
+        let times = measure.times(plan);
+        let times = times.iter().filter(|time| (0.0..=until).contains(*time));
+        let Some(&first) = times.clone().next() else {
+            continue;
+        };
+        if course.looks[number].count == 0 && !broken {
+            let began = Instant::now();
+            let mut moment = Moment::new(first, &mut *course.gas);
+            course.probes[number].sample(&mut moment);
+            course.looks[number].add(began);
+        }
+        let Looks { count, seconds } = course.looks[number];
+        let all = times.count() as f64 * seconds / f64::from(count.max(1));
+        sums[0] += all;
+        if !measure.only_first_replica() {
+            sums[1] += all;
+        }
+    }
+    sums
+}
+
+/// Raises an interrupt after some time, and another one later, unless what is returned is dropped before.
+fn watch(each: Duration, pause: &Interrupt, stop: &Interrupt) -> Sender<()> {
+    let (sender, receiver) = mpsc::channel();
+    let (pause, stop) = (pause.clone(), stop.clone());
+    thread::spawn(move || {
+        let waited = |time| receiver.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
+        if waited(each) {
+            pause.raise();
+            if waited(PATIENCE * each) {
+                stop.raise();
+            }
+        }
+    });
+    sender
+}

@@ -1,0 +1,384 @@
+//! All blocks: where each stands, which case it runs, and how tables become text.
+
+use std::fmt::Write as _;
+
+use super::picture::{Curve, Panel, picture};
+use super::results::{Key, Measured, Results};
+use crate::Trouble;
+
+/// A block, or a picture with its block.
+pub struct Entry {
+    /// Its name.
+    pub name: &'static str,
+    /// The page, from the root.
+    pub file: &'static str,
+    /// The bundled case that it runs.
+    pub case: &'static str,
+    /// The engines that its numbers are of.
+    pub engines: &'static [Engine],
+    /// Whether a check makes it again, in some ten seconds.
+    pub is_cheap: bool,
+    /// The text of the block, and its picture.
+    pub make: fn(&Results) -> Result<Made, Trouble>,
+}
+
+/// What an entry makes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Made {
+    /// Markdown.
+    pub text: String,
+    /// A picture: its file from the root, and its content.
+    pub picture: Option<(&'static str, String)>,
+}
+
+impl From<String> for Made {
+    fn from(text: String) -> Self {
+        Self {
+            text,
+            picture: None,
+        }
+    }
+}
+
+/// An engine with a statistics version.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Exact dynamics.
+    EventDriven,
+    /// Monte Carlo in cells.
+    MonteCarlo,
+    /// Monte Carlo without positions.
+    Homogeneous,
+}
+
+impl Engine {
+    fn version(self) -> (&'static str, u32) {
+        match self {
+            Self::EventDriven => ("ed", stosszahl_ed::STATISTICS_VERSION),
+            Self::MonteCarlo => ("dsmc", stosszahl_dsmc::STATISTICS_VERSION),
+            Self::Homogeneous => (
+                "homogeneous",
+                stosszahl_dsmc::homogeneous::STATISTICS_VERSION,
+            ),
+        }
+    }
+}
+
+impl Entry {
+    /// The statistics versions of its engines now.
+    pub fn statistics(&self) -> Vec<(String, u32)> {
+        let versions = self.engines.iter().map(|engine| engine.version());
+        versions
+            .map(|(name, version)| (name.to_owned(), version))
+            .collect()
+    }
+}
+
+const BOTH: &[Engine] = &[Engine::EventDriven, Engine::MonteCarlo];
+const PAIRED: &str = "docs/paired-case.md";
+/// The picture of README.
+const EVIDENCE: &str = "docs/evidence.svg";
+
+/// All blocks.
+pub const ENTRIES: &[Entry] = &[
+    Entry {
+        name: "quick",
+        file: "README.md",
+        case: "quick",
+        engines: BOTH,
+        is_cheap: true,
+        make: quick,
+    },
+    Entry {
+        name: "luding-1998-fig3b",
+        file: PAIRED,
+        case: "luding-1998-fig3b",
+        engines: &[Engine::EventDriven],
+        is_cheap: true,
+        make: fig3b,
+    },
+    Entry {
+        name: "luding-1998-energies",
+        file: PAIRED,
+        case: "luding-1998",
+        engines: BOTH,
+        is_cheap: false,
+        make: energies,
+    },
+    Entry {
+        name: "luding-1998-dissipation",
+        file: PAIRED,
+        case: "luding-1998",
+        engines: BOTH,
+        is_cheap: false,
+        make: dissipation,
+    },
+    Entry {
+        name: "luding-1998-slopes",
+        file: PAIRED,
+        case: "luding-1998",
+        engines: BOTH,
+        is_cheap: false,
+        make: slopes,
+    },
+    Entry {
+        name: "evidence",
+        file: "README.md",
+        case: "luding-1998",
+        engines: BOTH,
+        is_cheap: false,
+        make: evidence,
+    },
+];
+
+/// A table of Markdown.
+fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+    let mut text = format!(
+        "| {} |\n|{}\n",
+        header.join(" | "),
+        "---|".repeat(header.len())
+    );
+    for row in rows {
+        let _ = writeln!(text, "| {} |", row.join(" | "));
+    }
+    text
+}
+
+/// The energy of exact disks, and what it is over that of others.
+fn against(results: &Results, times: &[f64], others: &[&str]) -> Result<Vec<Vec<String>>, Trouble> {
+    let row = |&time: &f64| {
+        let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
+        let exact = results.row("", "energy", &keys)?;
+        let ratio = exact.measured("energy_ratio")?;
+        let haff = ratio.over(exact.number("energy_ratio_theory")?);
+        let mut cells = vec![format!("{time}"), ratio.text(), haff.text()];
+        for other in others {
+            let keys = [
+                ("engine_a", Key::Is("ed")),
+                ("engine_b", Key::Is(other)),
+                ("time", Key::At(time)),
+            ];
+            cells.push(
+                results
+                    .row("", "comparison", &keys)?
+                    .measured("quotient")?
+                    .text(),
+            );
+        }
+        Ok(cells)
+    };
+    times.iter().map(row).collect()
+}
+
+fn quick(results: &Results) -> Result<Made, Trouble> {
+    let rows = against(
+        results,
+        &[0.1, 1.0, 10.0, 100.0],
+        &["dsmc-free-volume", "dsmc-contact-point"],
+    )?;
+    let header = [
+        "time t/t0",
+        "ED: K/K(0)",
+        "ED over Haff",
+        "ED / free volume",
+        "ED / contact point",
+    ];
+    Ok(table(&header, &rows).into())
+}
+
+fn energies(results: &Results) -> Result<Made, Trouble> {
+    let rows = against(
+        results,
+        &[0.1, 1.0, 2.154, 10.0, 21.54, 100.0, 400.0],
+        &["dsmc-free-volume", "dsmc-enskog"],
+    )?;
+    let header = [
+        "time t/t0",
+        "ED: K/K(0)",
+        "ED over Haff",
+        "ED / free volume",
+        "ED / Enskog scheme",
+    ];
+    Ok(table(&header, &rows).into())
+}
+
+fn fig3b(results: &Results) -> Result<Made, Trouble> {
+    let mut rows = Vec::new();
+    for point in results.points() {
+        let row = results.row(
+            point,
+            "impact_parameter_summary",
+            &[("engine", Key::Is("ed"))],
+        )?;
+        let restitution = point
+            .split(',')
+            .find_map(|part| part.strip_prefix("restitution="))
+            .unwrap_or(point);
+        rows.push(vec![restitution.to_owned(), row.measured("slope")?.text()]);
+    }
+    Ok(table(&["r", "slope of P(b/d)"], &rows).into())
+}
+
+/// Windows of time of the case of 1998.
+const WINDOWS: [[f64; 2]; 5] = [
+    [0.0, 1.0],
+    [1.0, 5.0],
+    [5.0, 20.0],
+    [20.0, 100.0],
+    [100.0, 400.0],
+];
+/// Its engines, with words for them.
+const ENGINES: [(&str, &str); 3] = [
+    ("ed", "ED"),
+    ("dsmc-free-volume", "free volume"),
+    ("dsmc-enskog", "Enskog scheme"),
+];
+
+fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
+    [
+        ("engine", Key::Is(engine)),
+        ("window_start", Key::At(start)),
+        ("window_end", Key::At(end)),
+    ]
+}
+
+fn slopes(results: &Results) -> Result<Made, Trouble> {
+    let mut rows = Vec::new();
+    for (engine, words) in ENGINES {
+        let mut cells = vec![words.to_owned()];
+        for window in WINDOWS {
+            let row = results.row("", "impact_parameter_summary", &of_window(engine, window))?;
+            cells.push(row.measured("slope")?.text());
+        }
+        rows.push(cells);
+    }
+    let header = [
+        "slope of P(b/d) in t/t0",
+        "0 to 1",
+        "1 to 5",
+        "5 to 20",
+        "20 to 100",
+        "100 to 400",
+    ];
+    Ok(table(&header, &rows).into())
+}
+
+fn dissipation(results: &Results) -> Result<Made, Trouble> {
+    let mut rows = Vec::new();
+    for window in [WINDOWS[0], WINDOWS[4]] {
+        for (engine, words) in ENGINES {
+            let row = results.row("", "dissipation", &of_window(engine, window))?;
+            let mut cells = vec![format!("{} to {}", window[0], window[1]), words.to_owned()];
+            for factor in ["rate", "speed", "impact", "correlation", "dissipation"] {
+                cells.push(row.measured(&format!("{factor}_ratio"))?.text());
+            }
+            rows.push(cells);
+        }
+    }
+    let header = [
+        "t/t0",
+        "engine",
+        "collision rate",
+        "squared speed of pairs",
+        "impact parameters",
+        "correlation",
+        "cooling rate",
+    ];
+    Ok(table(&header, &rows).into())
+}
+
+/// Two columns of the rows of a table as points of a curve.
+fn points(
+    results: &Results,
+    table: &str,
+    keys: &[(&str, Key<'_>)],
+    [x, y]: [&str; 2],
+) -> Result<Vec<[f64; 2]>, Trouble> {
+    let rows = results.rows("", table, keys)?;
+    rows.iter()
+        .map(|row| Ok([row.number(x)?, row.number(y)?]))
+        .collect()
+}
+
+fn evidence(results: &Results) -> Result<Made, Trouble> {
+    let later = |mut points: Vec<[f64; 2]>| {
+        points.retain(|point| point[0] > 0.0);
+        points
+    };
+    let mut energy = Vec::new();
+    for (engine, words) in ENGINES {
+        let keys = [("engine", Key::Is(engine))];
+        energy.push(Curve {
+            name: words.to_owned(),
+            points: later(points(results, "energy", &keys, ["time", "energy_ratio"])?),
+        });
+    }
+    let keys = [("engine", Key::Is("ed"))];
+    let columns = ["time", "energy_ratio_theory"];
+    energy.push(Curve {
+        name: "Haff's law".to_owned(),
+        points: later(points(results, "energy", &keys, columns)?),
+    });
+    let mut quotients = Vec::new();
+    for (engine, words) in &ENGINES[1..] {
+        let keys = [("engine_a", Key::Is("ed")), ("engine_b", Key::Is(engine))];
+        quotients.push(Curve {
+            name: format!("ED / {words}"),
+            points: later(points(results, "comparison", &keys, ["time", "quotient"])?),
+        });
+    }
+    let mut impacts = Vec::new();
+    for window in WINDOWS {
+        let keys = of_window("ed", window);
+        let rows = results.rows("", "impact_parameter", &keys)?;
+        let middle = |row: &super::results::Row<'_>| -> Result<[f64; 2], Trouble> {
+            let bin = 0.5 * (row.number("bin_low")? + row.number("bin_high")?);
+            Ok([bin, row.number("density")?])
+        };
+        impacts.push(Curve {
+            name: format!("t/t0 {} to {}", window[0], window[1]),
+            points: rows.iter().map(middle).collect::<Result<_, _>>()?,
+        });
+    }
+    let panels = [
+        Panel {
+            title: "Kinetic energy K/K(0)",
+            x: "t/t0",
+            logarithmic: [true, true],
+            curves: energy,
+        },
+        Panel {
+            title: "Energy of exact disks over Monte Carlo",
+            x: "t/t0",
+            logarithmic: [true, false],
+            curves: quotients,
+        },
+        Panel {
+            title: "Impact parameters of exact disks, P(b/d)",
+            x: "b/d",
+            logarithmic: [false, false],
+            curves: impacts,
+        },
+    ];
+    let last = |engine: &str| -> Result<Measured, Trouble> {
+        let keys = [
+            ("engine_a", Key::Is("ed")),
+            ("engine_b", Key::Is(engine)),
+            ("time", Key::At(10.0)),
+        ];
+        results.row("", "comparison", &keys)?.measured("quotient")
+    };
+    let slope = results.row("", "impact_parameter_summary", &of_window("ed", WINDOWS[4]))?;
+    let text = format!(
+        "![Energies of three engines against Haff's law, their quotients, and impact parameters in windows of time]({EVIDENCE})\n\n\
+         At t/t0 = 10 exact disks have {} times the energy of the free-volume gas and {} times that of the Enskog scheme. From t/t0 = 100 \
+         to 400 the slope of P(b/d) is {} (0 for chaos).",
+        last("dsmc-free-volume")?.text(),
+        last("dsmc-enskog")?.text(),
+        slope.measured("slope")?.text(),
+    );
+    Ok(Made {
+        text,
+        picture: Some((EVIDENCE, picture(&panels))),
+    })
+}

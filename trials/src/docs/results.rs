@@ -1,0 +1,201 @@
+//! Runs of bundled cases, and numbers in their tables.
+
+use std::fs;
+use std::path::Path;
+
+use stosszahl_model::Interrupt;
+use stosszahl_results::{Cell, Existing, Stored, Sweep, Table};
+use stosszahl_study::{Options, format, run_case};
+
+use super::ROOT;
+use crate::Trouble;
+
+/// A finished run, or the points of a sweep.
+#[derive(Debug)]
+pub struct Results {
+    points: Vec<(String, Vec<Table>)>,
+}
+
+/// A number with its standard error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Measured {
+    pub(crate) value: f64,
+    pub(crate) error: f64,
+}
+
+impl Measured {
+    /// In so many digits after the point.
+    pub(crate) fn digits(self, digits: usize) -> String {
+        format!("{:.digits$} ± {:.digits$}", self.value, self.error)
+    }
+
+    /// In the digits that leave two of the error.
+    pub(crate) fn text(self) -> String {
+        let places = 1.0 - self.error.log10().floor();
+        self.digits(if places.is_finite() {
+            places.clamp(0.0, 9.0) as usize
+        } else {
+            4
+        })
+    }
+
+    /// Over a number that is known.
+    pub(crate) fn over(self, unit: f64) -> Self {
+        Self {
+            value: self.value / unit,
+            error: self.error / unit.abs(),
+        }
+    }
+}
+
+impl Results {
+    /// Runs a bundled case, with settings `key=value`, into a folder; what is there is replaced, unless it is gone on with. With the
+    /// results comes the commit that they are of.
+    ///
+    /// # Errors
+    /// The case is refused, or its run fails.
+    pub fn of(
+        case: &str,
+        set: &[String],
+        out: &Path,
+        resume: bool,
+        commit: &str,
+    ) -> Result<(Self, String), Trouble> {
+        let path = Path::new(ROOT).join("cases").join(format!("{case}.toml"));
+        let file = format().read(&path, set)?;
+        let stop = Interrupt::default();
+        let existing = match (out.join("run.json").exists(), resume) {
+            (true, true) => Existing::Resume,
+            (true, false) => Existing::Replace,
+            _ => Existing::Refuse,
+        };
+        let options = Options {
+            out: Some(out.to_owned()),
+            existing,
+            threads: None,
+            force_memory: false,
+            stop: &stop,
+            progress: &(),
+            commit,
+        };
+        run_case(&file, &options)?;
+        let read = |folder: &Path| -> Result<Stored, Trouble> {
+            let stored = Stored::read(folder)?;
+            stored.ok_or_else(|| Trouble::failed(format!("{}: no results", folder.display())))
+        };
+        let names = match Sweep::read(out)? {
+            Some(sweep) => sweep.points.into_iter().map(|point| point.name).collect(),
+            None => vec![String::new()],
+        };
+        let (mut points, mut of) = (Vec::new(), commit.to_owned());
+        for name in names {
+            let stored = read(&out.join(&name))?;
+            of = stored.manifest.program.commit;
+            points.push((name, stored.tables));
+        }
+        if fs::exists(out.join("checkpoints"))? {
+            return Err(Trouble::failed(format!(
+                "{}: the run is not finished",
+                out.display()
+            )));
+        }
+        Ok((Self { points }, of))
+    }
+
+    /// Names of the points.
+    pub(crate) fn points(&self) -> impl Iterator<Item = &str> {
+        self.points.iter().map(|point| point.0.as_str())
+    }
+
+    /// Rows of a table of a point whose cells agree with all of these keys.
+    pub(crate) fn rows<'a>(
+        &'a self,
+        point: &str,
+        table: &str,
+        keys: &[(&str, Key<'_>)],
+    ) -> Result<Vec<Row<'a>>, Trouble> {
+        let missing = |what: &str| Trouble::failed(format!("no {what} in the results"));
+        let found = self.points.iter().find(|one| one.0 == point);
+        let tables = &found.ok_or_else(|| missing(&format!("point {point:?}")))?.1;
+        let table = tables.iter().find(|one| one.name == table);
+        let table = table.ok_or_else(|| missing("such table"))?;
+        let fits = |row: &&Vec<Cell>| {
+            keys.iter().all(|(name, key)| {
+                let cell = table.find(name).map(|column| &row[column]);
+                cell.is_some_and(|cell| key.fits(cell))
+            })
+        };
+        let rows = table.rows.iter().filter(fits);
+        Ok(rows.map(|cells| Row { table, cells }).collect())
+    }
+
+    /// The only row of them.
+    pub(crate) fn row<'a>(
+        &'a self,
+        point: &str,
+        table: &str,
+        keys: &[(&str, Key<'_>)],
+    ) -> Result<Row<'a>, Trouble> {
+        let mut rows = self.rows(point, table, keys)?;
+        match (rows.pop(), rows.len()) {
+            (Some(row), 0) => Ok(row),
+            (_, more) => Err(Trouble::failed(format!(
+                "{table}: not one row of {keys:?} but {}",
+                more + 1
+            ))),
+        }
+    }
+}
+
+/// What a cell of a key column must be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Key<'a> {
+    /// This word.
+    Is(&'a str),
+    /// This number, but for what rounding and the three digits of a time do.
+    At(f64),
+}
+
+impl Key<'_> {
+    fn fits(self, cell: &Cell) -> bool {
+        match (self, cell) {
+            (Self::Is(word), Cell::Text(text)) => word == text,
+            (Self::At(at), cell) => {
+                number(cell).is_some_and(|found| (found - at).abs() <= 4e-3 * at.abs())
+            }
+            _ => false,
+        }
+    }
+}
+
+fn number(cell: &Cell) -> Option<f64> {
+    match cell {
+        Cell::Number(number) => Some(*number),
+        Cell::Count(count) => Some(*count as f64),
+        _ => None,
+    }
+}
+
+/// A row of a table.
+#[derive(Clone, Copy)]
+pub(crate) struct Row<'a> {
+    table: &'a Table,
+    cells: &'a [Cell],
+}
+
+impl Row<'_> {
+    /// The number in a column.
+    pub(crate) fn number(&self, column: &str) -> Result<f64, Trouble> {
+        let cell = self.table.find(column).map(|place| &self.cells[place]);
+        let missing = || Trouble::failed(format!("{}: no number in {column}", self.table.name));
+        cell.and_then(number).ok_or_else(missing)
+    }
+
+    /// The number in a column with the error beside it.
+    pub(crate) fn measured(&self, column: &str) -> Result<Measured, Trouble> {
+        Ok(Measured {
+            value: self.number(column)?,
+            error: self.number(&format!("{column}_se"))?,
+        })
+    }
+}
