@@ -156,6 +156,9 @@ where
 
     /// Goes towards a goal in strips, as far as that pays.
     pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) {
+        if ((goal.last - self.tally.collisions) as f64) < WORTH * self.names.len() as f64 {
+            return;
+        }
         if self.spread.reach == 0.0 {
             self.spread.reach = FIRST_REACH;
         }
