@@ -5,6 +5,7 @@ mod bundled;
 mod commands;
 mod init;
 mod progress;
+mod reference;
 
 use std::process::ExitCode;
 
