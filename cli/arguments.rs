@@ -81,6 +81,12 @@ pub enum Command {
         /// bash, elvish, fish, powershell or zsh.
         shell: clap_complete::Shell,
     },
+    /// Print the page of all keys of cases, or of all columns of the tables of some results folders.
+    #[command(hide = true)]
+    Reference {
+        /// Results folders.
+        folders: Vec<PathBuf>,
+    },
     /// Write manual pages into a folder.
     #[command(hide = true)]
     Manual {

@@ -1,7 +1,7 @@
 //! What each command does.
 
 use std::io::{self, IsTerminal, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -10,7 +10,9 @@ use crate::case::format::share;
 use crate::case::{CaseError, CaseFile};
 use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
-use crate::results::{Existing, ResultsError, Verdict, VerdictKind, headlines, write_file};
+use crate::results::{
+    Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, write_file,
+};
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
@@ -23,6 +25,7 @@ use crate::arguments::{
 use crate::bundled;
 use crate::init as template;
 use crate::progress::Display;
+use crate::reference;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 const STOPPED: u8 = 130;
@@ -60,7 +63,7 @@ pub enum CommandError {
     NoBundledCase(String),
     /// A file that would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
-    FileExists(std::path::PathBuf),
+    FileExists(PathBuf),
     /// A page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -118,6 +121,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             .and_then(|path| Ok(say(&path.display().to_string())?)),
         Command::Schema => schema(),
         Command::Completions { shell } => completions(shell),
+        Command::Reference { folders } => print_reference(&folders),
         Command::Manual { folder } => manual(&folder),
         Command::Frontier(arguments) => measure_frontier(&arguments),
     };
@@ -212,6 +216,21 @@ fn completions(shell: clap_complete::Shell) -> Result<(), CommandError> {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "stosszahl", &mut text);
     Ok(say(String::from_utf8_lossy(&text).trim_end())?)
+}
+
+fn print_reference(folders: &[PathBuf]) -> Result<(), CommandError> {
+    let page = if folders.is_empty() {
+        reference::keys(&study::format().json())
+    } else {
+        let read = |folder: &PathBuf| {
+            Manifest::read(folder)?.ok_or_else(|| ReportError::NoResults {
+                folder: folder.clone(),
+            })
+        };
+        let manifests: Vec<Manifest> = folders.iter().map(read).collect::<Result<_, _>>()?;
+        reference::columns(&manifests)
+    };
+    Ok(say(page.trim_end())?)
 }
 
 fn manual(folder: &Path) -> Result<(), CommandError> {

@@ -26,6 +26,7 @@ pub mod commands;
 mod init;
 pub mod prelude;
 pub mod progress;
+mod reference;
 
 pub use stosszahl_analysis as analysis;
 pub use stosszahl_case as case;

@@ -303,3 +303,9 @@ def test_screenshots(open_page):
             path = folder / f"{name}.png"
             picture.convert("RGB").quantize(160, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
             assert path.stat().st_size < 150_000, path
+    page = open_page("comparison")
+    page.select_option("#viewer-colour", "speed")
+    page.wait_for_timeout(300)
+    picture = Image.open(io.BytesIO(page.locator("#snapshots").screenshot()))
+    picture.convert("RGB").quantize(64, dither=Image.Dither.NONE).save(folder / "player.png", optimize=True)
+    assert (folder / "player.png").stat().st_size < 150_000

@@ -25,8 +25,6 @@ use crate::words::{number, spread};
 pub(crate) const SCRIPT: &str = include_str!("viewer.js");
 /// Bytes of the particles of the last frames, and of all others, before compression.
 const BUDGET: [usize; 2] = [1_800_000, 2_000_000];
-/// Bytes of a particle.
-const BYTES: usize = 7;
 /// Frames that a page has at most.
 const FRAMES: usize = 120;
 
@@ -65,7 +63,9 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
         reel.frames.retain(|frame| times.contains(&frame.time));
     }
     let many = (times.len().max(2) - 1) * reels.len().max(1);
-    let each = [BUDGET[0] / reels.len().max(1), BUDGET[1] / many].map(|bytes| bytes / BYTES);
+    let all = || reels.iter().flat_map(|reel| &reel.frames);
+    let bytes = 6 + usize::from(all().any(|frame| !frame.size.is_empty()));
+    let each = [BUDGET[0] / reels.len().max(1), BUDGET[1] / many].map(|budget| budget / bytes);
     for frame in reels.iter_mut().flat_map(|reel| &mut reel.frames) {
         let most = each[usize::from(frame.time < last)];
         if frame.len() > most {

@@ -1,0 +1,203 @@
+//! Pages of the book that are made from what the program knows: the keys of cases from their schema, the columns of tables from
+//! the manifests of finished runs.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use crate::results::{Column, Manifest, Role};
+use serde_json::Value;
+
+/// What begins a page that is made.
+fn head(title: &str, command: &str) -> String {
+    format!("# {title}\n\nThis page is made by `{command}`; a test compares it with the program.\n")
+}
+
+/// The page of all keys of a case.
+pub fn keys(schema: &Value) -> String {
+    let mut page = head("All keys of a case", "stosszahl reference");
+    page.push_str(
+        "\nA key of a table in a list, such as `[[species]]`, has `[]` after the name of the list. Lengths, times and energies are in the units \
+         of the case. [case-file.md](case-file.md) explains them with examples.\n",
+    );
+    let mut alone = Vec::new();
+    let mut tables = String::new();
+    for (name, one) in properties(schema) {
+        let mut rows = Vec::new();
+        walk(name, one, &mut rows);
+        if rows.len() == 1 && rows[0].key == *name {
+            alone.append(&mut rows);
+            continue;
+        }
+        rows.retain(|row| row.key != *name);
+        let _ = write!(tables, "\n## `{name}`\n\n{}\n", meaning(one));
+        table(&rows, &mut tables);
+    }
+    page.push_str("\n## At the top\n");
+    table(&alone, &mut page);
+    page + &tables
+}
+
+/// The page of the columns of all tables that some runs have.
+pub fn columns(manifests: &[Manifest]) -> String {
+    let mut page = head("All columns of tables", "stosszahl reference FOLDER...");
+    page.push_str("\n[results-folder.md](results-folder.md) says which measure writes which table, and what is common to all.\n");
+    let mut tables: BTreeMap<&str, (&str, Vec<&Column>)> = BTreeMap::new();
+    for entry in manifests.iter().flat_map(|manifest| &manifest.tables) {
+        let known = tables
+            .entry(&entry.name)
+            .or_insert((&entry.about, Vec::new()));
+        for column in &entry.columns {
+            if !known.1.contains(&column) {
+                known.1.push(column);
+            }
+        }
+    }
+    for (name, (about, columns)) in tables {
+        let _ = write!(
+            page,
+            "\n## `{name}.csv`\n\n{}.\n\n| column | unit | meaning |\n|---|---|---|\n",
+            about.trim_end_matches('.')
+        );
+        for column in columns
+            .iter()
+            .filter(|column| column.role != Role::StandardError)
+        {
+            let errors = columns.iter().any(|one| {
+                one.role == Role::StandardError && *one.name == format!("{}_se", column.name)
+            });
+            let also = if errors { " ±" } else { "" };
+            let _ = writeln!(
+                page,
+                "| `{}`{also} | {} | {} |",
+                column.name,
+                cell(&column.unit),
+                cell(&column.meaning)
+            );
+        }
+    }
+    page.push_str(
+        "\n± stands for a further column, `NAME_se`, with the standard error over replicas.\n",
+    );
+    page
+}
+
+/// A key with what may stand there.
+struct Row {
+    key: String,
+    allowed: String,
+    default: String,
+    meaning: String,
+}
+
+fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    schema
+        .get("properties")
+        .and_then(Value::as_object)
+        .into_iter()
+        .flatten()
+}
+
+/// Choices of a schema; itself where there is no choice.
+fn choices(schema: &Value) -> Vec<&Value> {
+    let listed = ["anyOf", "oneOf"]
+        .iter()
+        .find_map(|name| schema.get(name)?.as_array());
+    listed.map_or_else(
+        || vec![schema],
+        |all| all.iter().flat_map(choices).collect(),
+    )
+}
+
+/// Rows of a key and of all keys below it.
+fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
+    let mut below = Vec::new();
+    for one in choices(schema) {
+        below.extend(properties(one).map(|(name, inner)| (format!("{key}.{name}"), inner)));
+        let items = one.get("items").map(choices).unwrap_or_default();
+        for item in items {
+            below.extend(properties(item).map(|(name, inner)| (format!("{key}[].{name}"), inner)));
+        }
+    }
+    let allowed: Vec<String> = choices(schema).into_iter().filter_map(allowed).collect();
+    if !allowed.is_empty() || below.is_empty() {
+        let default = schema
+            .get("default")
+            .filter(|value| !value.is_null() && *value != &Value::Object(serde_json::Map::new()));
+        rows.push(Row {
+            key: key.to_owned(),
+            allowed: allowed.join(" or "),
+            default: default.map_or_else(String::new, |value| format!("`{value}`")),
+            meaning: meaning(schema),
+        });
+    }
+    for (name, inner) in below {
+        walk(&name, inner, rows);
+    }
+}
+
+/// What may stand there, in words; none for a table that is described key by key.
+fn allowed(schema: &Value) -> Option<String> {
+    let number = |name: &str| schema.get(name).and_then(Value::as_f64);
+    if let Some(value) = schema.get("const") {
+        return Some(format!("`{value}`"));
+    }
+    if let Some(values) = schema.get("enum").and_then(Value::as_array) {
+        let all: Vec<String> = values.iter().map(|value| format!("`{value}`")).collect();
+        return Some(all.join(", "));
+    }
+    let mut text = match schema.get("type")?.as_str()? {
+        "integer" => "whole number".to_owned(),
+        "number" => "number".to_owned(),
+        "string" => "text".to_owned(),
+        "boolean" => "`true` or `false`".to_owned(),
+        "array" => {
+            let item = schema.get("items").and_then(allowed);
+            item.map_or("list".to_owned(), |item| format!("list: {item}"))
+        }
+        "object" if properties(schema).next().is_some() => return None,
+        "object" => "table".to_owned(),
+        _ => return None,
+    };
+    for (name, words) in [
+        ("minimum", "from"),
+        ("exclusiveMinimum", "above"),
+        ("maximum", "to"),
+        ("exclusiveMaximum", "below"),
+    ] {
+        if let Some(limit) = number(name) {
+            let _ = write!(text, " {words} {limit}");
+        }
+    }
+    Some(text)
+}
+
+fn meaning(schema: &Value) -> String {
+    let text = |one: &Value| {
+        one.get("description")
+            .and_then(Value::as_str)
+            .map(str::to_owned)
+    };
+    let own = text(schema);
+    own.or_else(|| choices(schema).into_iter().find_map(text))
+        .unwrap_or_default()
+}
+
+/// Text inside a cell of a table.
+fn cell(text: &str) -> String {
+    let flat: Vec<&str> = text.split_whitespace().collect();
+    flat.join(" ").replace('|', "\\|")
+}
+
+fn table(rows: &[Row], page: &mut String) {
+    page.push_str("\n| key | allowed | default | meaning |\n|---|---|---|---|\n");
+    for row in rows {
+        let _ = writeln!(
+            page,
+            "| `{}` | {} | {} | {} |",
+            row.key,
+            cell(&row.allowed),
+            cell(&row.default),
+            cell(&row.meaning)
+        );
+    }
+}

@@ -1,0 +1,148 @@
+//! The book: every page is in its summary, every link leads somewhere, and pages that are made are those that the program makes.
+
+#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use support::program::{COOLING, Desk, MIXTURE, WALLS};
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
+}
+
+/// All pages of a folder and of those below it.
+fn pages(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(pages(&path));
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Targets of the links and pictures of a page, outside of code.
+fn links(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut fenced = false;
+    for line in text.lines() {
+        if line.starts_with("```") {
+            fenced = !fenced;
+        }
+        if fenced || line.starts_with("    ") {
+            continue;
+        }
+        // Every other piece is inside backticks.
+        for prose in line.split('`').step_by(2) {
+            let parts = prose.split("](").skip(1);
+            found.extend(parts.filter_map(|part| Some(part.split_once(')')?.0.to_owned())));
+        }
+        // Links whose text is code.
+        let parts = line.split("`](").skip(1);
+        found.extend(parts.filter_map(|part| Some(part.split_once(')')?.0.to_owned())));
+    }
+    found
+}
+
+/// The name that a heading has in links.
+fn anchor(heading: &str) -> String {
+    let words = heading.trim_start_matches('#').trim().to_lowercase();
+    let kept = words
+        .chars()
+        .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut all = pages(&docs());
+    all.extend(["README.md", "CONTRIBUTING.md"].map(|name| root.join(name)));
+    let mut checked = 0;
+    let mut broken = Vec::new();
+    for page in all {
+        let text = fs::read_to_string(&page).expect("a page");
+        for link in links(&text) {
+            if link.contains("://") {
+                continue;
+            }
+            checked += 1;
+            let (file, part) = link.split_once('#').unwrap_or((&link, ""));
+            let target = if file.is_empty() {
+                page.clone()
+            } else {
+                page.parent().expect("a folder").join(file)
+            };
+            let whole = fs::read_to_string(&target).unwrap_or_default();
+            let has = || {
+                whole
+                    .lines()
+                    .any(|line| line.starts_with('#') && anchor(line) == part)
+            };
+            if !target.exists() || (!part.is_empty() && !has()) {
+                broken.push(format!("{}: {link}", page.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{broken:#?}");
+    assert!(checked > 50, "{checked} links");
+}
+
+#[test]
+fn the_summary_has_every_page_once() {
+    let folder = docs();
+    let summary = fs::read_to_string(folder.join("SUMMARY.md")).expect("a summary");
+    let listed = links(&summary);
+    let set: BTreeSet<PathBuf> = listed.iter().map(|link| folder.join(link)).collect();
+    assert_eq!(set.len(), listed.len(), "a page is listed twice");
+    let there = pages(&folder)
+        .into_iter()
+        .filter(|page| !page.ends_with("SUMMARY.md"));
+    assert_eq!(set, there.collect());
+}
+
+#[test]
+fn the_page_of_keys_is_that_of_the_program() {
+    let said = Desk::new("").done("reference");
+    let page = fs::read_to_string(docs().join("keys.md")).expect("a page");
+    assert!(
+        page == said.out,
+        "docs/keys.md is not what `stosszahl reference` prints"
+    );
+    for key in [
+        "gas.restitution",
+        "species[].mass",
+        "measure.frames.number",
+        "engine.ed.contact_time",
+    ] {
+        assert!(page.contains(&format!("`{key}`")), "{key}");
+    }
+}
+
+/// Tables of small runs of each kind have no column that the page lacks, or describes otherwise.
+#[test]
+fn the_page_of_columns_has_those_of_runs() {
+    let page = fs::read_to_string(docs().join("columns.md")).expect("a page");
+    let known: BTreeSet<&str> = page.lines().collect();
+    for case in [COOLING, MIXTURE, WALLS] {
+        let desk = Desk::new(case);
+        desk.done("run case.toml --quiet");
+        let made = desk.done("reference results/case").out;
+        let rows = made
+            .lines()
+            .filter(|line| line.starts_with("| `") || line.starts_with("## "));
+        let mut count = 0;
+        for row in rows {
+            count += 1;
+            assert!(known.contains(row), "docs/columns.md lacks {row}");
+        }
+        assert!(count > 10, "{count} rows");
+    }
+}
