@@ -113,7 +113,7 @@ pub enum EngineError {
         depth: f64,
     },
     /// A disk that starts inside a wall or an obstacle.
-    #[error("disk {disk} at ({:.6}, {:.6}) overlaps {what} by {depth:e}; allowed are rounding errors", place[0], place[1])]
+    #[error("disk {disk} at ({}, {}) overlaps {what} by {depth:e}; allowed are rounding errors", brief(place[0]), brief(place[1]))]
     Overlap {
         /// Index of the disk.
         disk: usize,
@@ -166,8 +166,8 @@ pub enum EngineError {
     /// Infinitely many contacts with a wall or an obstacle in a finite time, or a disk that comes to rest on it.
     #[error(
         "inelastic collapse at time {time}: {collisions} contacts without progress of time among {}, the last of disk {disk} with {what} \
-         near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
-        named(cluster), place[0], place[1],
+         near ({}, {}); a contact time above zero (TC model) lets such a gas go on",
+        named(cluster), brief(place[0]), brief(place[1]),
         time = brief(*time)
     )]
     WallCollapse {
@@ -187,8 +187,8 @@ pub enum EngineError {
     /// Infinitely many collisions in a finite time.
     #[error(
         "inelastic collapse at time {time}: {collisions} collisions without progress of time among {}, the last of disks {} and {} \
-         near ({:.6}, {:.6}); a contact time above zero (TC model) lets such a gas go on",
-        named(cluster), pair[0], pair[1], place[0], place[1],
+         near ({}, {}); a contact time above zero (TC model) lets such a gas go on",
+        named(cluster), pair[0], pair[1], brief(place[0]), brief(place[1]),
         time = brief(*time)
     )]
     InelasticCollapse {

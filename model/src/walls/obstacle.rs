@@ -110,7 +110,7 @@ pub enum ObstacleError {
         least: f64,
     },
     /// Edges that touch each other away from a common corner.
-    #[error("edges {} and {} touch near ({:.6}, {:.6}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], place[0], place[1])]
+    #[error("edges {} and {} touch near ({}, {}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], brief(place[0]), brief(place[1]))]
     SelfTouching {
         /// Which two, from 0.
         edges: [usize; 2],
@@ -118,7 +118,7 @@ pub enum ObstacleError {
         place: [f64; 2],
     },
     /// Not inside the box.
-    #[error("reaches from ({:.6}, {:.6}) to ({:.6}, {:.6}); allowed is the box of {:.6} x {:.6}", bounds[0][0], bounds[0][1], bounds[1][0], bounds[1][1], lengths[0], lengths[1])]
+    #[error("reaches from ({}, {}) to ({}, {}); allowed is the box of {} x {}", brief(bounds[0][0]), brief(bounds[0][1]), brief(bounds[1][0]), brief(bounds[1][1]), brief(lengths[0]), brief(lengths[1]))]
     Outside {
         /// Its lower left and upper right corner.
         bounds: [[f64; 2]; 2],

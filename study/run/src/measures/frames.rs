@@ -94,7 +94,11 @@ impl Measure for Frames {
     }
 
     fn kept_per_particle(&self, plan: &Plan) -> f64 {
-        BYTES * self.times(plan).len() as f64
+        // A frame shows a sample of so many at the most, and the last one may show all.
+        let most = measure::chosen::<Options>(plan, self.name()).particles;
+        let share = (most as f64 / plan.count().max(1) as f64).min(1.0);
+        let frames = self.times(plan).len() as f64;
+        BYTES * (share * frames).max(frames.min(1.0))
     }
 
     fn only_first_replica(&self) -> bool {
