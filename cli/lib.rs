@@ -20,11 +20,15 @@
 //! # Ok::<(), GasError>(())
 //! ```
 
+// For other commands of this workspace, not for programs of one's own.
+#[doc(hidden)]
 pub mod arguments;
 mod bundled;
+#[doc(hidden)]
 pub mod commands;
 mod init;
 pub mod prelude;
+#[doc(hidden)]
 pub mod progress;
 
 pub use stosszahl_analysis as analysis;
