@@ -4,7 +4,7 @@
 //! [`model`] (what all engines share), [`ed`] (exact event-driven disks), [`dsmc`] (Monte Carlo collisions) and
 //! [`analysis`] (estimators, theory, statistics); [`gas`] builds gases in a few lines; [`case`] reads case files,
 //! [`study`] runs them, [`results`] and [`report`] are what a run leaves. The command line stands on them as any
-//! program would, and other programs on [`commands`].
+//! program would.
 //!
 //! ```
 //! use stosszahl::prelude::*;
@@ -20,11 +20,15 @@
 //! # Ok::<(), GasError>(())
 //! ```
 
+// For other commands of this workspace, not for programs of one's own.
+#[doc(hidden)]
 pub mod arguments;
 mod bundled;
+#[doc(hidden)]
 pub mod commands;
 mod init;
 pub mod prelude;
+#[doc(hidden)]
 pub mod progress;
 mod reference;
 
