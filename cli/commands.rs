@@ -206,7 +206,7 @@ fn completions(shell: clap_complete::Shell) -> Result<(), CommandError> {
 
 fn print_reference(folders: &[PathBuf]) -> Result<(), CommandError> {
     let page = if folders.is_empty() {
-        reference::keys(&study::format().json())
+        reference::keys(study::format().json())
     } else {
         let read = |folder: &PathBuf| {
             Manifest::read(folder)?.ok_or_else(|| ReportError::NoResults {

@@ -10,7 +10,7 @@ pub fn text(arguments: &InitArguments) -> String {
     let mut text = head(arguments);
     let body = match arguments.kind {
         Template::Comparison => format!(
-            r#"
+            r"
 [gas]
 number = {number:<17} # disks; diameter and mass are 1, and the temperature of the start is 1
 restitution = {restitution:<12?} # of a collision: 1 is elastic
@@ -31,7 +31,7 @@ simulators_per_particle = 4 # more have smaller errors, and cost as much more
 # What is measured without being asked for: energy, impact parameters, structure, pair correlation, snapshots.
 [measure.impact_parameters]
 bins = 20                  # of b/d from 0 to 1
-"#,
+",
             number = arguments.number,
             packing = arguments.packing_fraction,
             until = arguments.until,
@@ -64,7 +64,7 @@ samples_per_decade = 10
                 arguments.number as f64 * std::f64::consts::FRAC_PI_4 / arguments.packing_fraction;
             let width = (0.5 * area).sqrt();
             format!(
-                r#"
+                r"
 [gas]
 number = {number:<17} # disks; diameter and mass are 1, and the temperature of the start is 1
 restitution = {restitution:<12?} # of a collision: 1 is elastic
@@ -91,7 +91,7 @@ simulators_per_particle = 4
 
 [measure.fields]           # density, velocity and temperature across the channel
 cells = [1, 20]
-"#,
+",
                 number = arguments.number,
                 length = 2.0 * width,
                 until = arguments.until,
