@@ -113,6 +113,12 @@ fn a_killed_process_is_replaced_by_others() {
         ];
         let child = started(job(3, &["--enable-recovery"], &arguments));
         let ids = processes(&out, 3);
+        // Open MPI cannot do without a process that dies while MPI starts.
+        let began = Instant::now();
+        while !Path::new(&out).join("run.json").exists() {
+            assert!(began.elapsed() < Duration::from_mins(1), "no run");
+            thread::sleep(Duration::from_millis(5));
+        }
         thread::sleep(moment);
         kill("-KILL", ids[1 + number % 2]);
         let output = child.wait_with_output().expect("an end");
