@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds stosszahl-mpi and tests it over several processes: distributed/test.sh [arguments of cargo test].
+# Builds stosszahl-mpi and tests it over several processes: distributed/test.sh [arguments of the tests]. Those
+# that kill processes are run with --include-ignored.
 # Needs an MPI library with its compiler wrapper, and libclang. As root on Debian or Ubuntu it installs them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -13,4 +14,4 @@ if ! command -v mpicc >/dev/null || ! command -v mpirun >/dev/null; then
 fi
 cargo clippy -p stosszahl-mpi --features mpi --all-targets -- -D warnings
 cargo build --release -p stosszahl-mpi --features mpi
-cargo test --release -p stosszahl-mpi --features mpi "$@" -- --test-threads 1
+cargo test --release -p stosszahl-mpi --features mpi -- --test-threads 1 "$@"

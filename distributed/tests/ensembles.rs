@@ -96,6 +96,7 @@ fn moments(count: u32) -> impl Iterator<Item = Duration> {
 }
 
 #[test]
+#[ignore = "signals processes at moments; a busy machine moves them: distributed/test.sh --include-ignored"]
 fn a_killed_process_is_replaced_by_others() {
     let scratch = Scratch::new(SWEEP);
     let wanted = scratch.alone();
@@ -128,6 +129,7 @@ fn a_killed_process_is_replaced_by_others() {
 }
 
 #[test]
+#[ignore = "signals processes at moments; a busy machine moves them: distributed/test.sh --include-ignored"]
 fn a_killed_job_goes_on_with_another_number_of_processes() {
     let scratch = Scratch::new(SWEEP);
     let wanted = scratch.alone();
@@ -156,6 +158,7 @@ fn a_killed_job_goes_on_with_another_number_of_processes() {
 
 /// A process that stands still for a while is lost, and what it sends later is ignored.
 #[test]
+#[ignore = "signals processes at moments; a busy machine moves them: distributed/test.sh --include-ignored"]
 fn a_process_that_stands_still_holds_nobody_up() {
     let scratch = Scratch::new(SWEEP);
     let wanted = scratch.alone();
