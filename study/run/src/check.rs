@@ -85,10 +85,8 @@ impl<'a> Planned<'a> {
             let all = |first: bool| {
                 let measures = self.measures.iter();
                 let kept = measures.filter(|one| first || !one.only_first_replica());
-                count
-                    * kept
-                        .map(|one| one.kept_per_particle(&self.plan))
-                        .sum::<f64>()
+                kept.map(|one| count * one.kept_per_particle(&self.plan) + one.kept(&self.plan))
+                    .sum::<f64>()
             };
             [all(true), all(false)]
         };

@@ -55,9 +55,13 @@ pub trait Measure: Sync {
         Needs::default()
     }
 
-    /// Memory that the record of its probe takes in the end, for each particle or simulator \[bytes\]; what does not grow
-    /// with their number does not count.
+    /// Memory that the record of its probe takes in the end, for each particle or simulator \[bytes\].
     fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+        0.0
+    }
+
+    /// The same whatever their number, where that may be much \[bytes\].
+    fn kept(&self, _plan: &Plan) -> f64 {
         0.0
     }
 

@@ -107,6 +107,15 @@ impl Measure for Fields {
         course::times(plan).split_off(1)
     }
 
+    /// Seven sums for each cell, block and species, and two of collisions for each cell and block.
+    fn kept(&self, plan: &Plan) -> f64 {
+        let options = Options::of(plan);
+        let cells: u64 = options.cells.iter().product();
+        let blocks = course::blocks(plan, options.blocks);
+        let sums = 7 * plan.species.len().max(1) + 2;
+        cells as f64 * (blocks * sums * size_of::<f64>()) as f64
+    }
+
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let options = Options::of(plan);
         Box::new(Watch {

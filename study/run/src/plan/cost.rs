@@ -1,9 +1,9 @@
 //! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
 //! of the process is measured to be, within a factor of 1.3 (`tests/memory.rs`).
 //!
-//! The peak of an engine comes when a checkpoint is written. Then there are the gas, the records of its probes, and three
-//! times the bytes of both: as they were gathered, as the content of the file, and as the file. Where nothing is written, it
-//! comes when probes look at all particles.
+//! The peak of an engine comes when a checkpoint is written. Then there are the gas, the records of its probes, and nearly twice the
+//! bytes of both: as they were gathered and as the content of the file. Where nothing is written, it comes when
+//! probes look at all particles. The factor is measured.
 
 use std::thread;
 
@@ -29,11 +29,11 @@ const LATTICES: f64 = 6e6;
 /// One particle as measurements see it \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
 /// Copies of what is saved while a checkpoint is written.
-const COPIES: f64 = 3.0;
+const COPIES: f64 = 1.75;
 /// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
 const FITTING: f64 = 60.0;
-/// Without positions the gas is copied before it is written, and buffers grow by doubling.
-const COPIES_WITHOUT_POSITIONS: f64 = 5.0;
+/// Without positions the gas is copied before it is written.
+const COPIES_WITHOUT_POSITIONS: f64 = 2.0;
 
 /// What a cell takes \[bytes\], and in flows, where collisions are counted by cell; and its time in a step, in simulators.
 const CELL: f64 = 8.0;
@@ -194,7 +194,7 @@ impl Plan {
         let moving = 2.0 * vector + spin;
         let (held, saved, look) = match &engine.kind {
             EngineKind::EventDriven { .. } => (
-                126.0 + moving + 8.0 + tag + 2.0 * spin,
+                104.0 + moving + 8.0 + tag + 2.0 * spin,
                 moving + 8.0,
                 PARTICLE,
             ),
