@@ -234,7 +234,7 @@ const ENGINES: [(&str, &str); 3] = [
     ("dsmc-enskog", "Enskog scheme"),
 ];
 
-fn of_window<'a>(engine: &'a str, [start, end]: [f64; 2]) -> [(&'static str, Key<'a>); 3] {
+fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
     [
         ("engine", Key::Is(engine)),
         ("window_start", Key::At(start)),

@@ -55,9 +55,9 @@ pub(crate) fn command(asked: &Docs) -> Done {
                 "{}  {place}",
                 if found.is_empty() { "pass" } else { "FAIL" }
             ));
-            found
-                .iter()
-                .for_each(|fault| say(&format!("      {fault}")));
+            for fault in &found {
+                say(&format!("      {fault}"));
+            }
             faults += found.len();
         } else {
             make(root, entry, asked.resume)?;
