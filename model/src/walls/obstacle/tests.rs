@@ -150,9 +150,7 @@ fn clearance_is_the_distance_from_the_surface() {
         .check_inside(vector![4.0, 3.0])
         .expect_err("too large");
     assert!(
-        error
-            .to_string()
-            .contains("allowed is the box of 4.000000 x 3.000000"),
+        error.to_string().contains("allowed is the box of 4 x 3"),
         "{error}"
     );
 }
