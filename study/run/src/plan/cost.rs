@@ -1,5 +1,6 @@
 //! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
-//! of the process is measured to be, within a factor of 1.3 (`tests/memory.rs`).
+//! of the process is measured to be, within a factor of 1.3 in the cases of `tests/memory.rs`, which are of one replica on one thread. Of three
+//! replicas on two threads it was found a third too low.
 //!
 //! The peak of an engine comes when a checkpoint is written. Then there are the gas, the records of its probes, and nearly twice the
 //! bytes of both: as they were gathered and as the content of the file. Where nothing is written, it comes when
