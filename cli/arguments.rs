@@ -6,24 +6,23 @@ use crate::study::frontier::Kind;
 use clap::{Args, Parser, Subcommand};
 
 /// The version, with the commit where it is known.
-fn version() -> &'static str {
-    match env!("STOSSZAHL_COMMIT") {
-        "" => env!("CARGO_PKG_VERSION"),
-        _ => concat!(
-            env!("CARGO_PKG_VERSION"),
-            " (",
-            env!("STOSSZAHL_COMMIT"),
-            ")"
-        ),
-    }
-}
+pub const VERSION: &str = if env!("STOSSZAHL_COMMIT").is_empty() {
+    env!("CARGO_PKG_VERSION")
+} else {
+    concat!(
+        env!("CARGO_PKG_VERSION"),
+        " (",
+        env!("STOSSZAHL_COMMIT"),
+        ")"
+    )
+};
 
 /// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
 /// breaks.
 #[derive(Debug, Parser)]
 #[command(
     name = "stosszahl",
-    version = version(),
+    version = VERSION,
     after_help = "Begin with:\n  stosszahl check cases/quick.toml     what a case means, before it is run\n  \
                   stosszahl run cases/quick.toml       the case and its report\n  \
                   stosszahl schema > case.schema.json  for completion in an editor\n\n\

@@ -34,9 +34,6 @@ const GRACE: Duration = Duration::from_millis(750);
 /// How long `check` measures \[s\].
 const MEASURING: f64 = 10.0;
 
-/// Version of the program, with the commit where it is known.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("STOSSZAHL_COMMIT"));
-
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {

@@ -28,8 +28,8 @@ use std::time::Duration;
 use clap::Parser as _;
 use mpi::Threading;
 use mpi::traits::Communicator as _;
-use stosszahl::arguments::RunArguments;
-use stosszahl::commands::{self, STOPPED_RUN, VERSION, listen, note};
+use stosszahl::arguments::{RunArguments, VERSION};
+use stosszahl::commands::{self, STOPPED_RUN, listen, note};
 use stosszahl::study::crew::run_among;
 
 use crate::arguments::{Arguments, Command};

@@ -6,9 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use stosszahl::arguments::RunArguments;
+use stosszahl::arguments::{RunArguments, VERSION};
 use stosszahl::case::CaseFile;
-use stosszahl::commands::VERSION;
 use stosszahl::model::Interrupt;
 use stosszahl::results::Existing;
 use stosszahl::study::crew::{Assistant, Order, assist};

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use stosszahl::arguments::RunArguments;
-use stosszahl::commands::{self, STOPPED_RUN, VERSION, listen, note};
+use stosszahl::arguments::{RunArguments, VERSION};
+use stosszahl::commands::{self, STOPPED_RUN, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;

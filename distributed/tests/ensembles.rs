@@ -82,6 +82,15 @@ fn kill(signal: &str, process: u32) {
         .status();
 }
 
+/// Waits for a file of a results folder.
+fn appears(out: &str, name: &str) {
+    let (path, began) = (Path::new(out).join(name), Instant::now());
+    while !path.exists() {
+        assert!(began.elapsed() < Duration::from_mins(1), "no {name}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
 fn started(mut command: Command) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().expect("mpirun starts")
@@ -115,11 +124,7 @@ fn a_killed_process_is_replaced_by_others() {
         let child = started(job(3, &["--enable-recovery"], &arguments));
         let ids = processes(&out, 3);
         // Open MPI cannot do without a process that dies while MPI starts.
-        let began = Instant::now();
-        while !Path::new(&out).join("run.json").exists() {
-            assert!(began.elapsed() < Duration::from_mins(1), "no run");
-            thread::sleep(Duration::from_millis(5));
-        }
+        appears(&out, "run.json");
         thread::sleep(moment);
         kill("-KILL", ids[1 + number % 2]);
         let output = child.wait_with_output().expect("an end");
@@ -177,11 +182,7 @@ fn a_process_that_stands_still_holds_nobody_up() {
     let ids = processes(&out, 2);
     thread::sleep(Duration::from_millis(700));
     kill("-STOP", ids[1]);
-    let began = Instant::now();
-    while !Path::new(&out).join("report.html").exists() {
-        assert!(began.elapsed() < Duration::from_mins(1), "no report");
-        thread::sleep(Duration::from_millis(20));
-    }
+    appears(&out, "report.html");
     kill("-CONT", ids[1]);
     let output = child.wait_with_output().expect("an end");
     assert_ne!(output.status.code(), Some(124), "{}", said(&output));

@@ -102,7 +102,7 @@ fn entries(agenda: &impl Agenda) -> impl Iterator<Item = Entry> {
 }
 
 /// The rate of events from the waits for them: that of the earliest twentieth, unless those are a crowd.
-fn rate(mut waits: Vec<f64>) -> f64 {
+pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     waits.retain(|&wait| wait > 0.0);
     if waits.is_empty() {
         return 1.0;

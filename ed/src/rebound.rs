@@ -11,6 +11,7 @@ use crate::checkpoint::Dissipation;
 use crate::engine::Engine;
 use crate::error::{EngineError, Touchable};
 use crate::progress::Latest;
+use crate::strips::Given;
 use crate::surroundings::Touched;
 
 /// Time, over the contact time of the TC model, for which a disk that a wall sends up against a field stays in the air at
@@ -59,7 +60,11 @@ where
             0.5 * mass * velocity.norm_squared() + spinning
         };
         let gained = energy(velocity, spin) - energy(before, spin_before);
-        let momentum = (velocity - before) * mass;
+        let given = Given {
+            ledger: touched.ledger,
+            momentum: (velocity - before) * mass,
+            energy: gained,
+        };
         self.disks.all[who as usize].velocity = velocity / speed;
         if P::Surface::ROUGH {
             self.spins[who as usize] = <P::Surface as Surface<Plane>>::scaled(spin, 1.0 / speed);
@@ -77,10 +82,10 @@ where
             straight: P::Field::FREE,
         };
         if self.window.is_some() {
-            self.log_rebound(&latest, ends, (touched.ledger, momentum, gained));
+            self.log_rebound(&latest, ends, given);
             return Ok(());
         }
-        self.ledgers[touched.ledger].enter(1.0, momentum, gained);
+        self.account_for(&given);
         if let Some(crossings) = self.progress.rebound(ends, self.names.len()) {
             self.time = self.epoch + now / speed;
             return Err(EngineError::NoCollisions {
@@ -92,6 +97,11 @@ where
             return Err(self.wall_collapse(who, &touched));
         }
         Ok(())
+    }
+
+    /// Enters what a wall or an obstacle has given into its account.
+    pub(crate) fn account_for(&mut self, given: &Given) {
+        self.ledgers[given.ledger].enter(1.0, given.momentum, given.energy);
     }
 
     /// Angular velocity of a disk in absolute units.

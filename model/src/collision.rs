@@ -1,6 +1,7 @@
 //! The one collision law, used by every engine.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::space::Vector;
@@ -33,7 +34,7 @@ pub struct After<V, W = ()> {
 /// What a measurement may know of one collision, in the plane and in space alike: in the plane the third component of
 /// vectors is zero. What follows from the fields is computed on demand.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
     /// When it happened \[time\].
     pub time: f64,

@@ -164,22 +164,23 @@ impl<P: Physics<Space = Plane>> Taken<P> {
             let number = |disk: u32| here[disk as usize];
             cells.copy_rows(&source.engine.disks.cells, &rows, number);
         }
-        let each = |&(source, old): &(u8, u32)| (sources[usize::from(source)].engine, old as usize);
+        let origins = Origins {
+            sources: &sources,
+            order,
+        };
         Self {
             disks: Disks::of(all, whole.disks.motion, cells),
-            tags: gathered(order, true, |it| each(it).0.tags[each(it).1]),
-            names: gathered(order, true, |it| each(it).0.names[each(it).1]),
-            spins: gathered(order, !whole.spins.is_empty(), |it| {
-                each(it).0.spins[each(it).1]
+            tags: origins.gather(true, |engine, disk| engine.tags[disk]),
+            names: origins.gather(true, |engine, disk| engine.names[disk]),
+            spins: origins.gather(!whole.spins.is_empty(), |engine, disk| engine.spins[disk]),
+            last_contact: origins.gather(!whole.last_contact.is_empty(), |engine, disk| {
+                engine.last_contact[disk]
             }),
-            last_contact: gathered(order, !whole.last_contact.is_empty(), |it| {
-                each(it).0.last_contact[each(it).1]
+            rebounds: origins.gather(!whole.rebounds.is_empty(), |engine, disk| {
+                engine.rebounds[disk]
             }),
-            rebounds: gathered(order, !whole.rebounds.is_empty(), |it| {
-                each(it).0.rebounds[each(it).1]
-            }),
-            windings: gathered(order, !whole.windings.is_empty(), |it| {
-                each(it).0.windings[each(it).1]
+            windings: origins.gather(!whole.windings.is_empty(), |engine, disk| {
+                engine.windings[disk]
             }),
             numbers,
             scratch,
@@ -187,16 +188,25 @@ impl<P: Physics<Space = Plane>> Taken<P> {
     }
 }
 
-/// Something of each disk that is taken, if there is such a thing.
-fn gathered<T: Send>(
-    order: &[(u8, u32)],
-    is_there: bool,
-    of: impl Fn(&(u8, u32)) -> T + Send + Sync,
-) -> Vec<T> {
-    if is_there {
-        order.par_iter().map(of).collect()
-    } else {
-        Vec::new()
+/// Where disks are taken from, in order.
+struct Origins<'a, P: Physics<Space = Plane>, Q: Calendar> {
+    sources: &'a [Source<'a, P, Q>],
+    order: &'a [(u8, u32)],
+}
+
+impl<P: Physics<Space = Plane>, Q: Calendar> Origins<'_, P, Q> {
+    /// Something of each disk, if there is such a thing.
+    fn gather<T: Send>(
+        &self,
+        is_there: bool,
+        of: impl Fn(&Engine<P, Q>, usize) -> T + Send + Sync,
+    ) -> Vec<T> {
+        if !is_there {
+            return Vec::new();
+        }
+        let each = self.order.par_iter();
+        each.map(|&(source, disk)| of(self.sources[usize::from(source)].engine, disk as usize))
+            .collect()
     }
 }
 

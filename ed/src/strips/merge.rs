@@ -131,7 +131,7 @@ where
                 if contact.pair[1] == NONE
                     && let Some(given) = given[strip].next()
                 {
-                    self.ledgers[given.ledger].enter(1.0, given.momentum, given.energy);
+                    self.account_for(given);
                 }
             }
         }

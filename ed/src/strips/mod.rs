@@ -26,12 +26,12 @@ mod window;
 use rayon::prelude::*;
 use stosszahl_model::{Collision, Observer, Physics, Plane, Recorder};
 
-use crate::calendar::Calendar;
+use crate::calendar::{Calendar, rate};
 use crate::engine::Engine;
 use crate::events::Goal;
 use cut::Place;
 use window::SEAM;
-pub(crate) use window::Window;
+pub(crate) use window::{Given, Window};
 
 /// Rows in a halo at the least: the seam, and as many again as wrong events may come into.
 const LEAST_HALO: i32 = 6;
@@ -235,17 +235,15 @@ where
         200 * (self.names.len() / strips) as u64 + 1_000_000
     }
 
-    /// Collisions in the unit of own time, within a factor of two, from the earliest twentieth of the contacts that are known now.
+    /// Collisions in the unit of own time, within a factor of two, from the contacts that are known now.
     fn rate_to_come(&self) -> f64 {
         let contacts = self.disks.all.iter().map(|disk| disk.contact - self.now);
-        let mut waits: Vec<f64> = contacts.filter(|wait| wait.is_finite()).collect();
-        let early = waits.len() / 20;
-        if early == 0 {
+        let waits: Vec<f64> = contacts.filter(|wait| wait.is_finite()).collect();
+        if waits.is_empty() {
             return 0.0;
         }
-        let wait = *waits.select_nth_unstable_by(early, f64::total_cmp).1;
         // Both of two disks may know.
-        0.75 * early as f64 / wait.max(f64::MIN_POSITIVE)
+        0.75 * rate(waits)
     }
 
     /// Length of the next window, in own time, within what is left; `None` if it does not pay.

@@ -53,12 +53,12 @@ pub(super) struct Contact {
     pub(super) pair: [u32; 2],
 }
 
-/// What a wall or an obstacle has given.
+/// What a wall or an obstacle has given, by the number of its account.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Given {
-    pub(super) ledger: usize,
-    pub(super) momentum: Vector2<f64>,
-    pub(super) energy: f64,
+pub(crate) struct Given {
+    pub(crate) ledger: usize,
+    pub(crate) momentum: Vector2<f64>,
+    pub(crate) energy: f64,
 }
 
 /// The log of a strip.
@@ -276,12 +276,7 @@ where
 
     /// A contact with a wall, which is a sign of progress if there is a time to be reached.
     #[cold]
-    pub(crate) fn log_rebound(
-        &mut self,
-        latest: &Latest,
-        ends: bool,
-        given: (usize, Vector2<f64>, f64),
-    ) {
+    pub(crate) fn log_rebound(&mut self, latest: &Latest, ends: bool, given: Given) {
         if let Some(window) = &mut self.window
             && window.owns
         {
@@ -291,12 +286,7 @@ where
             window.idle.push(latest.now);
             window.idled += 1;
             window.log(latest);
-            let (ledger, momentum, energy) = given;
-            window.given.push(Given {
-                ledger,
-                momentum,
-                energy,
-            });
+            window.given.push(given);
         }
     }
 

@@ -42,10 +42,9 @@ impl Gauge {
 
     /// The work of a case: in each replica a start, and the engines in the order of the plan.
     pub fn of(plan: &Plan) -> Self {
-        let engines = plan.engines.iter().map(|engine| plan.seconds(engine));
-        let parts: Vec<f64> = std::iter::once(plan.start_seconds())
-            .chain(engines)
-            .collect();
+        let pace = plan.pace();
+        let engines = pace.engines.iter().map(|[first, _]| *first);
+        let parts: Vec<f64> = std::iter::once(pace.start).chain(engines).collect();
         Self::new(plan.case.replicas as usize, &parts)
     }
 

@@ -255,7 +255,7 @@ impl Plan {
     }
 
     /// Seconds of the start of one replica on one core.
-    pub fn start_seconds(&self) -> f64 {
+    fn start_seconds(&self) -> f64 {
         0.5 * self.count() as f64 * self.equilibration() / COLLISIONS_PER_SECOND
     }
 

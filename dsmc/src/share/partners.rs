@@ -1,0 +1,190 @@
+//! What processes tell each other for schemes whose partners lie across cells.
+
+use std::collections::BTreeMap;
+
+use stosszahl_model::{Collision, Physics, Space};
+
+use super::{Content, Share, all_gather, around, gather, read, write};
+use crate::across::shared::{ChangeOf, colours};
+use crate::across::{Distances, Report};
+use crate::grid::Grid;
+use crate::simulator::Follow;
+use crate::tally::Tally;
+use crate::tile::Tile;
+
+impl<S: Space> Share<S> {
+    /// The values of cells of other processes that count here, by the tile: those of tiles within `reach` cells of own ones; if it is
+    /// wide, also of those next to own ones.
+    pub(crate) fn units_around<P: Physics<Space = S>, F: Follow<S>>(
+        &self,
+        grid: &Grid<S>,
+        tiles: &[Tile<P, F>],
+        reach: [usize; 3],
+        is_wide: bool,
+        value: impl Fn(&Tile<P, F>, usize) -> f32,
+    ) -> BTreeMap<usize, Vec<f32>> {
+        let mut to: BTreeMap<usize, Vec<(u32, Vec<f32>)>> = BTreeMap::new();
+        let mut from: Vec<usize> = Vec::new();
+        for (number, tile) in tiles.iter().enumerate().filter(|(_, tile)| tile.is_here) {
+            let mut near: Vec<usize> = within(grid, number, reach).collect();
+            if is_wide {
+                near = near.iter().flat_map(|&other| around(grid, other)).collect();
+            }
+            let owners = near.iter().map(|&other| self.owners[other] as usize);
+            let mut wanted: Vec<usize> = owners.filter(|&owner| owner != self.me()).collect();
+            wanted.sort_unstable();
+            wanted.dedup();
+            if wanted.is_empty() {
+                continue;
+            }
+            let values: Vec<f32> = (0..tile.cells()).map(|cell| value(tile, cell)).collect();
+            for &rank in &wanted {
+                to.entry(rank)
+                    .or_default()
+                    .push((number as u32, values.clone()));
+            }
+            from.extend(wanted);
+        }
+        // Who needs something of this process has something that it needs.
+        from.sort_unstable();
+        from.dedup();
+        let messages = to.iter().map(|(&rank, some)| (rank, write(some)));
+        let came = self.ranks.exchange(messages.collect(), &from);
+        let all = came
+            .iter()
+            .flat_map(|bytes| read::<Vec<(u32, Vec<f32>)>>(bytes));
+        all.map(|(number, values)| (number as usize, values))
+            .collect()
+    }
+
+    /// Whether another process sees a tile: its owner, or one with a tile next to it.
+    pub(crate) fn is_seen(&self, tile: usize) -> bool {
+        !self.seers[tile].is_empty()
+    }
+
+    /// Before the collisions of a step across cells: all processes see the arranged tiles next to their own.
+    pub(crate) fn see_around<P: Physics<Space = S>, F: Follow<S>>(
+        &self,
+        grid: &Grid<S>,
+        tiles: &mut [Tile<P, F>],
+    ) {
+        let came = self.with_near(|rank| {
+            let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
+            let seen = own.filter(|(number, _)| {
+                around(grid, *number).any(|other| self.owners[other] as usize == rank)
+            });
+            seen.map(|(number, tile)| Content {
+                tile: number as u32,
+                counts: tile.counts_of_cells(),
+                simulators: tile.simulators.clone(),
+            })
+            .collect::<Vec<Content<P, F>>>()
+        });
+        for content in came.into_iter().flatten() {
+            tiles[content.tile as usize].hold(content);
+        }
+    }
+
+    /// Tells others what has changed in the tiles of a colour and around them, and returns what has changed elsewhere.
+    pub(crate) fn tell_changes<P: Physics<Space = S>>(
+        &self,
+        colour: usize,
+        changes: &[ChangeOf<P>],
+    ) -> Vec<ChangeOf<P>> {
+        let Some([to, from]) = self.colours.get(colour) else {
+            return Vec::new();
+        };
+        if to.is_empty() && from.is_empty() {
+            return Vec::new();
+        }
+        let messages = to.iter().map(|&rank| {
+            let seen = changes
+                .iter()
+                .filter(|change| self.seers[change.tile as usize].contains(&(rank as u32)));
+            (rank, write(&seen.copied().collect::<Vec<_>>()))
+        });
+        let came = self.ranks.exchange(messages.collect(), from);
+        came.iter()
+            .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes))
+            .collect()
+    }
+
+    /// The reports of all tiles, in the order of colours: all processes have those of the others but their logs, which the first
+    /// process has.
+    pub(crate) fn all_reports(
+        &self,
+        grid: &Grid<S>,
+        mine: Vec<(u32, Report)>,
+    ) -> Vec<(u32, Report)> {
+        let counted: Vec<_> = mine
+            .iter()
+            .map(|(tile, report)| (*tile, report.tally, report.distances.clone()))
+            .collect();
+        let logs: Vec<(u32, Vec<Collision>)> = mine
+            .iter()
+            .filter(|(_, report)| self.me() > 0 && !report.log.is_empty())
+            .map(|(tile, report)| (*tile, report.log.clone()))
+            .collect();
+        let mut all: Vec<Option<Report>> = Vec::new();
+        all.resize_with(self.owners.len(), || None);
+        for (tile, report) in mine {
+            all[tile as usize] = Some(report);
+        }
+        for bytes in all_gather(&*self.ranks, write(&counted)) {
+            for (tile, tally, distances) in read::<Vec<(u32, Tally, Distances)>>(&bytes) {
+                all[tile as usize].get_or_insert_with(|| Report {
+                    tally,
+                    distances,
+                    log: Vec::new(),
+                });
+            }
+        }
+        for bytes in gather(&*self.ranks, write(&logs)).iter().skip(1) {
+            for (tile, log) in read::<Vec<(u32, Vec<Collision>)>>(bytes) {
+                if let Some(report) = &mut all[tile as usize] {
+                    report.log = log;
+                }
+            }
+        }
+        let order = colours(grid).into_iter().flatten();
+        order
+            .filter_map(|tile| Some((tile, all[tile as usize].take()?)))
+            .collect()
+    }
+}
+
+/// After the collisions of a step across cells: tiles of other processes are seen no more.
+pub(crate) fn see_no_more<P: Physics, F: Follow<P::Space>>(tiles: &mut [Tile<P, F>]) {
+    tiles
+        .iter_mut()
+        .filter(|tile| !tile.is_here)
+        .for_each(Tile::empty);
+}
+
+/// The tiles that have cells within some cells of a tile, along each axis and around the box.
+fn within<S: Space>(grid: &Grid<S>, tile: usize, reach: [usize; 3]) -> impl Iterator<Item = usize> {
+    let place = grid.tile_place(grid.place_of(tile));
+    let [columns, rows, layers] = [0, 1, 2].map(|axis| {
+        let count = i64::from(grid.counts()[axis]);
+        let (first, side) = (i64::from(place.first[axis]), i64::from(place.sides[axis]));
+        let reach = (reach[axis] as i64).min(count);
+        let cells = (first - reach..first + side + reach).map(|cell| cell.rem_euclid(count) as u32);
+        let mut at = [0; 3];
+        let mut tiles: Vec<u32> = cells
+            .map(|cell| {
+                at[axis] = cell;
+                grid.owner(at)[axis]
+            })
+            .collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    });
+    let mut all = Vec::new();
+    for &z in &layers {
+        for &y in &rows {
+            all.extend(columns.iter().map(|&x| grid.tile_number([x, y, z])));
+        }
+    }
+    all.into_iter()
+}
