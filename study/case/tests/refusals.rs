@@ -214,6 +214,11 @@ const OF_COMPARISONS: &[Row] = &[
         "box.packing_fraction",
         "either a size or a packing_fraction",
     ),
+    (
+        &["box.critical_lengths=0.5"],
+        "box.critical_lengths",
+        "gas.number gives it too",
+    ),
     (&["gas.volume=3"], "gas.volume", "without positions"),
     (
         &["thermostat.interval=1"],
@@ -340,6 +345,40 @@ const OF_COMPARISONS: &[Row] = &[
 #[test]
 fn relations_of_comparisons_are_checked() {
     refused(COMPARISON, OF_COMPARISONS);
+}
+
+/// A box in critical lengths is one of equal disks that cool.
+#[test]
+fn relations_of_boxes_in_critical_lengths_are_checked() {
+    let text = COMPARISON
+        .replace("number = 1000\n", "")
+        .replace("[box]\n", "[box]\ncritical_lengths = 0.8\n");
+    assert!(read(&text, &[]).is_ok());
+    let cools = "disks that cool in a periodic box";
+    let rows: &[Row] = &[
+        (
+            &["gas.number=100"],
+            "box.critical_lengths",
+            "gas.number gives it too",
+        ),
+        (&["gas.restitution=1"], "box.critical_lengths", cools),
+        (
+            &["drive={ heating = 1, interval = 1 }"],
+            "box.critical_lengths",
+            cools,
+        ),
+        (
+            &["gravity.acceleration=[0, -1]"],
+            "box.critical_lengths",
+            cools,
+        ),
+        (
+            &["box.critical_lengths=0"],
+            "box.critical_lengths",
+            "above 0",
+        ),
+    ];
+    refused(&text, rows);
 }
 
 const OF_FLOWS: &[Row] = &[

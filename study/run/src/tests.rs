@@ -445,6 +445,22 @@ fn luding_1998_has_the_published_time() {
     assert_eq!(names, ["ed", "dsmc-free-volume", "dsmc-enskog"]);
 }
 
+/// The critical length at packing 0.25 and restitution 0.8 is 17.311 d, so 0.8 of it holds 61.05 disks.
+#[test]
+fn a_box_in_critical_lengths_says_the_number_of_disks() {
+    let text = "[gas]\nrestitution = 0.8\n[box]\npacking_fraction = 0.25\ncritical_lengths = 0.8\n[run]\nuntil = 1\n[engine.ed]\n";
+    let small = plan(text);
+    assert_eq!(small.count(), 61);
+    assert!(!small.has_unstable_modes());
+    let wide = plan(&text.replace("0.8\n[run]", "1.1\n[run]"));
+    assert_eq!((wide.count(), wide.has_unstable_modes()), (115, true));
+    let file = text.replace("0.8\n[run]", "1e-3\n[run]");
+    let file = format!("format = 2\ntitle = \"a test\"\n{file}");
+    let file = CaseFile::from_text(Path::new("test.toml"), &file, &[]).expect("a case");
+    let refused = Plan::new(&file.points[0].case, Path::new("")).expect_err("no disks");
+    assert_eq!(refused.key, "box.critical_lengths");
+}
+
 #[test]
 fn bundled_cases_have_plans() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases");

@@ -14,6 +14,10 @@ pub struct Box {
     /// Covered share of its area or volume, up to 0.9069 for disks.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 0.9069))]
     pub packing_fraction: Option<f64>,
+    /// Width over the critical length of shear waves, the shortest that grow while the gas cools (Enskog theory): below 1 the
+    /// gas stays uniform. The number of disks follows from it.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub critical_lengths: Option<f64>,
     /// Height over width of a box that is given by its packing fraction.
     #[serde(default = "super::unit")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]

@@ -12,7 +12,7 @@ pub struct Gas {
     #[serde(default = "two")]
     #[schemars(range(min = 2, max = 3))]
     pub dimension: u64,
-    /// Number of particles. Left out where species or a start file say it.
+    /// Number of particles. Left out where species, a start file or `box.critical_lengths` say it.
     #[schemars(range(min = 1, max = 2_000_000_000))]
     pub number: Option<u64>,
     /// Diameter of a particle. Default 1 in reduced units.

@@ -18,13 +18,14 @@ impl Relations<'_> {
             ("power_law", case.power_law.is_some()),
             ("continuous", case.continuous.is_some()),
             ("start.placement", file),
+            ("box.critical_lengths", self.given("box.critical_lengths")),
         ];
         let mut given = ways.iter().filter(|way| way.1);
         let Some((first, _)) = given.next() else {
             let allowed = if case.kind() == Kind::Homogeneous {
                 "the number of particles is given here, or by [[species]], [power_law] or [continuous]"
             } else {
-                "the number of particles is given here, by [[species]], or by start.placement = \"file\""
+                "the number of particles is given here, by [[species]], by box.critical_lengths, or by start.placement = \"file\""
             };
             return self.refuse("gas.number", allowed);
         };
@@ -33,7 +34,10 @@ impl Relations<'_> {
                 format!("the number of particles is given once, and {first} gives it too");
             return self.refuse(second, allowed);
         }
-        if *first != "gas.number" && *first != "start.placement" {
+        if !matches!(
+            *first,
+            "gas.number" | "start.placement" | "box.critical_lengths"
+        ) {
             let keys = ["gas.diameter", "gas.mass", "gas.rms_speed"];
             let allowed = format!("{first} says this; gas.temperature is that of all");
             self.without(&keys, &allowed)?;

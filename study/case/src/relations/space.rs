@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{Checked, Relations};
 use crate::error::brief_number;
-use crate::format::{ContactValues, FACES, Face, FaceWord, Placement, Wall};
+use crate::format::{ContactValues, FACES, Face, FaceWord, Kind, Placement, Restitution, Wall};
 
 impl Relations<'_> {
     pub(super) fn domain(&self) -> Checked {
@@ -33,6 +33,14 @@ impl Relations<'_> {
         self.ensure(!none || file, "box.packing_fraction", one)?;
         if domain.size.is_some() {
             self.without(&["box.aspect_ratio"], "box.size says it")?;
+        }
+        if domain.critical_lengths.is_some() {
+            let constant =
+                matches!(self.case.gas.restitution, Restitution::Constant(one) if one < 1.0);
+            let fits = domain.packing_fraction.is_some() && dimension == 2 && constant;
+            let comparison = self.case.kind() == Kind::Comparison && self.case.drive.is_none();
+            let allowed = "this key is for disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
+            self.ensure(fits && comparison, "box.critical_lengths", allowed)?;
         }
         let square = self.case.start.placement == Placement::Square;
         let closest = if square { PI / 4.0 } else { closest };

@@ -9,7 +9,7 @@ use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Arrangement, SEQUENTIAL_LIMIT, StartFile};
 use stosszahl_model::{
     Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
-    Space as _, Species, Volume, kinetic,
+    Space as _, Species, Volume, kinetic, transport,
 };
 
 use super::boundaries;
@@ -26,6 +26,7 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] names the key that is to blame.
     pub fn new(case: &Case, folder: &Path) -> Result<Self, PlanError> {
+        let case = &numbered(case)?;
         let kind = case.kind();
         let temperature = temperature(case)?;
         let mut gas = match kind {
@@ -49,9 +50,8 @@ impl Plan {
             gravity: gravity(case)?,
             is_bounded: !case.walls.is_periodic() || !case.obstacle.is_empty(),
         };
-        // A start beyond close packing is possible only for particles of several sizes.
         let contact_value = match dimension {
-            2 => kinetic::contact_value(gas.packing.min(0.999 * kinetic::CLOSE_PACKING)),
+            2 => contact_value(gas.packing),
             _ => Volume::contact_value(gas.packing.min(0.74)),
         };
         let restitution = match &law {
@@ -228,6 +228,31 @@ fn or_one(case: &Case, key: &str, value: Option<f64>) -> Result<f64, PlanError> 
         (None, Units::Reduced) => Ok(1.0),
         (None, Units::Si) => Err(PlanError::new(key, "none", "a value, with units = \"si\"")),
     }
+}
+
+/// Contact value of equal disks. A start beyond close packing is possible only for particles of several sizes.
+fn contact_value(packing: f64) -> f64 {
+    kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
+}
+
+/// The case with the number of disks that follows from the box in critical lengths, if that is how it is given.
+fn numbered(case: &Case) -> Result<Case, PlanError> {
+    let mut case = case.clone();
+    let restitution = general(&case);
+    if let Some(domain) = &mut case.domain
+        && let (Some(lengths), Some(packing)) = (domain.critical_lengths, domain.packing_fraction)
+    {
+        let critical = transport::critical_length(packing, contact_value(packing), restitution);
+        let area = domain.aspect_ratio * (lengths * critical).powi(2);
+        let number = (packing * area / FRAC_PI_4).round();
+        let found = format!("{} ({} disks)", short(lengths), short(number));
+        let allowed = "a box of 2 to 2147483647 disks";
+        let fits = (2.0..=2_147_483_647.0).contains(&number);
+        PlanError::unless(fits, "box.critical_lengths", found, allowed)?;
+        domain.critical_lengths = None;
+        case.gas.number = Some(number as u64);
+    }
+    Ok(case)
 }
 
 /// Temperature of the start in the units of the case; 1 where a start file says it.
