@@ -156,6 +156,14 @@ pub struct Dissipation {
     pub dissipation: f64,
 }
 
+impl Dissipation {
+    /// Cooling rate over that of molecular chaos at the squared speed of the colliding pairs instead of at the total kinetic
+    /// energy: energy is lost as the power 3/2 of it. What waves and clusters do to the speeds of pairs drops out.
+    pub fn at_pair_speed(&self) -> f64 {
+        self.dissipation / self.speed.powf(1.5)
+    }
+}
+
 /// Observes collisions in windows of time; the factors of the dissipation identity have a meaning for equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Windows {

@@ -282,6 +282,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("luding-1998-fig3b", "replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("map-uniform", "replicas=2 box.critical_lengths=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
+    ("map-waves", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),
     ("quick", "gas.number=100 run.until=1"),
     ("rough-disks", "gas.number=50 box.size=[60,60] run.until=5 run.samples=12"),

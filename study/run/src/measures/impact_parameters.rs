@@ -355,12 +355,13 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
 }
 
 /// The factors of the dissipation identity, in the order of their columns.
-const FACTORS: [fn(&Dissipation) -> f64; 5] = [
+const FACTORS: [fn(&Dissipation) -> f64; 6] = [
     |d| d.rate,
     |d| d.speed,
     |d| d.impact,
     |d| d.correlation,
     |d| d.dissipation,
+    Dissipation::at_pair_speed,
 ];
 
 /// The factors of one window.
@@ -375,7 +376,7 @@ fn known_factors(plan: &Plan, window: &Window) -> Option<Dissipation> {
 }
 
 /// The factors of one window of all replicas.
-fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 5] {
+fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 6] {
     let windows = window(records, number);
     FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))))
 }
@@ -392,6 +393,7 @@ fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
         estimate "impact_ratio", "1", "Mean of 1 - b^2/d^2 over its value under chaos";
         estimate "correlation_ratio", "1", "What is left: the correlation of relative speed and impact parameter";
         estimate "dissipation_ratio", "1", "Cooling rate over its Enskog value: the product of the four";
+        estimate "at_pair_speed", "1", "Cooling rate over that of chaos at the squared speed of the colliding pairs: dissipation_ratio/speed_ratio^(3/2)";
         note "replicas", "1", "Replicas";
     }
     .figure(Figure::curves(

@@ -381,6 +381,8 @@ fn impact_parameters_are_counted_in_windows() {
             1.0,
             1e-12,
         );
+        let at_pair_speed = of("dissipation_ratio") / of("speed_ratio").powf(1.5);
+        close(of("at_pair_speed") / at_pair_speed, 1.0, 1e-12);
     }
 }
 
