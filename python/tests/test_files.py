@@ -69,6 +69,37 @@ def test_neighbours_with_freud(tmp_path):
     assert len(found) == near.sum() - len(frame) > 400
 
 
+def test_pair_correlations_and_structure_factors_with_freud(root, tmp_path):
+    """One replica, so that its snapshot is all that tables are of."""
+    freud = pytest.importorskip("freud")
+    end = {"gas.number": 900, "run.until": 3, "measure.structure_factor.times": [3], "measure.pair_correlation.times": [3]}
+    one = stosszahl.run(root / "cases/quick.toml", end, out=tmp_path / "one", replicas=1, progress=False)
+    (frame,) = trajectory(one, engine="ed")
+    side = frame.box[0]
+    ours = {name: one[name] for name in ("pair_correlation", "structure_factor")}
+    ours = {name: table[table["engine"] == "ed"] for name, table in ours.items()}
+    # freud counts pairs in single precision: of some 1e5 pairs, a few lie within 1e-6 d of the edge of a bin of 0.05 d.
+    box = freud.box.Box(side, side, is2D=True)
+    points = box.wrap(frame.positions * [1, 1, 0])
+    found = freud.density.RDF(bins=len(ours["pair_correlation"]), r_max=6, normalization_mode="finite_size").compute((box, points))
+    assert np.abs(found.rdf - ours["pair_correlation"]["g"]).max() < 1e-3
+    # freud knows structure factors of boxes in space, and takes waves of the first quadrant only; a plain sum has both.
+    count = np.arange(-6, 7)
+    waves = np.stack(np.meshgrid(count, count), axis=-1).reshape(-1, 2)
+    power = np.abs(np.exp(2j * np.pi / side * points[:, :2] @ waves.T).sum(axis=0)) ** 2 / len(points)
+    shell = np.rint(np.hypot(*waves.T))
+    unit = 2 * np.pi / side
+    of_freud = freud.diffraction.StaticStructureFactorDirect(bins=5, k_max=5.5 * unit, k_min=0.5 * unit)
+    of_freud.compute((freud.box.Box(side, side, 1), points))
+    for number in range(1, 6):
+        first = (shell == number) & (waves >= 0).all(axis=1)
+        assert of_freud.S_k[number - 1] == pytest.approx(power[first].mean(), rel=1e-4)
+        # Ours is of a lattice of at least 128 sites a side, whose waves n and 128 - n mix by (n/(128 - n))^2 at most.
+        mixed = 2 * (number / (128 - number)) ** 2
+        value = ours["structure_factor"]["structure_factor"].iloc[number - 1]
+        assert value == pytest.approx(power[shell == number].mean(), rel=mixed)
+
+
 def test_snapshots_of_a_run_with_ase(quick, tmp_path):
     ase_io = pytest.importorskip("ase.io")
     path = next(quick.folder.glob("snapshots/ed-*.xyz"))
