@@ -30,6 +30,11 @@ pub fn keys(schema: &Value) -> String {
         }
         rows.retain(|row| row.key != *name);
         let _ = write!(tables, "\n## `{name}`\n\n{}\n", meaning(one));
+        let (rows, shared) = gathered(name, rows);
+        if !shared.is_empty() {
+            let names = shared.join("`, `");
+            let _ = write!(tables, "\nNAME is one of `{names}`.\n");
+        }
         table(&rows, &mut tables);
     }
     page.push_str("\n## At the top\n");
@@ -82,6 +87,7 @@ pub fn columns(manifests: &[Manifest]) -> String {
 }
 
 /// A key with what may stand there.
+#[derive(Clone, PartialEq)]
 struct Row {
     key: String,
     allowed: String,
@@ -180,6 +186,40 @@ fn meaning(schema: &Value) -> String {
     let own = text(schema);
     own.or_else(|| choices(schema).into_iter().find_map(text))
         .unwrap_or_default()
+}
+
+/// Rows of a section in which the table that most names share is written once, for `NAME`, and these names.
+fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
+    let name = |row: &Row| -> Option<String> {
+        let rest = row.key.strip_prefix(section)?.strip_prefix('.')?;
+        Some(rest.split_once('.')?.0.to_owned())
+    };
+    let neutral = |row: &Row, name: &str| Row {
+        key: row.key.replacen(name, "NAME", 1),
+        ..row.clone()
+    };
+    let mut tables: BTreeMap<String, Vec<Row>> = BTreeMap::new();
+    for row in &rows {
+        if let Some(name) = name(row) {
+            let row = neutral(row, &name);
+            tables.entry(name).or_default().push(row);
+        }
+    }
+    let sharing = |own: &Vec<Row>| -> Vec<String> {
+        let same = tables.iter().filter(|other| other.1 == own);
+        same.map(|other| other.0.clone()).collect()
+    };
+    let shared = tables.values().map(sharing).max_by_key(Vec::len);
+    let shared = shared.filter(|names| names.len() > 1).unwrap_or_default();
+    let kept = rows.into_iter().filter_map(|row| {
+        let place = name(&row).and_then(|name| shared.iter().position(|one| *one == name));
+        match place {
+            None => Some(row),
+            Some(0) => Some(neutral(&row, &shared[0])),
+            Some(_) => None,
+        }
+    });
+    (kept.collect(), shared.clone())
 }
 
 /// Text inside a cell of a table.
