@@ -11,7 +11,9 @@
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
+//! | [`helfand`] | how does an elastic gas carry momentum and heat, and how fast do its disks spread? | Einstein-Helfand moments | O(1) a collision |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
+//! | [`spectra`] | how strongly do density, flow and temperature fluctuate at each wavelength? | the same, by shells | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
 //! | [`replicas`] | what do few replicas leave open, and how many does it take? | jackknife, Student, Hotelling, power | O(values) |
 //! | [`fields`] | where is a flow dense, fast, hot? | sums over cells, batch means | O(N) a sample |
@@ -39,11 +41,13 @@ pub mod equilibrium;
 mod error;
 pub mod fields;
 pub mod fit;
+pub mod helfand;
 pub mod impact;
 pub mod modes;
 pub mod pair_correlation;
 pub mod relaxation;
 pub mod replicas;
+pub mod spectra;
 pub mod statistics;
 pub mod steady;
 pub mod structure_factor;

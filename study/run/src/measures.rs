@@ -19,6 +19,7 @@ mod series;
 mod snapshots;
 mod species;
 mod species_temperatures;
+mod spectra;
 mod steady_state;
 mod structure_factor;
 #[cfg(test)]
@@ -29,10 +30,11 @@ pub(crate) mod toy;
 mod velocity_autocorrelation;
 
 use stosszahl_analysis::statistics::Estimate as Mean;
+use stosszahl_dsmc::Weights;
 use stosszahl_results::Estimate;
 
-use crate::measure::Measure;
-use crate::plan::{Plan, logarithmic};
+use crate::measure::{self, BadOption, Measure};
+use crate::plan::{EnginePlan, Plan, logarithmic};
 
 pub use snapshots::extended_xyz;
 
@@ -51,6 +53,7 @@ pub const ALL: &[&dyn Measure] = &[
     &fields::Fields,
     &boundaries::Boundaries,
     &structure_factor::StructureFactors,
+    &spectra::HydrodynamicSpectra,
     &pair_correlation::PairCorrelations,
     &displacement::Displacement,
     &time_averaged_displacement::TimeAveragedDisplacement,
@@ -63,6 +66,17 @@ pub const ALL: &[&dyn Measure] = &[
 /// A grid of times in equal factors from the first sample on, and last the end exactly.
 pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<> {
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
+}
+
+/// Refuses engines whose simulators come and go.
+pub(crate) fn require_kept(plan: &Plan) -> Result<(), BadOption> {
+    let weighted = |engine: &&EnginePlan| engine.weights != Weights::uniform();
+    let Some(name) = plan.engines.iter().find(weighted).map(|engine| engine.name) else {
+        return Ok(());
+    };
+    let allowed =
+        format!("engines that keep particles; {name} splits and merges simulators by its weights");
+    measure::require(false, "", allowed)
 }
 
 /// Mean and standard error over replicas; those without a finite value are left out.
