@@ -117,6 +117,9 @@ fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
 }
 
 impl Helfand {
+    /// Memory for each disk \[bytes\].
+    pub const BYTES_PER_DISK: usize = size_of::<Disk>();
+
     /// Sums that begin at a time, with the velocities of all disks of one mass in a box of some area; lags reach over `bins` bins of
     /// one duration.
     pub fn new(

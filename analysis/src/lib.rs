@@ -5,6 +5,7 @@
 //! | module | question | algorithm | cost |
 //! |---|---|---|---|
 //! | [`energy`] | how fast does the gas cool, how Maxwellian is it, what is its pressure? | moments, virial | O(N) a sample |
+//! | [`velocities`] | how are velocities distributed, how fat are the tails? | histograms, cumulants | O(N) a sample |
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
 //! | [`contacts`] | do colliding partners know each other, or share a flow? | local temperature, shuffled partners | O(1) a collision, O(N) a sample |
 //! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
@@ -52,6 +53,7 @@ pub mod statistics;
 pub mod steady;
 pub mod structure_factor;
 pub mod theory;
+pub mod velocities;
 pub mod windows;
 
 pub use error::Error;

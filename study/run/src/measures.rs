@@ -11,7 +11,10 @@ mod error_budget;
 mod fields;
 mod frames;
 mod gas;
+#[cfg(test)]
+mod hydrodynamic_tests;
 mod impact_parameters;
+mod intermediate_scattering;
 mod pair_correlation;
 #[cfg(test)]
 mod positionless_tests;
@@ -27,10 +30,13 @@ mod tests;
 mod time_averaged_displacement;
 #[cfg(test)]
 pub(crate) mod toy;
+mod transport;
 mod velocity_autocorrelation;
+mod velocity_distribution;
 
 use stosszahl_analysis::statistics::Estimate as Mean;
 use stosszahl_dsmc::Weights;
+use stosszahl_model::GrainSizes;
 use stosszahl_results::Estimate;
 
 use crate::measure::{self, BadOption, Measure};
@@ -58,6 +64,9 @@ pub const ALL: &[&dyn Measure] = &[
     &displacement::Displacement,
     &time_averaged_displacement::TimeAveragedDisplacement,
     &velocity_autocorrelation::VelocityAutocorrelation,
+    &velocity_distribution::VelocityDistribution,
+    &intermediate_scattering::IntermediateScattering,
+    &transport::Transport,
     &clusters::Clusters,
     &snapshots::Snapshots,
     &frames::Frames,
@@ -66,6 +75,32 @@ pub const ALL: &[&dyn Measure] = &[
 /// A grid of times in equal factors from the first sample on, and last the end exactly.
 pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<> {
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
+}
+
+/// The species of a particle: by the number that its engine gives it, or by its index where each particle has its own size.
+pub(crate) struct SpeciesOf {
+    by_index: bool,
+    groups: Vec<u32>,
+}
+
+impl SpeciesOf {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        // Particles that each have their own size carry no species; their indices tell it.
+        let by_index = matches!(plan.grains.sizes, GrainSizes::Each(_));
+        let groups = if by_index {
+            let all = 0..plan.count();
+            all.map(|index| plan.species_of(index) as u32).collect()
+        } else {
+            plan.groups()
+        };
+        Self { by_index, groups }
+    }
+
+    /// The species of a particle of an index and the number of its kind.
+    pub(crate) fn of(&self, index: usize, kind: u32) -> usize {
+        let place = if self.by_index { index } else { kind as usize };
+        self.groups[place % self.groups.len()] as usize
+    }
 }
 
 /// Refuses engines whose simulators come and go.

@@ -1,6 +1,6 @@
 //! Spectra of density, flow and temperature of disks in a periodic box, and how fast shear modes grow or decay.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::{Disk, Shells, Spectra, Spectrum};
 use stosszahl_dsmc::Copies;
