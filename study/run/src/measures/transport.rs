@@ -4,12 +4,13 @@ use serde::Deserialize;
 use stosszahl_analysis::helfand::{Helfand, Moments};
 use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Collision, Observer};
-use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
 
 use super::over;
-use crate::judge::{in_units, note, title};
+use crate::judge::{in_units, title, verdict, within};
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
 use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::words::percent;
 
 /// Transport coefficients.
 pub struct Transport;
@@ -17,6 +18,9 @@ pub struct Transport;
 /// Mean free times of the largest lag where the case does not say, and the largest share of the run that it may be.
 const LAG: f64 = 20.0;
 const LARGEST_SHARE: f64 = 0.25;
+
+/// How far a coefficient may be from Enskog's and still agree.
+const MARGIN: f64 = 0.05;
 
 /// Over which lags.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
@@ -49,35 +53,54 @@ impl Options {
 /// Nothing of engines that are not event-driven.
 type Record = Option<Helfand>;
 
-/// A coefficient, or a part of one: its names, its moment, and Enskog's value.
+/// A coefficient, or a part of one: its column, that of the same over Enskog's value where that is asked for, its moment, and
+/// Enskog's value.
 struct Coefficient {
     name: &'static str,
-    part: &'static str,
+    over: Option<&'static str>,
+    meaning: &'static str,
     moment: fn(&Moments) -> f64,
     theory: fn(&ElasticDisks) -> f64,
 }
 
-const WHOLE: &str = "all";
+const KINETIC: &str = "What moving disks carry of it";
+const CROSS: &str = "What the correlation of kinetic and collisional transfer adds to it";
+const COLLISIONAL: &str = "What collisions carry of it over the distance of two centres";
 
-/// A coefficient of which all is asked, and its parts where it has them.
+/// Lines of a list of coefficients.
 macro_rules! coefficients {
-    ($($name:literal $part:expr, $moment:expr, $theory:expr;)*) => {
-        &[$(Coefficient { name: $name, part: $part, moment: $moment, theory: $theory }),*]
+    ($($name:literal $over:expr, $meaning:expr, $moment:expr, $theory:expr;)*) => {
+        &[$(Coefficient {
+            name: $name,
+            over: $over,
+            meaning: $meaning,
+            moment: $moment,
+            theory: $theory,
+        }),*]
     };
 }
 
 const COEFFICIENTS: &[Coefficient] = coefficients! {
-    "self_diffusion" WHOLE, |m| m.diffusion, ElasticDisks::self_diffusion;
-    "shear_viscosity" WHOLE, |m| m.shear.iter().sum(), |e| e.shear_viscosity().sum();
-    "shear_viscosity" "kinetic", |m| m.shear[0], |e| e.shear_viscosity().kinetic;
-    "shear_viscosity" "cross", |m| m.shear[1], |e| e.shear_viscosity().cross;
-    "shear_viscosity" "collisional", |m| m.shear[2], |e| e.shear_viscosity().collisional;
-    "bulk_viscosity" WHOLE, |m| m.bulk, ElasticDisks::bulk_viscosity;
-    "heat_conductivity" WHOLE, |m| m.heat.iter().sum(), |e| e.heat_conductivity().sum();
-    "heat_conductivity" "kinetic", |m| m.heat[0], |e| e.heat_conductivity().kinetic;
-    "heat_conductivity" "cross", |m| m.heat[1], |e| e.heat_conductivity().cross;
-    "heat_conductivity" "collisional", |m| m.heat[2], |e| e.heat_conductivity().collisional;
+    "self_diffusion" Some("self_diffusion_over_enskog"), "Self-diffusion coefficient, in units of diameter, mass and temperature; theory is Enskog's in three Sonine orders",
+        |m| m.diffusion, ElasticDisks::self_diffusion;
+    "shear_viscosity" Some("shear_viscosity_over_enskog"), "Shear viscosity in the same units; theory is Enskog's of all orders",
+        |m| m.shear.iter().sum(), |e| e.shear_viscosity().sum();
+    "shear_viscosity_kinetic" None, KINETIC, |m| m.shear[0], |e| e.shear_viscosity().kinetic;
+    "shear_viscosity_cross" None, CROSS, |m| m.shear[1], |e| e.shear_viscosity().cross;
+    "shear_viscosity_collisional" None, COLLISIONAL, |m| m.shear[2], |e| e.shear_viscosity().collisional;
+    "bulk_viscosity" Some("bulk_viscosity_over_enskog"), "Bulk viscosity, all of it collisional",
+        |m| m.bulk, ElasticDisks::bulk_viscosity;
+    "heat_conductivity" Some("heat_conductivity_over_enskog"), "Heat conductivity, Boltzmann's constant being one",
+        |m| m.heat.iter().sum(), |e| e.heat_conductivity().sum();
+    "heat_conductivity_kinetic" None, KINETIC, |m| m.heat[0], |e| e.heat_conductivity().kinetic;
+    "heat_conductivity_cross" None, CROSS, |m| m.heat[1], |e| e.heat_conductivity().cross;
+    "heat_conductivity_collisional" None, COLLISIONAL, |m| m.heat[2], |e| e.heat_conductivity().collisional;
 };
+
+/// The coefficients without their parts.
+fn whole() -> impl Iterator<Item = &'static Coefficient> {
+    COEFFICIENTS.iter().filter(|one| one.over.is_some())
+}
 
 impl Coefficient {
     /// Slope from half of the largest lag on.
@@ -201,19 +224,16 @@ impl Measure for Transport {
             .each::<Record>(plan)
             .filter(|(engine, _)| is_exact(engine))
         {
-            let all = records.iter().map(|one| one.as_ref().map(Helfand::moments));
-            let all: Vec<Vec<Moments>> = all.map(Option::unwrap_or_default).collect();
+            let all = moments(&records);
+            let mut cells = Vec::new();
             for one in COEFFICIENTS {
                 let theory = (one.theory)(&enskog);
                 let found = over(all.iter().map(|moments| one.slope(moments, points)));
-                coefficients.add((
-                    (engine.name, one.name, one.part),
-                    found.against(Some(theory)),
-                    found.times(1.0 / theory),
-                    all.len(),
-                ));
+                cells.push(found.against(Some(theory)));
+                cells.extend(one.over.map(|_| found.times(1.0 / theory)));
             }
-            for one in COEFFICIENTS.iter().filter(|one| one.part == WHOLE) {
+            coefficients.add((engine.name, cells, all.len()));
+            for one in whole() {
                 let theory = (one.theory)(&enskog);
                 for point in 0..points {
                     let apparent = over(all.iter().map(|moments| {
@@ -228,48 +248,74 @@ impl Measure for Transport {
         vec![coefficients, lags]
     }
 
+    fn tests(&self, plan: &Plan) -> usize {
+        plan.engines
+            .iter()
+            .filter(|engine| is_exact(engine))
+            .count()
+            * whole().count()
+    }
+
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let points = measure::chosen::<Options>(plan, self.name()).points as usize;
         let enskog = enskog(plan);
-        let engines = runs
+        let mut list = Vec::new();
+        for (engine, records) in runs
             .each::<Record>(plan)
-            .filter(|(engine, _)| is_exact(engine));
-        let notes = engines.map(|(engine, records)| {
-            let all: Vec<Vec<Moments>> = (records.iter())
-                .map(|one| one.as_ref().map(Helfand::moments).unwrap_or_default())
-                .collect();
-            let whole = COEFFICIENTS.iter().filter(|one| one.part == WHOLE);
-            let said: Vec<String> = whole
-                .map(|one| {
-                    let found: Estimate =
-                        over(all.iter().map(|moments| one.slope(moments, points)));
-                    let over = in_units(&found, (one.theory)(&enskog));
-                    format!(
-                        "{} {over}",
-                        one.name
-                            .replace("self_", "")
-                            .replace("heat_", "")
-                            .replace('_', " ")
-                    )
-                })
-                .collect();
-            let sentence = format!("Over Enskog's theory: {}.", said.join(", "));
-            note(format!("transport, {}", title(engine.name)), sentence)
-        });
-        notes.collect()
+            .filter(|(engine, _)| is_exact(engine))
+        {
+            let all = moments(&records);
+            for one in whole() {
+                let found = over(all.iter().map(|moments| one.slope(moments, points)));
+                let found = found.times(1.0 / (one.theory)(&enskog));
+                list.push(against_enskog(
+                    one.name,
+                    title(engine.name),
+                    &found,
+                    runs.level,
+                ));
+            }
+        }
+        list
     }
 }
 
+/// Moments of all replicas.
+fn moments(records: &[&Record]) -> Vec<Vec<Moments>> {
+    let all = records.iter().map(|one| one.as_ref().map(Helfand::moments));
+    all.map(Option::unwrap_or_default).collect()
+}
+
+/// Whether a coefficient over Enskog's is one within the margin.
+fn against_enskog(name: &str, engine: &str, found: &Estimate, level: f64) -> Verdict {
+    let name = name.replace('_', " ");
+    let off = Estimate {
+        value: found.value.map(|found| found - 1.0),
+        ..*found
+    };
+    let kind = within(&off, MARGIN, level);
+    let said = match kind {
+        VerdictKind::Agree => ", within",
+        VerdictKind::Differ => ", beyond",
+        _ => "; it cannot be told whether that is within",
+    };
+    let (found, margin) = (in_units(found, 1.0), percent(MARGIN));
+    let sentence = format!("The {name} of {engine} is {found} of Enskog's{said} {margin}.");
+    verdict(format!("{name}, {engine}"), sentence, kind)
+}
+
 fn coefficient_table() -> Table {
-    table! {
+    let mut table = table! {
         "transport", "Transport coefficients, from half of the largest lag on.";
         key "engine", "", "Engine";
-        key "coefficient", "", "self_diffusion, shear_viscosity, bulk_viscosity, heat_conductivity";
-        key "part", "", "all; of viscosity and conductivity also kinetic: what moving disks carry, collisional: what collisions carry, cross: what the correlation of both adds";
-        with_theory "value", "1", "Its value, with diameter, mass and temperature as units (Boltzmann's constant is one); theory is Enskog's, of all Sonine orders";
-        estimate "over_enskog", "1", "The same over that theory";
-        note "replicas", "1", "Replicas";
+    };
+    for one in COEFFICIENTS {
+        table = table.with_theory(one.name, "1", one.meaning);
+        if let Some(over) = one.over {
+            table = table.estimate(over, "1", "The same over that theory");
+        }
     }
+    table.note("replicas", "1", "Replicas")
 }
 
 fn lag_table() -> Table {

@@ -10,7 +10,6 @@ use super::structure_factor::structure_times;
 use super::{SpeciesOf, over};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
-use crate::theory::homogeneous::fourth_cumulants;
 
 /// The distribution of velocities.
 pub struct VelocityDistribution;
@@ -74,7 +73,7 @@ fn theory(plan: &Plan, time: f64) -> Option<f64> {
     let (dimension, r) = (plan.dimension, plan.law.constant()?);
     let alone = match plan.kind {
         Kind::Comparison => plan.has_theory(),
-        Kind::Homogeneous => plan.species.len() == 1 && plan.case.sticking.is_none(),
+        Kind::Homogeneous => plan.classes.len() == 1 && plan.case.sticking.is_none(),
         Kind::Flow => false,
     };
     if !alone {
@@ -86,16 +85,13 @@ fn theory(plan: &Plan, time: f64) -> Option<f64> {
     if r == 1.0 {
         return Some(0.0);
     }
-    let last = match plan.kind {
-        Kind::Homogeneous => fourth_cumulants(plan)?[0],
-        _ => kinetic::fourth_cumulant(dimension, r),
-    };
     let passed = plan
         .time_over_haff(time)
         .filter(|_| plan.case.thermostat.is_none())?;
     // Collisions of a particle in which the thermal speed falls to 1/e.
     let collisions = 2.0 * dimension as f64 / (1.0 - r * r);
     let exponent = transport::cumulant_relaxation(dimension, r) * collisions;
+    let last = kinetic::fourth_cumulant(dimension, r);
     Some(last * -(-exponent * passed.ln_1p()).exp_m1())
 }
 
