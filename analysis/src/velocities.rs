@@ -207,7 +207,7 @@ mod tests {
     fn maxwellian(count: usize, dimension: usize, seed: u64) -> Vec<Particle> {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
         let one = |index: usize| {
-            let mass = [1.0, 4.0][index % 2];
+            let mass: f64 = [1.0, 4.0][index % 2];
             let mut part = |axis: usize| -> f64 {
                 let normal: f64 = StandardNormal.sample(&mut stream);
                 if axis < dimension {

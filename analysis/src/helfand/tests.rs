@@ -10,6 +10,9 @@ struct Span {
     given: [f64; FLUXES],
 }
 
+/// Change of the part and the flux of given numbers over a lag.
+type Change<'a> = dyn Fn(usize, usize) -> f64 + 'a;
+
 const MASS: f64 = 1.7;
 const AREA: f64 = 55.0;
 const BIN: f64 = 0.3;
@@ -159,7 +162,7 @@ fn moments_are_the_plain_integrals() {
         let lag = number + 1;
         let time = lag as f64 * BIN;
         let starts = 20 - lag + 1;
-        let average = |of: &dyn Fn(&dyn Fn(usize, usize) -> f64) -> f64| {
+        let average = |of: &dyn Fn(&Change<'_>) -> f64| {
             let one = |start: usize| {
                 of(&|part, flux| at[start + lag].0[part][flux] - at[start].0[part][flux])
             };

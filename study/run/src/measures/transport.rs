@@ -122,9 +122,9 @@ struct TransportProbe {
 impl Observer for TransportProbe {
     fn collisions(&mut self, batch: &[Collision]) {
         if let Some(moments) = &mut self.record {
-            batch
-                .iter()
-                .for_each(|collision| moments.collide(collision));
+            for collision in batch {
+                moments.collide(collision);
+            }
         }
     }
 
@@ -192,7 +192,7 @@ impl Measure for Transport {
         measure::require(lag > 0.0 && lag <= most, "lag", allowed)?;
         let points = options.points;
         let allowed = format!("an even number from 2 to 1000; found {points}");
-        let good = (2..=1000).contains(&points) && points % 2 == 0;
+        let good = (2..=1000).contains(&points) && points.is_multiple_of(2);
         measure::require(good, "points", allowed)
     }
 
