@@ -17,7 +17,9 @@
 //! ```
 //!
 //! N velocities over their own temperature lie on a sphere of n = D (N - 1) dimensions, on which a Maxwellian has `<c⁴>` and `<c⁶>`
-//! smaller by n/(n + 2) and n²/((n + 2)(n + 4)): these factors are divided out. N is `(Σ w)²/Σ w²` for particles of weights w.
+//! smaller by n/(n + 2) and n²/((n + 2)(n + 4)): these factors are divided out. N is `(Σ w)²/Σ w²` for particles of weights w. Where
+//! masses differ, the mean flow takes the share m/M of the motion of a particle, M being the mass of all: the factors
+//! `<(1 - m/M)²>/<1 - m/M>²` and `<(1 - m/M)³>/<1 - m/M>³` are divided out too.
 
 use std::f64::consts::PI;
 
@@ -148,7 +150,7 @@ impl Bins {
             return None;
         }
         let (mut density, mut beyond) = (vec![0.0; self.number], 0.0);
-        let (mut fourth, mut sixth) = (0.0, 0.0);
+        let (mut fourth, mut sixth, mut free) = (0.0, 0.0, [0.0; 3]);
         let mut count = |value: f64, share: f64| {
             let bin = (value - self.low()) / self.width();
             match density.get_mut(bin as usize) {
@@ -160,6 +162,11 @@ impl Bins {
             let share = one.weight / weights;
             let c = (one.velocity - drift) * (0.5 * one.mass / temperature).sqrt();
             let square = c.norm_squared();
+            // The drift takes a share of the motion of each particle that grows with its mass.
+            let own = 1.0 - one.weight * one.mass / mass;
+            for (sum, power) in free.iter_mut().zip(1..) {
+                *sum += share * own.powi(power);
+            }
             fourth += share * square * square;
             sixth += share * square * square * square;
             match self.quantity {
@@ -170,9 +177,10 @@ impl Bins {
                 }
             }
         }
-        let n = freedom;
-        let fourth = fourth * 4.0 / (d * (d + 2.0)) * (n + 2.0) / n;
+        let (n, [one, two, three]) = (freedom, free);
+        let fourth = fourth * 4.0 / (d * (d + 2.0)) * (n + 2.0) / n * one * one / two;
         let sixth = sixth * 8.0 / (d * (d + 2.0) * (d + 4.0)) * (n + 2.0) * (n + 4.0) / (n * n);
+        let sixth = sixth * one.powi(3) / three;
         Some(Distribution {
             density,
             beyond,
