@@ -141,6 +141,9 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
         "boundaries fields profiles series species",
         flow,
         flow,
+        "comparison dissipation energy error_budget growth helfand impact_parameter impact_parameter_summary \
+         intermediate_scattering pair_correlation replicas spectra structure_factor transport velocity_cumulants \
+         velocity_distribution",
     ];
     for ((name, text), tables) in SMALL.into_iter().zip(expected) {
         assert_runs(&desk, text, name, &[]);

@@ -5,13 +5,16 @@
 //! | module | question | algorithm | cost |
 //! |---|---|---|---|
 //! | [`energy`] | how fast does the gas cool, how Maxwellian is it, what is its pressure? | moments, virial | O(N) a sample |
+//! | [`velocities`] | how are velocities distributed, how fat are the tails? | histograms, cumulants | O(N) a sample |
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
 //! | [`contacts`] | do colliding partners know each other, or share a flow? | local temperature, shuffled partners | O(1) a collision, O(N) a sample |
 //! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
 //! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
+//! | [`helfand`] | how does an elastic gas carry momentum and heat, and how fast do its disks spread? | Einstein-Helfand moments | O(1) a collision |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
+//! | [`spectra`] | how strongly do density, flow and temperature fluctuate at each wavelength? | the same, by shells | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
 //! | [`replicas`] | what do few replicas leave open, and how many does it take? | jackknife, Student, Hotelling, power | O(values) |
 //! | [`fields`] | where is a flow dense, fast, hot? | sums over cells, batch means | O(N) a sample |
@@ -39,15 +42,18 @@ pub mod equilibrium;
 mod error;
 pub mod fields;
 pub mod fit;
+pub mod helfand;
 pub mod impact;
 pub mod modes;
 pub mod pair_correlation;
 pub mod relaxation;
 pub mod replicas;
+pub mod spectra;
 pub mod statistics;
 pub mod steady;
 pub mod structure_factor;
 pub mod theory;
+pub mod velocities;
 pub mod windows;
 
 pub use error::Error;

@@ -76,7 +76,7 @@ impl Amplitude {
 }
 
 /// Wave vector of a pair of reciprocal indices \[1/length\].
-fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
+pub(crate) fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
     vector![
         TAU * f64::from(index[0]) / lengths[0],
         TAU * f64::from(index[1]) / lengths[1]
@@ -163,6 +163,37 @@ impl Modes {
             .map(move |&index| wave_vector(lengths, index).norm())
     }
 
+    /// `Σ_j w_j exp(-i k · r_j)` of all modes, in their order, for several weights w of each point at once; `weights` gives
+    /// those of a point by its number.
+    ///
+    /// # Errors
+    /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
+    pub fn sums<const W: usize>(
+        &self,
+        positions: &[Vector2<f64>],
+        mut weights: impl FnMut(usize) -> [f64; W],
+    ) -> Result<Vec<[Complex<f64>; W]>, Error> {
+        check_positions(positions, 1)?;
+        let mut sums = vec![[Complex::new(0.0, 0.0); W]; self.indices.len()];
+        let mut powers = self.reach.map(|reach| Powers::new(reach + 1));
+        for (block, places) in positions.chunks(BLOCK).enumerate() {
+            for (axis, powers) in powers.iter_mut().enumerate() {
+                powers.raise(places, axis, self.lengths[axis]);
+            }
+            // Zero beyond the last point.
+            let mut lanes = [[0.0; BLOCK]; W];
+            for slot in 0..places.len() {
+                for (lane, weight) in lanes.iter_mut().zip(weights(block * BLOCK + slot)) {
+                    lane[slot] = weight;
+                }
+            }
+            for (&index, sum) in self.indices.iter().zip(&mut sums) {
+                add_block(&powers, index, &lanes, sum);
+            }
+        }
+        Ok(sums)
+    }
+
     /// Amplitudes of all modes, in their order. Velocities beyond the number of positions are ignored, and missing ones
     /// are zero.
     ///
@@ -173,25 +204,11 @@ impl Modes {
         positions: &[Vector2<f64>],
         velocities: &[Vector2<f64>],
     ) -> Result<Vec<Amplitude>, Error> {
-        check_positions(positions, 1)?;
-        let mut sums = vec![[Complex::new(0.0, 0.0); 3]; self.indices.len()];
-        let mut powers = self.reach.map(|reach| Powers::new(reach + 1));
-        for (block, places) in positions.chunks(BLOCK).enumerate() {
-            for (axis, powers) in powers.iter_mut().enumerate() {
-                powers.raise(places, axis, self.lengths[axis]);
-            }
-            // Weights of the sums: one for each point there is, and its velocity; zero beyond the last.
-            let mut weights = [[0.0; BLOCK]; 3];
-            weights[0][..places.len()].fill(1.0);
-            let moving = velocities.get(block * BLOCK..).unwrap_or_default();
-            for (slot, velocity) in moving.iter().take(places.len()).enumerate() {
-                weights[1][slot] = velocity[0];
-                weights[2][slot] = velocity[1];
-            }
-            for (&index, sum) in self.indices.iter().zip(&mut sums) {
-                add_block(&powers, index, &weights, sum);
-            }
-        }
+        // One for each point there is, and its velocity.
+        let sums = self.sums(positions, |point| {
+            let velocity = velocities.get(point).copied().unwrap_or_default();
+            [1.0, velocity[0], velocity[1]]
+        })?;
         let split = self.indices.iter().zip(sums).map(|(&index, sum)| {
             let [density, along_x, along_y] = sum;
             let k = wave_vector(self.lengths, index).normalize();
@@ -237,18 +254,18 @@ impl Powers {
 }
 
 /// Adds the weighted phases of one mode and a block of points, in lanes of their own until the end.
-fn add_block(
+fn add_block<const W: usize>(
     powers: &[Powers; 2],
     index: [i32; 2],
-    weights: &[[f64; BLOCK]; 3],
-    sum: &mut [Complex<f64>; 3],
+    weights: &[[f64; BLOCK]; W],
+    sum: &mut [Complex<f64>; W],
 ) {
     let [x, y] = index.map(|n| n.unsigned_abs() as usize);
     let (x_real, x_imaginary) = (&powers[0].real[x], &powers[0].imaginary[x]);
     let (y_real, y_imaginary) = (&powers[1].real[y], &powers[1].imaginary[y]);
     // A negative index has the conjugate phase.
     let [x_sign, y_sign] = index.map(|n| if n < 0 { -1.0 } else { 1.0 });
-    let mut lanes = [[[0.0; LANES]; 2]; 3];
+    let mut lanes = [[[0.0; LANES]; 2]; W];
     for start in (0..BLOCK).step_by(LANES) {
         for lane in 0..LANES {
             let slot = start + lane;

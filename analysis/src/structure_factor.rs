@@ -137,14 +137,14 @@ pub struct StructureFactor {
 }
 
 /// One mode and its opposite: reciprocal indices, wave number and shell.
-struct Mode {
-    index: [i32; 2],
-    wave_number: f64,
-    shell: usize,
+pub(crate) struct Mode {
+    pub(crate) index: [i32; 2],
+    pub(crate) wave_number: f64,
+    pub(crate) shell: usize,
 }
 
 /// One of every pair of modes ±n whose wave number rounds to at most `largest`, column by column in `n_y`.
-fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Item = Mode> {
+pub(crate) fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Item = Mode> {
     let aspect = lengths[0] / lengths[1];
     let [width, height] =
         largest_indices(lengths, largest).map(|n| i32::try_from(n).unwrap_or(i32::MAX));

@@ -236,8 +236,38 @@ cells = [6, 3]
 blocks = 10
 "#;
 
+/// Elastic disks of which the fluctuations are measured.
+pub const FLUCTUATIONS: &str = r#"# How does a small elastic gas fluctuate?
+format = 2
+title = "a small gas in equilibrium"
+seed = 6
+replicas = 2
+[gas]
+number = 100
+restitution = 1
+[box]
+packing_fraction = 0.2
+[run]
+until = 12
+checkpoint_seconds = 0.01
+[engine.ed]
+[engine.dsmc-boltzmann]
+simulators_per_particle = 2
+[measure.spectra]
+times = [0, 6, 12]
+largest_wave_number = 5
+[measure.intermediate_scattering]
+from = 2
+[measure.velocity_distribution]
+times = [1, 12]
+bins = 20
+[measure.transport]
+lag = 2
+points = 4
+"#;
+
 /// One small case of each sort, with its name.
-pub const SMALL: [(&str, &str); 7] = [
+pub const SMALL: [(&str, &str); 8] = [
     ("cooling", COOLING),
     ("driven-mixture", DRIVEN_MIXTURE),
     ("mixture", MIXTURE),
@@ -245,6 +275,7 @@ pub const SMALL: [(&str, &str); 7] = [
     ("walls", WALLS),
     ("channel", CHANNEL),
     ("inflow", INFLOW),
+    ("fluctuations", FLUCTUATIONS),
 ];
 
 /// What makes each bundled case run in moments: settings with spaces between.
@@ -288,6 +319,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("rough-disks", "gas.number=50 box.size=[60,60] run.until=5 run.samples=12"),
     ("sedimentation-disks", "gas.number=50 box.size=[30,30] run.until=10 run.samples=20 measure.fields.blocks=10"),
     ("short-range-correlation", "replicas=2 run.samples_per_decade=12 gas.number=100 run.until=1 measure.contacts.windows=[[0,1]]"),
+    ("transport", "replicas=2 gas.number=60 run.until=20 measure.transport.lag=4"),
     ("vibrated-box", "gas.number=30 run.until=2 run.samples=20 measure.fields.blocks=10"),
     ("weak-dissipation", "gas.number=100 run.until=1"),
 ];

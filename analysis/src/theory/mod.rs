@@ -7,6 +7,7 @@
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
 //! | [`contact`] | how does density raise collision rates? |
 //! | [`barometric`] | what becomes of a gas that falls to the floor of its box? |
+//! | [`elastic_disks`] | how does a fluid of elastic disks carry momentum and heat? |
 //! | [`rough`] | how do grains that turn each other share and lose their energy? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
@@ -16,6 +17,7 @@
 pub mod barometric;
 pub mod contact;
 pub mod cooling_state;
+pub mod elastic_disks;
 pub mod integrate;
 pub mod mixture;
 pub mod rough;
@@ -24,6 +26,7 @@ pub mod sonine;
 pub use barometric::{Column, Layer};
 pub use contact::Contact;
 pub use cooling_state::CoolingState;
+pub use elastic_disks::ElasticDisks;
 pub use mixture::{Component, Mixture, Moment, Rates};
 pub use rough::{RoughGas, Temperatures};
 

@@ -11,7 +11,10 @@ mod error_budget;
 mod fields;
 mod frames;
 mod gas;
+#[cfg(test)]
+mod hydrodynamic_tests;
 mod impact_parameters;
+mod intermediate_scattering;
 mod pair_correlation;
 #[cfg(test)]
 mod positionless_tests;
@@ -19,6 +22,7 @@ mod series;
 mod snapshots;
 mod species;
 mod species_temperatures;
+mod spectra;
 mod steady_state;
 mod structure_factor;
 #[cfg(test)]
@@ -26,13 +30,17 @@ mod tests;
 mod time_averaged_displacement;
 #[cfg(test)]
 pub(crate) mod toy;
+mod transport;
 mod velocity_autocorrelation;
+mod velocity_distribution;
 
 use stosszahl_analysis::statistics::Estimate as Mean;
+use stosszahl_dsmc::Weights;
+use stosszahl_model::GrainSizes;
 use stosszahl_results::Estimate;
 
-use crate::measure::Measure;
-use crate::plan::{Plan, logarithmic};
+use crate::measure::{self, BadOption, Measure};
+use crate::plan::{EnginePlan, Plan, logarithmic};
 
 pub use snapshots::extended_xyz;
 
@@ -46,15 +54,19 @@ pub const ALL: &[&dyn Measure] = &[
     &species::VelocityCorrelation,
     &species_temperatures::SpeciesTemperatures,
     &steady_state::SteadyState,
+    &transport::Transport,
     &impact_parameters::ImpactParameters,
     &contacts::AtContact,
     &fields::Fields,
     &boundaries::Boundaries,
     &structure_factor::StructureFactors,
+    &spectra::HydrodynamicSpectra,
     &pair_correlation::PairCorrelations,
     &displacement::Displacement,
     &time_averaged_displacement::TimeAveragedDisplacement,
     &velocity_autocorrelation::VelocityAutocorrelation,
+    &velocity_distribution::VelocityDistribution,
+    &intermediate_scattering::IntermediateScattering,
     &clusters::Clusters,
     &snapshots::Snapshots,
     &frames::Frames,
@@ -63,6 +75,43 @@ pub const ALL: &[&dyn Measure] = &[
 /// A grid of times in equal factors from the first sample on, and last the end exactly.
 pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<> {
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
+}
+
+/// The species of a particle: by the number that its engine gives it, or by its index where each particle has its own size.
+pub(crate) struct SpeciesOf {
+    by_index: bool,
+    groups: Vec<u32>,
+}
+
+impl SpeciesOf {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        // Particles that each have their own size carry no species; their indices tell it.
+        let by_index = matches!(plan.grains.sizes, GrainSizes::Each(_));
+        let groups = if by_index {
+            let all = 0..plan.count();
+            all.map(|index| plan.species_of(index) as u32).collect()
+        } else {
+            plan.groups()
+        };
+        Self { by_index, groups }
+    }
+
+    /// The species of a particle of an index and the number of its kind.
+    pub(crate) fn of(&self, index: usize, kind: u32) -> usize {
+        let place = if self.by_index { index } else { kind as usize };
+        self.groups[place % self.groups.len()] as usize
+    }
+}
+
+/// Refuses engines whose simulators come and go.
+pub(crate) fn require_kept(plan: &Plan) -> Result<(), BadOption> {
+    let weighted = |engine: &&EnginePlan| engine.weights != Weights::uniform();
+    let Some(name) = plan.engines.iter().find(weighted).map(|engine| engine.name) else {
+        return Ok(());
+    };
+    let allowed =
+        format!("engines that keep particles; {name} splits and merges simulators by its weights");
+    measure::require(false, "", allowed)
 }
 
 /// Mean and standard error over replicas; those without a finite value are left out.

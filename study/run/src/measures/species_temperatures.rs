@@ -3,10 +3,10 @@
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_case::Kind;
-use stosszahl_model::{GrainSizes, Particles};
+use stosszahl_model::Particles;
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
-use super::over;
+use super::{SpeciesOf, over};
 use crate::judge::{Point, against_theory, title};
 use crate::measure::{self, BadOption, Measure, NoOptions, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
@@ -72,22 +72,13 @@ impl Measure for SpeciesTemperatures {
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        // Particles that each have their own size carry no species; their indices tell it.
-        let by_index = matches!(plan.grains.sizes, GrainSizes::Each(_));
-        let groups = if by_index {
-            let all = 0..plan.count();
-            all.map(|index| plan.species_of(index) as u32).collect()
-        } else {
-            plan.groups()
-        };
+        let species_of = SpeciesOf::new(plan);
         let species = plan.species.len();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
             let particles = moment.particles();
             let whole = EnergySample::of(particles, 0).temperature;
-            let temperatures = temperatures(particles, species, |index, kind| {
-                let place = if by_index { index } else { kind as usize };
-                groups[place % groups.len()] as usize
-            });
+            let temperatures =
+                temperatures(particles, species, |index, kind| species_of.of(index, kind));
             record.push((whole, temperatures));
         }))
     }

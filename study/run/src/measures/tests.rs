@@ -17,10 +17,10 @@ use crate::theory::flow;
 
 /// Everything that happened in one run, for slow computations.
 #[derive(Default)]
-struct Log {
-    collisions: Vec<Collision>,
+pub(super) struct Log {
+    pub(super) collisions: Vec<Collision>,
     /// Engine time and particles at each sample, from the start on.
-    states: Vec<(f64, Vec<Particle>)>,
+    pub(super) states: Vec<(f64, Vec<Particle>)>,
 }
 
 impl Observer for Log {
@@ -30,12 +30,12 @@ impl Observer for Log {
 }
 
 /// A case in format 2.
-fn case(text: &str) -> Plan {
+pub(super) fn case(text: &str) -> Plan {
     let case: Case = toml::from_str(text).expect("a case");
     Plan::new(&case, Path::new(".")).expect("a plan")
 }
 
-fn measure(name: &str) -> &'static dyn Measure {
+pub(super) fn measure(name: &str) -> &'static dyn Measure {
     *ALL.iter().find(|one| one.name() == name).expect("known")
 }
 
@@ -117,7 +117,16 @@ fn simulation(plan: &Plan, engine: &EnginePlan, replica: u64) -> Box<dyn Simulat
 
 /// Runs a measure on all engines and replicas; the log is of the last engine and replica. At the middle all records are written and
 /// read back, as after a stop.
-fn run(plan: &Plan, measure: &dyn Measure) -> (Vec<Table>, Vec<Verdict>, Log) {
+pub(super) fn run(plan: &Plan, measure: &dyn Measure) -> (Vec<Table>, Vec<Verdict>, Log) {
+    run_from(plan, measure, 0)
+}
+
+/// The same with starts of other seeds.
+pub(super) fn run_from(
+    plan: &Plan,
+    measure: &dyn Measure,
+    seed: u64,
+) -> (Vec<Table>, Vec<Verdict>, Log) {
     measure.check(plan).expect("the options are good");
     let mut log = Log::default();
     let finished: Vec<Vec<Finished>> = plan
@@ -126,7 +135,7 @@ fn run(plan: &Plan, measure: &dyn Measure) -> (Vec<Table>, Vec<Verdict>, Log) {
         .map(|engine| {
             (0..plan.case.replicas)
                 .map(|replica| {
-                    let mut gas = simulation(plan, engine, replica);
+                    let mut gas = simulation(plan, engine, seed + replica);
                     let mut probe = measure.probe(plan, engine);
                     log = follow(plan, measure, engine, &mut *gas, &mut probe);
                     Finished {
@@ -186,7 +195,7 @@ fn follow(
     log
 }
 
-fn number(table: &Table, row: usize, column: &str) -> f64 {
+pub(super) fn number(table: &Table, row: usize, column: &str) -> f64 {
     let at = table.find(column).unwrap_or_else(|| panic!("{column}"));
     match table.rows[row][at] {
         Cell::Number(number) => number,
@@ -214,7 +223,7 @@ fn rows(table: &Table, wanted: &[(&str, &str)]) -> Vec<usize> {
 
 /// Equal but for the order of sums: some hundred roundings.
 #[track_caller]
-fn near(found: f64, expected: f64, scale: f64) {
+pub(super) fn near(found: f64, expected: f64, scale: f64) {
     assert!(
         (found - expected).abs() <= 1e-12 * scale,
         "{found} {expected}"

@@ -5,10 +5,9 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_dsmc::Weights;
 use stosszahl_results::{Axis, Figure, Table, table};
 
-use super::{grid, over};
+use super::{grid, over, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 
@@ -57,17 +56,7 @@ impl Measure for VelocityAutocorrelation {
         let allowed =
             "a gas whose particles neither come nor go nor stick: they are known by their index";
         measure::require(closed, "", allowed)?;
-        let weighted = |engine: &&EnginePlan| engine.weights != Weights::uniform();
-        match plan.engines.iter().find(weighted).map(|engine| engine.name) {
-            None => Ok(()),
-            Some(name) => measure::require(
-                false,
-                "",
-                format!(
-                    "engines that keep particles; {name} splits and merges simulators by its weights"
-                ),
-            ),
-        }
+        require_kept(plan)
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {

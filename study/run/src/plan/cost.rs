@@ -200,7 +200,12 @@ impl Plan {
                 PARTICLE,
             ),
             EngineKind::MonteCarlo(_) => (1.4 * (moving + tag), moving + tag, PARTICLE),
-            EngineKind::Homogeneous(_) => (2.0 * (vector + 13.0) + FITTING, vector + 4.0, 0.0),
+            EngineKind::Homogeneous(_) => {
+                // Other measures visit particles one by one.
+                let gathers = self.case.measure.contains_key("velocity_distribution");
+                let look = if gathers { PARTICLE } else { 0.0 };
+                (2.0 * (vector + 13.0) + FITTING, vector + 4.0, look)
+            }
         };
         let copies = match &engine.kind {
             EngineKind::Homogeneous(_) => COPIES_WITHOUT_POSITIONS,

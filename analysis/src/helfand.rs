@@ -1,0 +1,295 @@
+//! Transport coefficients of an elastic gas of equal disks in equilibrium, by the moments of Einstein and Helfand.
+//!
+//! A flux J(t) whose integral over a lag is G has the coefficient
+//!
+//! ```text
+//! self-diffusion     D      = lim <(ΔR)²>/(4 t)
+//! shear viscosity    eta    = lim <(ΔG_xy)²>/(2 V T t),  and the same of (G_xx - G_yy)/2
+//! bulk viscosity     zeta   = lim <(ΔG_p - <ΔG_p>)²>/(2 V T t),  G_p = (G_xx + G_yy)/2
+//! heat conductivity  lambda = lim <(ΔG_q)²>/(2 V T² t)
+//! ```
+//!
+//! with the fluxes of stress and energy (E. Helfand, *Physical Review* **119**, 1 (1960), doi:10.1103/PhysRev.119.1; for hard
+//! particles B. J. Alder, D. M. Gass & T. E. Wainwright, *Journal of Chemical Physics* **53**, 3813 (1970),
+//! doi:10.1063/1.1673845)
+//!
+//! ```text
+//! J_ab = Σ_i m v_a v_b + Σ_collisions Δp_a r_b δ(t - t_c),   J_q = Σ_i (m v²/2) v + Σ_collisions ΔE r δ(t - t_c)
+//! ```
+//!
+//! where the first partner gains the momentum Δp and the energy ΔE, and r points to it from the second. The first term, the
+//! **kinetic** one, is constant between collisions and changes with the velocities of the two partners; the second one is
+//! **collisional**. Both are kept apart, so that a coefficient splits into a kinetic part, a collisional one, and twice their
+//! correlation.
+//!
+//! Disks move relative to their mean velocity, so no enthalpy flows. T is the temperature of N disks of fixed momentum, the energy
+//! over N - 1. The mean of `G_p`, the pressure, is that of the whole run, which takes t over the time of the run off its
+//! variance; that is put back.
+//!
+//! # Design
+//!
+//! The run is cut into bins. Fluxes are averaged over all starts at the end of a bin, up to a largest lag of so many bins; displacements,
+//! which N disks average, over lags one after the other. What is kept are velocities and displacements of the disks and the sums: no
+//! state of the engine is asked for between start and end. Correlations of fluxes (Green & Kubo) lost: the collisional flux is a
+//! sum of pulses, of which integrals have a meaning and values have none.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::Collision;
+
+/// Fluxes: two of shear stress, pressure, two of energy.
+const FLUXES: usize = 5;
+
+/// Kinetic and collisional time integrals of all fluxes.
+type Integrals = [[f64; FLUXES]; 2];
+
+/// Sums over starts at one lag.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Sums {
+    /// Starts that were summed.
+    starts: f64,
+    /// Squares of the kinetic, the product of both, squares of the collisional change of each flux.
+    squares: [[f64; 3]; FLUXES],
+    /// Collisional change of the pressure flux.
+    pressure: f64,
+    /// Squares of displacements, of all disks.
+    displacements: f64,
+    /// Disks that were summed, over all starts.
+    disks: f64,
+}
+
+/// Moments at one lag, scaled so that their slope in the lag is the coefficient: [`Helfand::moments`] has the units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    /// The lag \[time\].
+    pub lag: f64,
+    /// Of displacements, for the self-diffusion coefficient.
+    pub diffusion: f64,
+    /// Kinetic, both, collisional, for the shear viscosity; the sum is the whole.
+    pub shear: [f64; 3],
+    /// For the bulk viscosity.
+    pub bulk: f64,
+    /// Kinetic, both, collisional, for the heat conductivity; the sum is the whole.
+    pub heat: [f64; 3],
+}
+
+/// A disk under way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Disk {
+    velocity: Vector2<f64>,
+    /// Displacement since the beginning of the present lag, up to the time `since`.
+    moved: Vector2<f64>,
+    since: f64,
+}
+
+/// The sums of one run, fed with its collisions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Helfand {
+    mass: f64,
+    area: f64,
+    temperature: f64,
+    start: f64,
+    now: f64,
+    bin: f64,
+    /// Bins that have ended.
+    bins: u64,
+    disks: Vec<Disk>,
+    flux: [f64; FLUXES],
+    integrals: Integrals,
+    /// Integrals at the ends of the last bins, the latest first.
+    history: VecDeque<Integrals>,
+    /// By lag, from one bin on.
+    sums: Vec<Sums>,
+}
+
+/// Kinetic fluxes of a disk.
+fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
+    let energy = 0.5 * mass * v.norm_squared();
+    [
+        mass * v.x * v.y,
+        0.5 * mass * (v.x * v.x - v.y * v.y),
+        energy,
+        energy * v.x,
+        energy * v.y,
+    ]
+}
+
+impl Helfand {
+    /// Memory for each disk \[bytes\].
+    pub const BYTES_PER_DISK: usize = size_of::<Disk>();
+
+    /// Sums that begin at a time, with the velocities of all disks of one mass in a box of some area; lags reach over `bins` bins of
+    /// one duration.
+    pub fn new(
+        start: f64,
+        velocities: impl IntoIterator<Item = Vector2<f64>>,
+        mass: f64,
+        area: f64,
+        bin: f64,
+        bins: usize,
+    ) -> Self {
+        let mut velocities: Vec<_> = velocities.into_iter().collect();
+        let count = velocities.len() as f64;
+        let drift = velocities.iter().sum::<Vector2<f64>>() / count.max(1.0);
+        let (mut flux, mut energy) = ([0.0; FLUXES], 0.0);
+        for velocity in &mut velocities {
+            *velocity -= drift;
+            energy += 0.5 * mass * velocity.norm_squared();
+            for (sum, one) in flux.iter_mut().zip(carried(mass, *velocity)) {
+                *sum += one;
+            }
+        }
+        let disk = |velocity| Disk {
+            velocity,
+            moved: Vector2::zeros(),
+            since: start,
+        };
+        Self {
+            mass,
+            area,
+            temperature: energy / (count - 1.0).max(1.0),
+            start,
+            now: start,
+            bin,
+            bins: 0,
+            disks: velocities.into_iter().map(disk).collect(),
+            flux,
+            integrals: Integrals::default(),
+            history: VecDeque::from([Integrals::default()]),
+            sums: vec![Sums::default(); bins],
+        }
+    }
+
+    /// Takes in a collision; those before the last one are ignored, as are partners that are not known.
+    pub fn collide(&mut self, collision: &Collision) {
+        if collision.time < self.now {
+            return;
+        }
+        self.advance(collision.time);
+        let pair = collision.pair.map(|index| index as usize);
+        let [Some(first), Some(second)] = pair.map(|index| self.disks.get(index).copied()) else {
+            return;
+        };
+        let line = collision.line.xy();
+        let approach = collision.relative.xy().dot(&line) / line.norm_squared();
+        let gain = line * (-collision.reduced_mass * (1.0 + collision.restitution) * approach);
+        let (before, mut energy) = ([first, second], 0.0);
+        for (side, (index, sign)) in pair.into_iter().zip([1.0, -1.0]).enumerate() {
+            let mut disk = before[side];
+            disk.moved += disk.velocity * (self.now - disk.since);
+            disk.since = self.now;
+            disk.velocity += gain * (sign / self.mass);
+            let [old, new] = [before[side], disk].map(|one| carried(self.mass, one.velocity));
+            for (flux, (old, new)) in self.flux.iter_mut().zip(old.into_iter().zip(new)) {
+                *flux += new - old;
+            }
+            if side == 0 {
+                energy = new[2] - old[2];
+            }
+            self.disks[index] = disk;
+        }
+        let given = [
+            0.5 * (gain.x * line.y + gain.y * line.x),
+            0.5 * (gain.x * line.x - gain.y * line.y),
+            0.5 * gain.dot(&line),
+            energy * line.x,
+            energy * line.y,
+        ];
+        for (sum, one) in self.integrals[1].iter_mut().zip(given) {
+            *sum += one;
+        }
+    }
+
+    /// Goes on to a time without a collision.
+    pub fn advance(&mut self, until: f64) {
+        loop {
+            let end = self.start + (self.bins + 1) as f64 * self.bin;
+            let to = end.min(until);
+            for (sum, flux) in self.integrals[0].iter_mut().zip(&self.flux) {
+                *sum += flux * (to - self.now).max(0.0);
+            }
+            self.now = self.now.max(to);
+            if end > until {
+                return;
+            }
+            self.end_bin();
+        }
+    }
+
+    fn end_bin(&mut self) {
+        self.bins += 1;
+        for (sums, before) in self.sums.iter_mut().zip(&self.history) {
+            sums.starts += 1.0;
+            let change = |part: usize, flux: usize| self.integrals[part][flux] - before[part][flux];
+            for (flux, squares) in sums.squares.iter_mut().enumerate() {
+                let [kinetic, collisional] = [0, 1].map(|part| change(part, flux));
+                let terms = [
+                    kinetic * kinetic,
+                    kinetic * collisional,
+                    collisional * collisional,
+                ];
+                for (sum, term) in squares.iter_mut().zip(terms) {
+                    *sum += term;
+                }
+            }
+            sums.pressure += change(1, 2);
+        }
+        self.history.push_front(self.integrals);
+        self.history.truncate(self.sums.len());
+        let lags = self.sums.len() as u64;
+        let lag = ((self.bins - 1) % lags) as usize;
+        let now = self.now;
+        let places = self.disks.iter().map(|disk| {
+            let place = disk.moved + disk.velocity * (now - disk.since);
+            place.norm_squared()
+        });
+        let squares: f64 = places.sum();
+        let sums = &mut self.sums[lag];
+        sums.displacements += squares;
+        sums.disks += self.disks.len() as f64;
+        if self.bins.is_multiple_of(lags) {
+            for disk in &mut self.disks {
+                (disk.moved, disk.since) = (Vector2::zeros(), now);
+            }
+        }
+    }
+
+    /// Moments by lag, in units of which mass m and temperature T of the gas are one: with the unit d of lengths, lags come in
+    /// d sqrt(m/T), diffusion in d sqrt(T/m), viscosities in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin
+    /// has reached are left out.
+    pub fn moments(&self) -> Vec<Moments> {
+        let speed = (self.temperature / self.mass).sqrt();
+        let run = self.now - self.start;
+        let rate = self.integrals[1][2] / run;
+        let reached = self.sums.iter().enumerate();
+        let reached = reached.filter(|(_, sums)| sums.starts > 0.0 && sums.disks > 0.0);
+        let moments = reached.map(|(number, sums)| {
+            let lag = (number + 1) as f64 * self.bin;
+            // 1/(2 V T) over a viscosity sqrt(m T)/d and times a lag d sqrt(m/T): 1/(2 V T m).
+            let stress = 0.5 / (self.area * self.temperature * self.mass * sums.starts);
+            let energy = stress * self.mass / self.temperature;
+            let of = |fluxes: [usize; 2], unit: f64| {
+                let mean = |term: usize| {
+                    let sum: f64 = fluxes.iter().map(|&flux| sums.squares[flux][term]).sum();
+                    0.5 * sum * unit
+                };
+                [mean(0), 2.0 * mean(1), mean(2)]
+            };
+            let mean = rate * lag;
+            let square = sums.squares[2][2] - mean * (2.0 * sums.pressure - mean * sums.starts);
+            Moments {
+                lag: lag * speed,
+                diffusion: 0.25 * sums.displacements / sums.disks,
+                shear: of([0, 1], stress),
+                bulk: square * stress / (1.0 - lag / run),
+                heat: of([3, 4], energy),
+            }
+        });
+        moments.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

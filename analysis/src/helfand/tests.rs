@@ -1,0 +1,212 @@
+use super::*;
+use nalgebra::{Vector3, vector};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Velocities of all disks from a time on, and what the collision that made them gave: stress and energy over the line.
+struct Span {
+    from: f64,
+    velocities: Vec<Vector2<f64>>,
+    given: [f64; FLUXES],
+}
+
+/// Change of the part and the flux of given numbers over a lag.
+type Change<'a> = dyn Fn(usize, usize) -> f64 + 'a;
+
+const MASS: f64 = 1.7;
+const AREA: f64 = 55.0;
+const BIN: f64 = 0.3;
+const LAGS: usize = 4;
+const END: f64 = 6.05;
+
+/// Disks of mass [`MASS`] that meet at random times along random lines: no motion of disks, but the same sums.
+fn history(seed: u64) -> (Vec<Span>, Vec<Collision>) {
+    let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut number = || stream.random_range(-1.0..1.0_f64);
+    let velocities = (0..7).map(|_| vector![number() + 0.4, number()]).collect();
+    let mut spans = vec![Span {
+        from: 0.0,
+        velocities,
+        given: [0.0; FLUXES],
+    }];
+    let (mut collisions, mut time) = (Vec::new(), 0.0);
+    while time < END - 0.1 {
+        time += 0.05 * (1.0 + number());
+        let last = &spans[spans.len() - 1];
+        let mut velocities = last.velocities.clone();
+        let pair = [
+            (number().abs() * 3.0) as usize,
+            3 + (number().abs() * 4.0) as usize,
+        ];
+        let relative = velocities[pair[0]] - velocities[pair[1]];
+        let mut line = vector![number(), number()];
+        if relative.dot(&line) > 0.0 {
+            line = -line;
+        }
+        collisions.push(Collision {
+            time,
+            position: Vector3::zeros(),
+            relative: vector![relative.x, relative.y, 0.0],
+            line: vector![line.x, line.y, 0.0],
+            reduced_mass: 0.5 * MASS,
+            restitution: 1.0,
+            weight: 1.0,
+            pair: pair.map(|index| index as u32),
+            species: [0; 2],
+        });
+        let unit = line.normalize();
+        let change = -unit * relative.dot(&unit);
+        let mean: Vector2<f64> = velocities.iter().sum::<Vector2<f64>>() / 7.0;
+        let energy = |v: Vector2<f64>| 0.5 * MASS * (v - mean).norm_squared();
+        let before = energy(velocities[pair[0]]);
+        velocities[pair[0]] += change;
+        velocities[pair[1]] -= change;
+        let gained = energy(velocities[pair[0]]) - before;
+        let force = change * MASS;
+        let given = [
+            force.x * line.y,
+            0.5 * (force.x * line.x - force.y * line.y),
+            0.5 * (force.x * line.x + force.y * line.y),
+            gained * line.x,
+            gained * line.y,
+        ];
+        spans.push(Span {
+            from: time,
+            velocities,
+            given,
+        });
+    }
+    (spans, collisions)
+}
+
+/// Kinetic and collisional integrals of all fluxes, and displacements of all disks relative to the mean, up to a time.
+fn plain(spans: &[Span], until: f64) -> (Integrals, Vec<Vector2<f64>>) {
+    let (mut integrals, mut places) = (Integrals::default(), vec![Vector2::zeros(); 7]);
+    for (number, span) in spans
+        .iter()
+        .enumerate()
+        .take_while(|(_, span)| span.from <= until)
+    {
+        let end = spans
+            .get(number + 1)
+            .map_or(until, |next| next.from.min(until));
+        let mean: Vector2<f64> = span.velocities.iter().sum::<Vector2<f64>>() / 7.0;
+        for (place, velocity) in places.iter_mut().zip(&span.velocities) {
+            let v = velocity - mean;
+            *place += v * (end - span.from);
+            let carried = [
+                MASS * v.x * v.y,
+                0.5 * MASS * (v.x * v.x - v.y * v.y),
+                0.5 * MASS * (v.x * v.x + v.y * v.y),
+                0.5 * MASS * v.norm_squared() * v.x,
+                0.5 * MASS * v.norm_squared() * v.y,
+            ];
+            for (sum, one) in integrals[0].iter_mut().zip(carried) {
+                *sum += one * (end - span.from);
+            }
+        }
+        for (sum, one) in integrals[1].iter_mut().zip(span.given) {
+            *sum += one;
+        }
+    }
+    (integrals, places)
+}
+
+/// All sums against integrals from the beginning to each end of a bin; halfway the record is written and read back. Rounding: some
+/// hundred terms of order one.
+#[test]
+fn moments_are_the_plain_integrals() {
+    let (spans, collisions) = history(3);
+    let mut found = Helfand::new(
+        0.0,
+        spans[0].velocities.iter().copied(),
+        MASS,
+        AREA,
+        BIN,
+        LAGS,
+    );
+    for collision in &collisions {
+        found.collide(collision);
+    }
+    // In two parts and in one: the same.
+    let mut parts = Helfand::new(
+        0.0,
+        spans[0].velocities.iter().copied(),
+        MASS,
+        AREA,
+        BIN,
+        LAGS,
+    );
+    for (number, collision) in collisions.iter().enumerate() {
+        if number == collisions.len() / 2 {
+            parts = parts.clone();
+        }
+        parts.collide(collision);
+    }
+    found.advance(END);
+    parts.advance(END);
+    assert_eq!(found, parts);
+    let at: Vec<_> = (0..=20)
+        .map(|bin| plain(&spans, f64::from(bin) * BIN))
+        .collect();
+    let mean: Vector2<f64> = spans[0].velocities.iter().sum::<Vector2<f64>>() / 7.0;
+    let energies = spans[0]
+        .velocities
+        .iter()
+        .map(|v| 0.5 * MASS * (v - mean).norm_squared());
+    let temperature = energies.sum::<f64>() / 6.0;
+    let rate = plain(&spans, END).0[1][2] / END;
+    let moments = found.moments();
+    assert_eq!(moments.len(), LAGS);
+    for (number, moment) in moments.iter().enumerate() {
+        let lag = number + 1;
+        let time = lag as f64 * BIN;
+        let starts = 20 - lag + 1;
+        let average = |of: &dyn Fn(&Change<'_>) -> f64| {
+            let one = |start: usize| {
+                of(&|part, flux| at[start + lag].0[part][flux] - at[start].0[part][flux])
+            };
+            (0..starts).map(one).sum::<f64>() / starts as f64
+        };
+        let parts = |flux: usize, unit: f64| {
+            [
+                average(&|g| g(0, flux) * g(0, flux)) / unit,
+                average(&|g| 2.0 * g(0, flux) * g(1, flux)) / unit,
+                average(&|g| g(1, flux) * g(1, flux)) / unit,
+            ]
+        };
+        let near = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        };
+        let unit = 2.0 * AREA * temperature * MASS;
+        let shear = [0, 1].map(|flux| parts(flux, unit));
+        let heat = [3, 4].map(|flux| parts(flux, unit * temperature / MASS));
+        for part in 0..3 {
+            near(moment.shear[part], 0.5 * (shear[0][part] + shear[1][part]));
+            near(moment.heat[part], 0.5 * (heat[0][part] + heat[1][part]));
+        }
+        let bulk = average(&|g| (g(1, 2) - rate * time).powi(2)) / unit;
+        near(moment.bulk, bulk / (1.0 - time / END));
+        near(moment.lag, time * (temperature / MASS).sqrt());
+        // Displacements: from 0, 1.2, 2.4 and so on.
+        let starts = (0..20).step_by(LAGS).filter(|start| start + lag <= 20);
+        let squares: Vec<f64> = starts
+            .flat_map(|start| (0..7).map(move |disk| (start, disk)))
+            .map(|(start, disk)| (at[start + lag].1[disk] - at[start].1[disk]).norm_squared())
+            .collect();
+        near(
+            moment.diffusion,
+            0.25 * squares.iter().sum::<f64>() / squares.len() as f64,
+        );
+    }
+    // What comes late or from nobody changes nothing.
+    let known = found.clone();
+    found.collide(&collisions[0]);
+    let nobody = [Collision::ANONYMOUS; 2];
+    found.collide(&Collision {
+        time: END,
+        pair: nobody,
+        ..collisions[0]
+    });
+    assert_eq!(found, known);
+}

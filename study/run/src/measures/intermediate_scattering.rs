@@ -1,0 +1,179 @@
+//! The intermediate scattering function F(k, t) = (w/N) <rho(k, t) rho*(k, 0)>: how long density waves last.
+//!
+//! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::relaxation::jackknife;
+use stosszahl_analysis::spectra::Shells;
+use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+
+use super::spectra::shells;
+use super::structure_factor::require_periodic;
+use super::{grid, over, require_kept};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::plan::{EnginePlan, Plan};
+
+/// The intermediate scattering function.
+pub struct IntermediateScattering;
+
+/// Largest number of a shell.
+const LARGEST: u64 = 2048;
+
+/// From when on, and at which wave numbers.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// The time to which the density is compared.
+    pub from: f64,
+    /// Shells of wave numbers k = L/wavelength, those that round to the same whole number.
+    pub wave_numbers: Vec<u64>,
+    /// Most wave vectors of a shell, one of each pair ±k.
+    pub modes_per_shell: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            from: 0.0,
+            wave_numbers: vec![1, 2, 4, 8],
+            modes_per_shell: 48,
+        }
+    }
+}
+
+impl Options {
+    fn shells(&self, plan: &Plan) -> Result<Shells, String> {
+        let numbers: Vec<usize> = self.wave_numbers.iter().map(|&k| k as usize).collect();
+        shells(plan, &numbers, self.modes_per_shell)
+    }
+}
+
+#[derive(Default, Serialize, Deserialize)]
+struct Record {
+    /// Amplitudes of the density at the beginning, by mode.
+    first: Vec<[f64; 2]>,
+    /// F by time since then, then by shell.
+    scattering: Vec<(f64, Vec<f64>)>,
+}
+
+impl Measure for IntermediateScattering {
+    described!(
+        "intermediate_scattering",
+        "Intermediate scattering function F(k, t): correlation of density waves with those of a chosen time.",
+        Options
+    );
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        require_periodic(plan)?;
+        measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
+        require_kept(plan)?;
+        let options: Options = measure::options(plan, self.name())?;
+        let (from, until) = (options.from, plan.case.run.until);
+        let allowed = format!("a time from 0 to below run.until = {until}; found {from}");
+        measure::require((0.0..until).contains(&from), "from", allowed)?;
+        let numbers = &options.wave_numbers;
+        let allowed = format!("a rising list of whole numbers from 1 to {LARGEST}");
+        let good = !numbers.is_empty()
+            && numbers.is_sorted_by(|a, b| a < b)
+            && numbers.iter().all(|k| (1..=LARGEST).contains(k));
+        measure::require(good, "wave_numbers", allowed)?;
+        let modes = options.modes_per_shell;
+        let allowed = format!("a whole number from 1 to 2048; found {modes}");
+        measure::require((1..=2048).contains(&modes), "modes_per_shell", allowed)?;
+        let bad = |allowed| BadOption {
+            key: "wave_numbers".into(),
+            allowed,
+        };
+        options.shells(plan).map(|_| ()).map_err(bad)
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        let from = measure::chosen::<Options>(plan, self.name()).from;
+        let later = grid(plan, plan.case.run.until - from).map(|elapsed| from + elapsed);
+        std::iter::once(from).chain(later).collect()
+    }
+
+    fn kept(&self, plan: &Plan) -> f64 {
+        let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
+        shells.map_or(0.0, |shells| {
+            let looks = self.times(plan).len() * shells.ranges().count() * size_of::<f64>();
+            (looks + shells.modes().indices().len() * size_of::<[f64; 2]>()) as f64
+        })
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = measure::chosen::<Options>(plan, self.name());
+        let (shells, from) = (options.shells(plan), options.from);
+        Box::new(Recorder::new(Record::default(), move |record, moment| {
+            let all = moment.particles().all.iter();
+            let positions: Vec<_> = all.map(|one| one.position.xy()).collect();
+            let Ok(shells) = &shells else { return };
+            let sums = shells.modes().sums(&positions, |_| [1.0]);
+            let amplitudes = sums.unwrap_or_default().into_iter();
+            let now: Vec<[f64; 2]> = amplitudes.map(|[sum]| [sum.re, sum.im]).collect();
+            if moment.time == from {
+                record.first.clone_from(&now);
+            }
+            let unit = moment.simulation.weight() / positions.len() as f64;
+            let products: Vec<f64> = (now.iter().zip(&record.first))
+                .map(|(now, first)| now[0] * first[0] + now[1] * first[1])
+                .collect();
+            let means = shells.ranges().map(|range| {
+                let modes = products.get(range).unwrap_or_default();
+                unit * modes.iter().sum::<f64>() / modes.len() as f64
+            });
+            let means = means.collect();
+            record.scattering.push((moment.time - from, means));
+        }))
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
+            return Vec::new();
+        };
+        let figure = Figure::curves(
+            "Intermediate scattering function",
+            Axis::logarithmic("elapsed", "time"),
+            Axis::linear("correlation", "F(k, t)/F(k, 0)"),
+        );
+        let mut table = table! {
+            "intermediate_scattering", "Correlation of density waves with those of a chosen time.";
+            key "engine", "", "Engine";
+            key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+            key "elapsed", "time", "Time since the beginning of the measurement";
+            estimate "scattering", "1", "F(k, t) = <rho(k, t) rho*(k, 0)>/N of the disks; the structure factor at the beginning";
+            estimate "correlation", "1", "F(k, t)/F(k, 0), quotient of the means over replicas";
+            note "modes", "1", "Wave vectors that were averaged, one of each pair ±k";
+            note "replicas", "1", "Replicas";
+        }
+        .figure(figure.panels(&["k"]).line("forgotten", 0.0));
+        let numbers = shells.wave_numbers();
+        for (engine, records) in runs.each::<Record>(plan) {
+            let times = records.first().map_or(&[][..], |one| &one.scattering);
+            for (shell, range) in shells.ranges().enumerate() {
+                for (index, &(elapsed, _)) in times.iter().enumerate() {
+                    let at = |record: &Record, look: usize| {
+                        record.scattering.get(look)?.1.get(shell).copied()
+                    };
+                    let values = records.iter().map(|record| at(record, index));
+                    let pairs = records
+                        .iter()
+                        .filter_map(|record| Some([at(record, index)?, at(record, 0)?]));
+                    let pairs: Vec<[f64; 2]> = pairs.collect();
+                    let ratio = jackknife(&pairs, |[now, first]| now / first);
+                    let ratio = ratio.map_or_else(Estimate::default, |found| {
+                        Estimate::of(found.value, found.standard_error)
+                    });
+                    table.add((
+                        (engine.name, numbers[shell], elapsed),
+                        over(values),
+                        ratio,
+                        range.len(),
+                        records.len(),
+                    ));
+                }
+            }
+        }
+        vec![table]
+    }
+}

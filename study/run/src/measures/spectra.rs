@@ -1,0 +1,350 @@
+//! Spectra of density, flow and temperature of disks in a periodic box, and how fast shear modes grow or decay.
+
+use serde::Deserialize;
+use stosszahl_analysis::relaxation::jackknife;
+use stosszahl_analysis::spectra::{Disk, Shells, Spectra, Spectrum};
+use stosszahl_dsmc::Copies;
+use stosszahl_model::transport;
+use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+
+use super::structure_factor::{require_periodic, structure_times};
+use super::{over, require_kept};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::plan::{EnginePlan, Plan};
+
+/// Spectra of the hydrodynamic fields.
+pub struct HydrodynamicSpectra;
+
+/// When, and at which wave numbers.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Times. Default: the start and the end of the run.
+    pub times: Option<Vec<f64>>,
+    /// Largest k = L/wavelength.
+    pub largest_wave_number: u64,
+    /// Most wave vectors of a shell, one of each pair ±k.
+    pub modes_per_shell: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            times: None,
+            largest_wave_number: 32,
+            modes_per_shell: 48,
+        }
+    }
+}
+
+/// Spectra by time; none at a time without disks.
+type Record = Vec<(f64, Option<Spectra>)>;
+
+/// The shells of numbers up to some largest, or why there are none.
+pub(super) fn shells(plan: &Plan, numbers: &[usize], most: u64) -> Result<Shells, String> {
+    let [x, y, _] = plan.lengths;
+    Shells::new([x, y], numbers, most as usize).map_err(|error| error.to_string())
+}
+
+impl Options {
+    fn shells(&self, plan: &Plan) -> Result<Shells, String> {
+        let numbers: Vec<usize> = (1..=self.largest_wave_number as usize).collect();
+        shells(plan, &numbers, self.modes_per_shell)
+    }
+}
+
+/// Linear fluctuating hydrodynamics of shear modes: van Noije, Ernst, Brito & Orza (1997).
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shear {
+    /// Modes below the critical wave number grow over the thermal speed, others decay, as powers of 1 + t/t0.
+    Cooling {
+        /// Critical wave number \[1/engine length\].
+        critical: f64,
+    },
+    /// All modes decay, with the kinematic viscosity \[engine length^2 over the unit of time of the case\].
+    Elastic { viscosity: f64 },
+}
+
+impl Shear {
+    /// Enskog's theory of a gas of equal disks that cools freely or is elastic.
+    fn of(plan: &Plan) -> Option<Self> {
+        if !plan.has_theory() || plan.dimension != 2 || plan.case.drive.is_some() {
+            return None;
+        }
+        let (phi, chi, r) = (plan.packing_fraction, plan.contact_value, plan.restitution);
+        Some(if r < 1.0 {
+            Self::Cooling {
+                critical: transport::critical_wave_number(phi, chi, r),
+            }
+        } else {
+            Self::Elastic {
+                viscosity: transport::kinematic_viscosity(phi, chi) * plan.time,
+            }
+        })
+    }
+
+    /// Rate at which the amplitude of a mode over the thermal speed grows, per unit of [`clock`].
+    fn rate(self, k: f64) -> f64 {
+        match self {
+            Self::Cooling { critical } => transport::shear_exponent(k, critical),
+            Self::Elastic { viscosity } => -viscosity * k * k,
+        }
+    }
+
+    /// Spectrum of a mode at a reading of [`clock`], from one at the start on.
+    fn spectrum(self, k: f64, clock: f64) -> f64 {
+        match self {
+            Self::Cooling { critical } => transport::thermal_shear_energy(k, critical, clock),
+            Self::Elastic { .. } => 1.0,
+        }
+    }
+
+    /// The rate at which the correlation of the amplitudes of several modes grows between two readings.
+    fn shell_rate(self, modes: &[f64], clocks: [f64; 2]) -> f64 {
+        let [from, to] = clocks;
+        let (mut now, mut then) = (0.0, 0.0);
+        for &k in modes {
+            let spectrum = self.spectrum(k, from);
+            now += spectrum;
+            then += spectrum * (self.rate(k) * (to - from)).exp();
+        }
+        (then / now).ln() / (to - from)
+    }
+}
+
+/// ln(1 + t/t0) of a gas that cools freely, with the Sonine factor of Haff's law: the logarithm by which its thermal speed has
+/// fallen. Else the time of the case.
+fn clock(plan: &Plan, time: f64) -> f64 {
+    match plan.haff_ratio(time) {
+        Some(ratio) if plan.restitution < 1.0 => -0.5 * ratio.ln(),
+        _ => time,
+    }
+}
+
+/// Whether the amplitudes of an engine start with the noise of its own simulators, as theory takes it.
+fn starts_thermal(engine: &EnginePlan) -> bool {
+    engine.copies() == 1
+        || (engine.parameters()).is_none_or(|parameters| parameters.copies == Copies::Independent)
+}
+
+/// Magnitudes of the wave vectors of each shell \[1/engine length\].
+fn magnitudes(shells: &Shells) -> Vec<Vec<f64>> {
+    let all: Vec<f64> = shells.modes().wave_numbers().collect();
+    shells.ranges().map(|range| all[range].to_vec()).collect()
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len();
+    values.sum::<f64>() / count as f64
+}
+
+impl Measure for HydrodynamicSpectra {
+    described!(
+        "spectra",
+        "Spectra of density, shear, sound and temperature by shells of wave numbers, and the growth of shear modes.",
+        Options
+    );
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        require_periodic(plan)?;
+        measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
+        require_kept(plan)?;
+        let options: Options = measure::options(plan, self.name())?;
+        for (key, found) in [
+            ("largest_wave_number", options.largest_wave_number),
+            ("modes_per_shell", options.modes_per_shell),
+        ] {
+            let allowed = format!("a whole number from 1 to 2048; found {found}");
+            measure::require((1..=2048).contains(&found), key, allowed)?;
+        }
+        measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())?;
+        let shells = options.shells(plan).map(|_| ());
+        shells.map_err(|allowed| BadOption {
+            key: "largest_wave_number".into(),
+            allowed,
+        })
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
+    }
+
+    fn kept(&self, plan: &Plan) -> f64 {
+        let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
+        let each = shells.map_or(0, |shells| {
+            shells.ranges().count() * size_of::<Spectrum>()
+                + shells.modes().indices().len() * size_of::<[f64; 2]>()
+        });
+        (self.times(plan).len() * each) as f64
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
+        Box::new(Recorder::new(Record::new(), move |record, moment| {
+            let all = moment.particles().all.iter();
+            let disks: Vec<Disk> = all
+                .map(|one| Disk {
+                    position: one.position.xy(),
+                    velocity: one.velocity.xy(),
+                    mass: one.mass,
+                })
+                .collect();
+            let weight = moment.simulation.weight();
+            let found = shells.as_ref().ok();
+            let mut found = found.and_then(|shells| shells.measure(&disks).ok());
+            for shell in found.iter_mut().flat_map(|found| &mut found.shells) {
+                shell.density *= weight;
+            }
+            record.push((moment.time, found));
+        }))
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
+            return Vec::new();
+        };
+        let (mut spectra, mut growth) = (spectra_table(), growth_table());
+        for (engine, records) in runs.each::<Record>(plan) {
+            fill_spectra(&mut spectra, plan, engine, &shells, &records);
+            fill_growth(&mut growth, plan, engine, &shells, &records);
+        }
+        vec![spectra, growth]
+    }
+}
+
+fn spectra_table() -> Table {
+    let figure = |column, title, label| {
+        let (x, y) = (
+            Axis::logarithmic("k", "k = L/wavelength"),
+            Axis::logarithmic(column, label),
+        );
+        Figure::curves(title, x, y).panels(&["time"])
+    };
+    let one = |column, title, label| figure(column, title, label).line("equilibrium", 1.0);
+    table! {
+        "spectra", "Spectra of density, flow and temperature by shells of wave numbers.";
+        key "engine", "", "Engine";
+        key "time", "time", "Time since the start";
+        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        estimate "s_nn", "1", "Structure factor of the disks";
+        with_theory "s_perp", "1", "Shear: squared flow across k over that of thermal noise at the temperature of the moment; with several simulators for each disk over that of theirs";
+        with_theory "s_par", "1", "Sound: the same of the flow along k";
+        with_theory "s_tt", "1", "Temperature: squared amplitude over that of thermal noise";
+        note "modes", "1", "Wave vectors that were averaged, one of each pair ±k";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(one("s_perp", "Spectrum of shear", "S_perp(k)").caption(
+        "One in equilibrium. Theory is linear fluctuating hydrodynamics of the homogeneous cooling state.",
+    ))
+    .figure(one("s_par", "Spectrum of sound", "S_par(k)"))
+    .figure(one("s_tt", "Spectrum of the temperature", "S_TT(k)"))
+    .figure(figure("s_nn", "Structure factor", "S_nn(k)").line("ideal gas", 1.0))
+}
+
+fn growth_table() -> Table {
+    table! {
+        "growth", "Growth of shear modes between two times.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "First of the two times";
+        key "window_end", "time", "Second";
+        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        with_theory "exponent", "1", "Growth of the amplitude over the thermal speed, as a power of 1 + t/t0 with the t0 of Haff's law; in gases that do not cool its rate over the unit of time. By regression of each amplitude on itself at the first time, so that noise adds nothing";
+        note "modes", "1", "Wave vectors of the shell, one of each pair ±k";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves(
+            "Growth of shear modes",
+            Axis::linear("k", "k = L/wavelength"),
+            Axis::linear("exponent", "growth exponent"),
+        )
+        .panels(&["window_start", "window_end"])
+        .line("no growth", 0.0),
+    )
+}
+
+fn fill_spectra(
+    table: &mut Table,
+    plan: &Plan,
+    engine: &EnginePlan,
+    shells: &Shells,
+    records: &[&Record],
+) {
+    let theory = Shear::of(plan);
+    let elastic = theory.is_some_and(|theory| matches!(theory, Shear::Elastic { .. }));
+    let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
+    for (index, (time, _)) in records
+        .first()
+        .into_iter()
+        .flat_map(|one| one.iter().enumerate())
+    {
+        for (shell, modes) in magnitudes.iter().enumerate() {
+            let of = |part: fn(&Spectrum) -> f64| {
+                let found = records.iter().map(|record| record[index].1.as_ref());
+                over(found.map(|found| found?.shells.get(shell).map(part)))
+            };
+            let expected = theory.filter(|_| starts_thermal(engine)).map(|theory| {
+                mean(
+                    modes
+                        .iter()
+                        .map(|&k| theory.spectrum(k, clock(plan, *time))),
+                )
+            });
+            let equilibrium = elastic.then_some(1.0);
+            table.add((
+                (engine.name, *time, numbers[shell]),
+                of(|one| one.density),
+                of(|one| one.transverse).against(expected),
+                of(|one| one.longitudinal).against(equilibrium),
+                of(|one| one.temperature).against(equilibrium),
+                modes.len(),
+                records.len(),
+            ));
+        }
+    }
+}
+
+fn fill_growth(
+    table: &mut Table,
+    plan: &Plan,
+    engine: &EnginePlan,
+    shells: &Shells,
+    records: &[&Record],
+) {
+    let theory = Shear::of(plan);
+    let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
+    let looks = records.iter().map(|record| record.len()).min().unwrap_or(0);
+    for second in 1..looks {
+        let times = [second - 1, second].map(|look| records[0][look].0);
+        let clocks = times.map(|time| clock(plan, time));
+        for (shell, range) in shells.ranges().enumerate() {
+            let sums = records.iter().filter_map(|record| {
+                let [before, after] = [second - 1, second].map(|look| record[look].1.as_ref());
+                let before = before?.shear.get(range.clone())?;
+                let after = after?.shear.get(range.clone())?;
+                let pairs = before.iter().zip(after);
+                Some(pairs.fold([0.0; 2], |[products, squares], (a, b)| {
+                    [
+                        products + a[0] * b[0] + a[1] * b[1],
+                        squares + a[0] * a[0] + a[1] * a[1],
+                    ]
+                }))
+            });
+            let sums: Vec<[f64; 2]> = sums.collect();
+            let rate =
+                |[products, squares]: [f64; 2]| (products / squares).ln() / (clocks[1] - clocks[0]);
+            let found = jackknife(&sums, rate).filter(|found| found.value.is_finite());
+            let found = found.map_or_else(Estimate::default, |found| {
+                let error = found.standard_error.filter(|error| error.is_finite());
+                Estimate::of(found.value, error)
+            });
+            let expected = theory.map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
+            table.add((
+                (engine.name, times, numbers[shell]),
+                found.against(expected),
+                range.len(),
+                records.len(),
+            ));
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! Transport coefficients of elastic disks by the moments of Einstein and Helfand, against Enskog's theory.
+
+use serde::Deserialize;
+use stosszahl_analysis::helfand::{Helfand, Moments};
+use stosszahl_analysis::theory::ElasticDisks;
+use stosszahl_model::{Collision, Observer};
+use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
+
+use super::over;
+use crate::judge::{in_units, title, verdict, within};
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::words::percent;
+
+/// Transport coefficients.
+pub struct Transport;
+
+/// Mean free times of the largest lag where the case does not say, and the largest share of the run that it may be.
+const LAG: f64 = 20.0;
+const LARGEST_SHARE: f64 = 0.25;
+
+/// How far a coefficient may be from Enskog's and still agree.
+const MARGIN: f64 = 0.05;
+
+/// Over which lags.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Largest lag; coefficients are slopes from half of it on. Default: 20 mean free times, at most a quarter of the run.
+    pub lag: Option<f64>,
+    /// Lags up to the largest, an even number.
+    pub points: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            lag: None,
+            points: 40,
+        }
+    }
+}
+
+impl Options {
+    /// The largest lag in the unit of time of the case.
+    fn lag(&self, plan: &Plan) -> f64 {
+        let longest = LARGEST_SHARE * plan.case.run.until;
+        let usual = LAG * plan.mean_free_time / plan.time;
+        self.lag.unwrap_or_else(|| usual.min(longest))
+    }
+}
+
+/// Nothing of engines that are not event-driven.
+type Record = Option<Helfand>;
+
+/// A coefficient, or a part of one: its column, that of the same over Enskog's value where that is asked for, its moment, and
+/// Enskog's value.
+struct Coefficient {
+    name: &'static str,
+    over: Option<&'static str>,
+    meaning: &'static str,
+    moment: fn(&Moments) -> f64,
+    theory: fn(&ElasticDisks) -> f64,
+}
+
+const KINETIC: &str = "What moving disks carry of it";
+const CROSS: &str = "What the correlation of kinetic and collisional transfer adds to it";
+const COLLISIONAL: &str = "What collisions carry of it over the distance of two centres";
+
+/// Lines of a list of coefficients.
+macro_rules! coefficients {
+    ($($name:literal $over:expr, $meaning:expr, $moment:expr, $theory:expr;)*) => {
+        &[$(Coefficient {
+            name: $name,
+            over: $over,
+            meaning: $meaning,
+            moment: $moment,
+            theory: $theory,
+        }),*]
+    };
+}
+
+const COEFFICIENTS: &[Coefficient] = coefficients! {
+    "self_diffusion" Some("self_diffusion_over_enskog"), "Self-diffusion coefficient, in units of diameter, mass and temperature; theory is Enskog's in three Sonine orders",
+        |m| m.diffusion, ElasticDisks::self_diffusion;
+    "shear_viscosity" Some("shear_viscosity_over_enskog"), "Shear viscosity in the same units; theory is Enskog's of all orders",
+        |m| m.shear.iter().sum(), |e| e.shear_viscosity().sum();
+    "shear_viscosity_kinetic" None, KINETIC, |m| m.shear[0], |e| e.shear_viscosity().kinetic;
+    "shear_viscosity_cross" None, CROSS, |m| m.shear[1], |e| e.shear_viscosity().cross;
+    "shear_viscosity_collisional" None, COLLISIONAL, |m| m.shear[2], |e| e.shear_viscosity().collisional;
+    "bulk_viscosity" Some("bulk_viscosity_over_enskog"), "Bulk viscosity, all of it collisional",
+        |m| m.bulk, ElasticDisks::bulk_viscosity;
+    "heat_conductivity" Some("heat_conductivity_over_enskog"), "Heat conductivity, Boltzmann's constant being one",
+        |m| m.heat.iter().sum(), |e| e.heat_conductivity().sum();
+    "heat_conductivity_kinetic" None, KINETIC, |m| m.heat[0], |e| e.heat_conductivity().kinetic;
+    "heat_conductivity_cross" None, CROSS, |m| m.heat[1], |e| e.heat_conductivity().cross;
+    "heat_conductivity_collisional" None, COLLISIONAL, |m| m.heat[2], |e| e.heat_conductivity().collisional;
+};
+
+/// The coefficients without their parts.
+fn whole() -> impl Iterator<Item = &'static Coefficient> {
+    COEFFICIENTS.iter().filter(|one| one.over.is_some())
+}
+
+impl Coefficient {
+    /// Slope from half of the largest lag on.
+    fn slope(&self, moments: &[Moments], points: usize) -> Option<f64> {
+        let (half, all) = (moments.get(points / 2 - 1)?, moments.get(points - 1)?);
+        let rise = (self.moment)(all) - (self.moment)(half);
+        Some(rise / (all.lag - half.lag))
+    }
+}
+
+struct TransportProbe {
+    record: Record,
+    exact: bool,
+    area: f64,
+    bin: f64,
+    points: usize,
+}
+
+impl Observer for TransportProbe {
+    fn collisions(&mut self, batch: &[Collision]) {
+        if let Some(moments) = &mut self.record {
+            for collision in batch {
+                moments.collide(collision);
+            }
+        }
+    }
+
+    fn looks(&self) -> bool {
+        self.record.is_some()
+    }
+}
+
+impl Probe for TransportProbe {
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        Some(self)
+    }
+
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        if self.exact {
+            let start = moment.simulation.time();
+            let all = &moment.particles().all;
+            let velocities = all.iter().map(|one| one.velocity.xy());
+            let mass = all.first().map_or(1.0, |one| one.mass);
+            let moments = Helfand::new(start, velocities, mass, self.area, self.bin, self.points);
+            self.record = Some(moments);
+        }
+    }
+
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        if let Some(moments) = &mut self.record {
+            moments.advance(moment.simulation.time());
+        }
+    }
+
+    keeps_record!();
+}
+
+fn is_exact(engine: &EnginePlan) -> bool {
+    matches!(engine.kind, EngineKind::EventDriven { .. })
+}
+
+fn enskog(plan: &Plan) -> ElasticDisks {
+    ElasticDisks {
+        packing_fraction: plan.packing_fraction,
+        contact_value: plan.contact_value,
+    }
+}
+
+impl Measure for Transport {
+    described!(
+        "transport",
+        "Self-diffusion, viscosities and heat conductivity of elastic disks by Einstein-Helfand moments.",
+        Options
+    );
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let options: Options = measure::options(plan, self.name())?;
+        let disks = plan.has_theory() && plan.dimension == 2;
+        measure::require(disks, "", "equal smooth disks in a periodic box")?;
+        let elastic = plan.restitution == 1.0 && plan.case.drive.is_none();
+        let allowed = "an elastic gas, gas.restitution = 1, without drive: only there do fluctuations in equilibrium tell the \
+                       coefficients";
+        measure::require(elastic, "", allowed)?;
+        let exact = plan.engines.iter().any(is_exact);
+        measure::require(exact, "", "the event-driven engine, [engine.ed]")?;
+        let most = 0.5 * plan.case.run.until;
+        let lag = options.lag(plan);
+        let allowed = format!("a time above 0, at most half of the run = {most}; found {lag}");
+        measure::require(lag > 0.0 && lag <= most, "lag", allowed)?;
+        let points = options.points;
+        let allowed = format!("an even number from 2 to 1000; found {points}");
+        let good = (2..=1000).contains(&points) && points.is_multiple_of(2);
+        measure::require(good, "points", allowed)
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        vec![plan.case.run.until]
+    }
+
+    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+        Helfand::BYTES_PER_DISK as f64
+    }
+
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = measure::chosen::<Options>(plan, self.name());
+        let points = options.points as usize;
+        Box::new(TransportProbe {
+            record: None,
+            exact: is_exact(engine),
+            area: plan.volume,
+            bin: plan.engine_time(options.lag(plan) / points as f64),
+            points,
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let options = measure::chosen::<Options>(plan, self.name());
+        let (points, enskog) = (options.points as usize, enskog(plan));
+        let (mut coefficients, mut lags) = (coefficient_table(), lag_table());
+        for (engine, records) in runs
+            .each::<Record>(plan)
+            .filter(|(engine, _)| is_exact(engine))
+        {
+            let all = moments(&records);
+            let mut cells = Vec::new();
+            for one in COEFFICIENTS {
+                let theory = (one.theory)(&enskog);
+                let found = over(all.iter().map(|moments| one.slope(moments, points)));
+                cells.push(found.against(Some(theory)));
+                cells.extend(one.over.map(|_| found.times(1.0 / theory)));
+            }
+            coefficients.add((engine.name, cells, all.len()));
+            for one in whole() {
+                let theory = (one.theory)(&enskog);
+                for point in 0..points {
+                    let apparent = over(all.iter().map(|moments| {
+                        let moments = moments.get(point)?;
+                        Some((one.moment)(moments) / (moments.lag * theory))
+                    }));
+                    let lag = options.lag(plan) * (point + 1) as f64 / points as f64;
+                    lags.add(((engine.name, one.name, lag), apparent, all.len()));
+                }
+            }
+        }
+        vec![coefficients, lags]
+    }
+
+    fn tests(&self, plan: &Plan) -> usize {
+        plan.engines
+            .iter()
+            .filter(|engine| is_exact(engine))
+            .count()
+            * whole().count()
+    }
+
+    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+        let points = measure::chosen::<Options>(plan, self.name()).points as usize;
+        let enskog = enskog(plan);
+        let mut list = Vec::new();
+        for (engine, records) in runs
+            .each::<Record>(plan)
+            .filter(|(engine, _)| is_exact(engine))
+        {
+            let all = moments(&records);
+            for one in whole() {
+                let found = over(all.iter().map(|moments| one.slope(moments, points)));
+                let found = found.times(1.0 / (one.theory)(&enskog));
+                list.push(against_enskog(
+                    one.name,
+                    title(engine.name),
+                    &found,
+                    runs.level,
+                ));
+            }
+        }
+        list
+    }
+}
+
+/// Moments of all replicas.
+fn moments(records: &[&Record]) -> Vec<Vec<Moments>> {
+    let all = records.iter().map(|one| one.as_ref().map(Helfand::moments));
+    all.map(Option::unwrap_or_default).collect()
+}
+
+/// Whether a coefficient over Enskog's is one within the margin.
+fn against_enskog(name: &str, engine: &str, found: &Estimate, level: f64) -> Verdict {
+    let name = name.replace('_', " ");
+    let off = Estimate {
+        value: found.value.map(|found| found - 1.0),
+        ..*found
+    };
+    let kind = within(&off, MARGIN, level);
+    let said = match kind {
+        VerdictKind::Agree => ", within",
+        VerdictKind::Differ => ", beyond",
+        _ => "; it cannot be told whether that is within",
+    };
+    let (found, margin) = (in_units(found, 1.0), percent(MARGIN));
+    let sentence = format!("The {name} of {engine} is {found} of Enskog's{said} {margin}.");
+    verdict(format!("{name}, {engine}"), sentence, kind)
+}
+
+fn coefficient_table() -> Table {
+    let mut table = table! {
+        "transport", "Transport coefficients, from half of the largest lag on.";
+        key "engine", "", "Engine";
+    };
+    for one in COEFFICIENTS {
+        table = table.with_theory(one.name, "1", one.meaning);
+        if let Some(over) = one.over {
+            table = table.estimate(over, "1", "The same over that theory");
+        }
+    }
+    table.note("replicas", "1", "Replicas")
+}
+
+fn lag_table() -> Table {
+    let figure = Figure::curves(
+        "Transport coefficients by lag",
+        Axis::linear("lag", "lag"),
+        Axis::linear("apparent", "moment over lag and Enskog's coefficient"),
+    );
+    let figure = figure
+        .caption("Each tends to the coefficient over Enskog's, and begins below it while velocities are remembered.");
+    table! {
+        "helfand", "Einstein-Helfand moments by lag.";
+        key "engine", "", "Engine";
+        key "coefficient", "", "self_diffusion, shear_viscosity, bulk_viscosity, heat_conductivity";
+        key "lag", "time", "Lag";
+        estimate "apparent", "1", "Moment over the lag and Enskog's coefficient";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(figure.panels(&["coefficient"]).line("Enskog", 1.0))
+}

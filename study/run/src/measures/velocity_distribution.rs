@@ -1,0 +1,221 @@
+//! The distribution of velocities over the thermal speed, with its tails and cumulants.
+
+use serde::Deserialize;
+use stosszahl_analysis::velocities::{Bins, Distribution, Particle, Quantity};
+use stosszahl_case::Kind;
+use stosszahl_model::{kinetic, transport};
+use stosszahl_results::{Axis, Figure, Mark, Table, table};
+
+use super::structure_factor::structure_times;
+use super::{SpeciesOf, over};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::plan::{EnginePlan, Plan};
+
+/// The distribution of velocities.
+pub struct VelocityDistribution;
+
+/// What is counted.
+#[derive(Clone, Copy, Debug, Default, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Counted {
+    /// Each component, of either sign.
+    #[default]
+    Component,
+    /// The speed.
+    Speed,
+}
+
+/// When, and in which bins.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Times. Default: the start and the end of the run.
+    pub times: Option<Vec<f64>>,
+    /// What is counted.
+    pub quantity: Counted,
+    /// Number of bins.
+    pub bins: u64,
+    /// Largest magnitude over the thermal speed sqrt(2 T/m).
+    pub range: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            times: None,
+            quantity: Counted::Component,
+            bins: 100,
+            range: 5.0,
+        }
+    }
+}
+
+impl Options {
+    fn bins(&self, plan: &Plan) -> Bins {
+        Bins {
+            quantity: match self.quantity {
+                Counted::Component => Quantity::Component,
+                Counted::Speed => Quantity::Speed,
+            },
+            dimension: plan.dimension,
+            number: self.bins as usize,
+            range: self.range,
+        }
+    }
+}
+
+/// By time, then by species; none of particles that do not move.
+type Record = Vec<(f64, Vec<Option<Distribution>>)>;
+
+/// Fourth cumulant by first Sonine order of one species with a constant restitution that starts as a Maxwellian and cools freely, or
+/// is driven and steady; none where no theory applies.
+fn theory(plan: &Plan, time: f64) -> Option<f64> {
+    let (dimension, r) = (plan.dimension, plan.law.constant()?);
+    let alone = match plan.kind {
+        Kind::Comparison => plan.has_theory(),
+        Kind::Homogeneous => plan.classes.len() == 1 && plan.case.sticking.is_none(),
+        Kind::Flow => false,
+    };
+    if !alone {
+        return None;
+    }
+    if plan.case.drive.is_some() {
+        return Some(kinetic::heated_fourth_cumulant(dimension, r));
+    }
+    if r == 1.0 {
+        return Some(0.0);
+    }
+    let passed = plan
+        .time_over_haff(time)
+        .filter(|_| plan.case.thermostat.is_none())?;
+    // Collisions of a particle in which the thermal speed falls to 1/e.
+    let collisions = 2.0 * dimension as f64 / (1.0 - r * r);
+    let exponent = transport::cumulant_relaxation(dimension, r) * collisions;
+    let last = kinetic::fourth_cumulant(dimension, r);
+    Some(last * -(-exponent * passed.ln_1p()).exp_m1())
+}
+
+impl Measure for VelocityDistribution {
+    described!(
+        "velocity_distribution",
+        "Distribution of velocities over the thermal speed, with tails, and the cumulants a2 and a3.",
+        Options
+    );
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let options: Options = measure::options(plan, self.name())?;
+        let Options { bins, range, .. } = options;
+        let allowed = format!("a whole number from 2 to 10000; found {bins}");
+        measure::require((2..=10_000).contains(&bins), "bins", allowed)?;
+        let allowed = format!("a number of thermal speeds from 0.1 to 100; found {range}");
+        measure::require((0.1..=100.0).contains(&range), "range", allowed)?;
+        measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())
+    }
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
+    }
+
+    fn kept(&self, plan: &Plan) -> f64 {
+        let bins = measure::chosen::<Options>(plan, self.name()).bins as usize;
+        let each = size_of::<Distribution>() + bins * size_of::<f64>();
+        (self.times(plan).len() * plan.species.len() * each) as f64
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let bins = measure::chosen::<Options>(plan, self.name()).bins(plan);
+        let (species, number) = (SpeciesOf::new(plan), plan.species.len());
+        Box::new(Recorder::new(Record::new(), move |record, moment| {
+            let mut groups = vec![Vec::new(); number];
+            for (index, one) in moment.particles().all.iter().enumerate() {
+                groups[species.of(index, one.species)].push(Particle {
+                    velocity: one.velocity,
+                    mass: one.mass,
+                    weight: one.weight,
+                });
+            }
+            let found = groups.iter().map(|group| bins.measure(group)).collect();
+            record.push((moment.time, found));
+        }))
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let options = measure::chosen::<Options>(plan, self.name());
+        let bins = options.bins(plan);
+        let (mut densities, mut cumulants) = (density_table(&options), cumulant_table());
+        for (engine, records) in runs.each::<Record>(plan) {
+            let times = records.first().map_or(&[][..], |one| one.as_slice());
+            for (index, &(time, _)) in times.iter().enumerate() {
+                let a2 = theory(plan, time);
+                for (number, species) in plan.species.iter().enumerate() {
+                    let of = |part: &dyn Fn(&Distribution) -> f64| {
+                        let found = records.iter().map(|record| record[index].1.get(number));
+                        over(found.map(|found| found?.as_ref().map(part)))
+                    };
+                    let fourth = of(&|found| found.fourth_cumulant).against(a2);
+                    cumulants.add((
+                        (engine.name, time, &*species.name),
+                        fourth,
+                        of(&|found| found.sixth_cumulant),
+                        of(&|found| found.beyond).value,
+                        records.len(),
+                    ));
+                    for bin in 0..bins.number {
+                        let [low, high] = bins.edges(bin);
+                        let expected = a2.map(|a2| bins.sonine(bin, a2));
+                        densities.add((
+                            (engine.name, time, &*species.name),
+                            [low, high, 0.5 * (low + high)],
+                            of(&|found| found.density[bin]).against(expected),
+                            bins.sonine(bin, 0.0),
+                        ));
+                    }
+                }
+            }
+        }
+        vec![densities, cumulants]
+    }
+}
+
+fn density_table(options: &Options) -> Table {
+    let label = match options.quantity {
+        Counted::Component => "component of the velocity over the thermal speed",
+        Counted::Speed => "speed over the thermal speed",
+    };
+    let figure = Figure::curves(
+        "Distribution of velocities",
+        Axis::linear("c", label),
+        Axis::logarithmic("density", "density"),
+    );
+    table! {
+        "velocity_distribution", "Distribution of velocities over the thermal speed sqrt(2 T/m) of the moment.";
+        key "engine", "", "Engine";
+        key "time", "time", "Time since the start";
+        key "species", "", "Name of the species";
+        key "c_low", "1", "Lower edge of the bin: a component of the velocity relative to the mean flow of the species, or its magnitude, over sqrt(2 T/m)";
+        key "c_high", "1", "Upper edge";
+        key "c", "1", "Middle";
+        with_theory "density", "1", "Density, of integral one; theory is a Maxwellian with the first Sonine correction by the a2 of theory";
+        value "maxwellian", "1", "Density of a Maxwellian, mean over the bin";
+    }
+    .figure(figure.by(&["engine", "species"]).panels(&["time"]).mark(Mark::Points))
+}
+
+fn cumulant_table() -> Table {
+    let figure = Figure::curves(
+        "Cumulants of the velocities",
+        Axis::linear("time", "time"),
+        Axis::linear("a2", "a2"),
+    );
+    table! {
+        "velocity_cumulants", "Cumulants of the distribution of velocities.";
+        key "engine", "", "Engine";
+        key "time", "time", "Time since the start";
+        key "species", "", "Name of the species";
+        with_theory "a2", "1", "Fourth cumulant, 4 <c^4>/(D (D + 2)) - 1; theory is first Sonine order of a gas that starts as a Maxwellian, and of the steady state of a driven one";
+        estimate "a3", "1", "Sixth cumulant, 1 + 3 a2 - 8 <c^6>/(D (D + 2) (D + 4))";
+        value "beyond", "1", "Share of velocities beyond the bins";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(figure.by(&["engine", "species"]).line("Maxwellian", 0.0))
+}
