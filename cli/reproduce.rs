@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::case::PaperFile;
+use crate::report::figure_name;
 use crate::reproduction::{Demand, Reproduction};
 use crate::results::Existing;
 use crate::study::Options;
@@ -60,10 +61,8 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     let judged = reproduction.judge(&folder)?;
     let page = reproduction.write(&folder, &judged)?;
     for one in &judged.outcomes {
-        let said = format!(
-            "{}: {}: {}",
-            one.figure, one.verdict.topic, one.verdict.sentence
-        );
+        let (figure, verdict) = (figure_name(one.figure), &one.verdict);
+        let said = format!("{figure}: {}. {}", verdict.topic, verdict.sentence);
         say(&line(one.verdict.kind.name(), &said))?;
     }
     say(&judged.count())?;
@@ -74,13 +73,16 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
 fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
     let name = asked.file_stem().unwrap_or(asked.as_os_str());
     let name = name.to_string_lossy().into_owned();
-    if asked.exists() {
+    if asked.is_file() {
         return Ok((name, PaperFile::read(asked)?));
     }
     let found = bundled::papers()
         .into_iter()
         .find(|one| asked == Path::new(one.name));
     let Some(found) = found else {
+        if asked.exists() {
+            return Ok((name, PaperFile::read(asked)?));
+        }
         return Err(CommandError::NoBundledPaper(asked.display().to_string()));
     };
     let path = PathBuf::from(format!("{}.toml", found.name));
@@ -130,7 +132,7 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
                 duration(full.seconds),
                 duration(quick.seconds)
             );
-            say(&line(&format!("  {}", figure.name), &said))?;
+            say(&line(&format!("  {}", figure_name(&figure.name)), &said))?;
             if let Some(missing) = &figure.missing {
                 say(&line("", &format!("not here: {missing}")))?;
             }

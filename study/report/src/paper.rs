@@ -101,7 +101,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
         number += usize::from(ratios.is_some());
         figures.push(html! {
             section id=(anchor(figure.name)) {
-                h2 { (name(figure.name)) ". " (figure.title) }
+                h2 { (figure_name(figure.name)) ". " (figure.title) }
                 @if let Some(missing) = figure.missing { p { strong { "Not here: " } (missing) } }
                 @for drawing in &drawings { (drawing) }
                 (claims(&figure.claims))
@@ -115,7 +115,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
         p.lead { (paper.source) }
         p { strong { (paper.summary) } " (" (paper.kind) ")." }
         @if let Some(remark) = paper.remark { p { (remark) } }
-        nav { @for figure in &paper.figures { a href={ "#" (anchor(figure.name)) } { (name(figure.name)) } } a href="#runs" { "Runs" } }
+        nav { @for figure in &paper.figures { a href={ "#" (anchor(figure.name)) } { (figure_name(figure.name)) } } a href="#runs" { "Runs" } }
         @for figure in &figures { (figure) }
         section id="runs" { h2 { "Runs" } (runs) }
         footer { p {
@@ -128,7 +128,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
 }
 
 /// "Fig. 3b", or the name of what says itself what it is.
-fn name(name: &str) -> String {
+pub fn figure_name(name: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_digit()) {
         format!("Fig. {name}")
     } else {
@@ -226,7 +226,7 @@ fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
         };
         table.add((Cell::Count(number), ratio));
     }
-    let title = format!("{}, found over paper", name(figure.name));
+    let title = format!("{}, found over paper", figure_name(figure.name));
     let ratios = Figure::curves(
         "Found over paper",
         Axis::linear("claim", "number of the claim"),

@@ -81,10 +81,10 @@ impl Reproduction<'_> {
         self.open(folder)?;
         for (name, case) in &self.cases {
             let out = folder.join(name);
-            let existing = match out.join("run.json").exists() {
-                false => Existing::Refuse,
-                true if replace => Existing::Replace,
-                true => Existing::Resume,
+            let existing = match (out.join("run.json").exists(), replace) {
+                (false, _) => Existing::Refuse,
+                (true, true) => Existing::Replace,
+                (true, false) => Existing::Resume,
             };
             let options = Options {
                 out: Some(out),

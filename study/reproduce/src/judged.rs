@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use stosszahl_report::{PaperClaim, PaperFigure, PaperPage, PaperRun};
 use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind};
-use stosszahl_study::judge::{self, Said, short, with_error};
+use stosszahl_study::judge::{self, Said, digits, short, with_error};
 
 use crate::find::{Results, quotient};
 use crate::plan::{Item, Reproduction, Source, Spot, drawn_number};
@@ -179,7 +179,7 @@ impl Outcome<'_> {
                 let ratio = (value != 0.0).then(|| self.found.times(1.0 / value));
                 let paper = match error {
                     Some(_) => with_error(value, error),
-                    None => short(value),
+                    None => digits(value),
                 };
                 let corrected = if item.corrected { " (corrected)" } else { "" };
                 (
@@ -188,12 +188,12 @@ impl Outcome<'_> {
                     ratio,
                 )
             }
-            Said::Above(bound) => (format!("> {}", short(bound)), String::new(), None),
-            Said::Below(bound) => (format!("< {}", short(bound)), String::new(), None),
+            Said::Above(bound) => (format!("> {}", digits(bound)), String::new(), None),
+            Said::Below(bound) => (format!("< {}", digits(bound)), String::new(), None),
         };
         let found = match (self.found.value, self.found.standard_error) {
             (None, _) => "–".to_owned(),
-            (Some(value), Some(0.0)) => short(value),
+            (Some(value), Some(0.0)) => digits(value),
             (Some(value), error) => with_error(value, error),
         };
         PaperClaim {

@@ -9,10 +9,12 @@
 //! | module  | owns                                          |
 //! |---------|-----------------------------------------------|
 //! | `plan`  | which runs and claims there are, and their checks |
+//! | `cases` | the cases of a paper, with what it sets     |
 //! | `find`  | numbers in the tables of finished runs        |
 //! | `folder`| the folder of a paper                         |
 //! | `judged`| claims with their verdicts, as table and page |
 
+mod cases;
 mod find;
 mod folder;
 mod judged;

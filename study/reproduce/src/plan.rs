@@ -1,16 +1,16 @@
 //! Which runs and claims a paper has, and whether all that they name exists.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
 
-use stosszahl_case::paper::{Claim, Errors, PaperFigure, PaperRun, number};
+use stosszahl_case::paper::{Claim, Errors, PaperFigure, number};
 use stosszahl_case::{CaseError, CaseFile, PaperFile, Point};
 use stosszahl_results::Table;
+use stosszahl_study::check;
 use stosszahl_study::judge::Said;
-use stosszahl_study::{check, format};
 use toml::Value;
 
 use crate::ReproduceError;
+use crate::cases::read;
 use crate::find::{COLLISIONS, SECONDS};
 
 /// What of a paper is asked for.
@@ -449,71 +449,4 @@ pub(crate) fn drawn_number(name: &str) -> (&str, Option<usize>) {
 fn weight(claim: &Claim) -> usize {
     let corrected = usize::from(claim.corrected.is_some());
     claim.values.as_ref().map_or(1 + corrected, Vec::len)
-}
-
-/// Reads the case of a run, with what the paper sets.
-fn read(
-    file: &PaperFile,
-    name: &str,
-    quick: bool,
-    bundled: &dyn Fn(&str) -> Option<String>,
-) -> Result<CaseFile, CaseError> {
-    let run: &PaperRun = &file.paper.run[name];
-    let mut settings = run.set.clone();
-    if quick {
-        settings.extend(run.quick.clone());
-    }
-    let overrides: Vec<String> = settings
-        .iter()
-        .map(|(key, value)| format!("{key}={}", inline(value)))
-        .collect();
-    let is_file = Path::new(&run.case)
-        .extension()
-        .is_some_and(|ending| ending == "toml");
-    let read = if is_file {
-        let folder = file.path.parent().unwrap_or(Path::new(""));
-        format().read(&folder.join(&run.case), &overrides)
-    } else {
-        let Some(text) = bundled(&run.case) else {
-            let allowed = "a bundled case, or a file NAME.toml beside the paper";
-            return Err(file.refuse(&format!("run.{name}.case"), allowed));
-        };
-        let path = PathBuf::from(format!("{}.toml", run.case));
-        format().from_text(&path, &text, &overrides)
-    };
-    // What the paper sets is written in the paper.
-    read.map_err(|error| match error.refusal() {
-        Some(refusal) if refusal.argument.is_some() => {
-            let set = |keys: &BTreeMap<String, Value>| {
-                keys.keys().any(|key| refusal.key.starts_with(key.as_str()))
-            };
-            let part = if quick && set(&run.quick) {
-                "quick"
-            } else {
-                "set"
-            };
-            file.refuse(&format!("run.{name}.{part}"), error.to_string())
-        }
-        _ => error,
-    })
-}
-
-/// A value as TOML on one line.
-fn inline(value: &Value) -> String {
-    match value {
-        // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
-        Value::Float(number) => format!("{number:?}"),
-        Value::Array(all) => {
-            let all: Vec<String> = all.iter().map(inline).collect();
-            format!("[{}]", all.join(", "))
-        }
-        Value::Table(all) => {
-            let all: Vec<String> = all
-                .iter()
-                .map(|(key, value)| format!("{key} = {}", inline(value)))
-                .collect();
-            format!("{{ {} }}", all.join(", "))
-        }
-        other => other.to_string(),
-    }
 }

@@ -26,7 +26,7 @@ use stosszahl_results::{Estimate, Verdict, VerdictKind};
 pub use stosszahl_results::engine_title as title;
 
 pub use crate::words::short;
-pub use claims::{Said, claim};
+pub use claims::{Said, claim, digits};
 
 pub mod claims;
 

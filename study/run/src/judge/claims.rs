@@ -22,14 +22,28 @@ pub enum Said {
     Below(f64),
 }
 
+/// A number that is known exactly, in five digits.
+pub fn digits(value: f64) -> String {
+    if !(1e-6..1e6).contains(&value.abs()) {
+        return short(value);
+    }
+    let places = (4.0 - value.abs().log10().floor()).max(0.0) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 impl Said {
     /// In words.
     fn words(self) -> String {
         match self {
             Self::Value { value, error, .. } if error.is_some() => with_error(value, error),
-            Self::Value { value, .. } => short(value),
-            Self::Above(bound) => format!("above {}", short(bound)),
-            Self::Below(bound) => format!("below {}", short(bound)),
+            Self::Value { value, .. } => digits(value),
+            Self::Above(bound) => format!("above {}", digits(bound)),
+            Self::Below(bound) => format!("below {}", digits(bound)),
         }
     }
 
@@ -76,7 +90,7 @@ pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64)
     let kind = said.kind(found, level);
     let value = found.value.unwrap_or(f64::NAN);
     let ours = match found.standard_error {
-        Some(0.0) => short(value),
+        Some(0.0) => digits(value),
         error => with_error(value, error),
     };
     let words = said.words();
@@ -92,8 +106,9 @@ pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64)
         }
         (VerdictKind::Agree, _) => format!("Found {ours} is {words}."),
         (VerdictKind::Differ, _) => format!("Found {ours} is not {words}."),
-        (_, Said::Value { .. }) => {
-            format!("Found {ours} cannot be told from {words} or from another value.")
+        (_, Said::Value { margin, .. }) => {
+            let margin = short(margin);
+            format!("Whether {ours} is {words} within {margin} cannot be told.")
         }
         (_, _) => format!("Whether {ours} is {words} cannot be told."),
     };
@@ -129,6 +144,24 @@ mod tests {
         assert_eq!(kind(1.0, 0.02, 1.0), VerdictKind::Undecided);
         assert_eq!(kind(-1.0, 0.001, -1.1), VerdictKind::Differ);
         assert_eq!(kind(0.01, 0.001, 0.0), VerdictKind::Agree);
+    }
+
+    #[test]
+    fn exact_numbers_have_five_digits() {
+        let words = [
+            0.0429664,
+            12_072_722.0,
+            32.594,
+            0.125,
+            1.0,
+            240.0,
+            0.0,
+            99_856.0,
+        ];
+        let expected = [
+            "0.042966", "1.207e7", "32.594", "0.125", "1", "240", "0", "99856",
+        ];
+        assert_eq!(words.map(digits), expected);
     }
 
     #[test]
