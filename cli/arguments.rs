@@ -101,6 +101,15 @@ pub enum Command {
                       stosszahl frontier cases/quick.toml --set gas.number=10000 --until 10 --target-error 1%"
     )]
     Frontier(FrontierArguments),
+    /// Make the figures of a paper again, with a verdict on each of its claims; or list the papers.
+    ///
+    /// Runs the cases of the paper, each in a folder of its own, and writes report.html and claims.csv. What is finished is kept; a
+    /// run that was stopped is gone on with.
+    #[command(
+        after_help = "Begin with:\n  stosszahl reproduce\n  stosszahl reproduce kawasaki-1985 --quick\n  \
+                      stosszahl reproduce luding-1998 --figure 3b"
+    )]
+    Reproduce(ReproduceArguments),
 }
 
 /// What may be set from outside a case file.
@@ -211,6 +220,31 @@ pub struct Printed {
     /// Print conclusions, choices and warnings of all points as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `stosszahl reproduce`.
+#[derive(Debug, Args)]
+pub struct ReproduceArguments {
+    /// The name of a bundled paper, or a paper file (TOML); without one the papers are listed.
+    pub paper: Option<PathBuf>,
+    /// Only one figure or table of the paper, by its name in the list.
+    #[arg(long, value_name = "N", requires = "paper")]
+    pub figure: Option<String>,
+    /// Smaller runs, which see less.
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder [default: results/NAME-OF-THE-PAPER, with -quick behind it for quick runs].
+    #[arg(long, value_name = "DIR", requires = "paper")]
+    pub out: Option<PathBuf>,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Replace finished runs.
+    #[arg(long, requires = "paper")]
+    pub force: bool,
+    /// Start even if a case needs more memory than is free.
+    #[arg(long)]
+    pub force_memory: bool,
 }
 
 /// `stosszahl frontier`.

@@ -1,17 +1,18 @@
-//! The cases that come with the program.
+//! The cases and papers that come with the program.
 
 use std::path::Path;
 
 use include_dir::{Dir, include_dir};
 
 static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/cases");
+static PAPERS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/papers");
 
-/// A case that comes with the program.
+/// A case or paper that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Bundled {
     /// Its name: that of its file without the ending.
     pub name: &'static str,
-    /// The case file.
+    /// The file.
     pub text: &'static str,
 }
 
@@ -28,12 +29,22 @@ impl Bundled {
 
 /// All of them, by name.
 pub fn all() -> Vec<Bundled> {
+    files(&FOLDER)
+}
+
+/// All papers, by name.
+pub fn papers() -> Vec<Bundled> {
+    files(&PAPERS)
+}
+
+/// The files of a folder, by name.
+fn files(folder: &'static Dir<'static>) -> Vec<Bundled> {
     let one = |file: &'static include_dir::File<'static>| {
         let name = file.path().file_stem()?.to_str()?;
         let text = file.contents_utf8()?;
         Some(Bundled { name, text })
     };
-    let mut all: Vec<_> = FOLDER.files().filter_map(one).collect();
+    let mut all: Vec<_> = folder.files().filter_map(one).collect();
     all.sort_by_key(|one| one.name);
     all
 }

@@ -26,6 +26,8 @@ use crate::bundled;
 use crate::init as template;
 use crate::progress::Display;
 use crate::reference;
+use crate::reproduce::reproduce;
+use crate::reproduction::ReproduceError;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 const STOPPED: u8 = 130;
@@ -49,6 +51,14 @@ pub enum CommandError {
     /// A frontier cannot be measured.
     #[error(transparent)]
     Frontier(#[from] FrontierError),
+    /// A paper cannot be made again.
+    #[error(transparent)]
+    Reproduce(#[from] ReproduceError),
+    /// There is no bundled paper of this name.
+    #[error(
+        "no bundled paper is called {0}, and there is no such file; `stosszahl reproduce` lists them"
+    )]
+    NoBundledPaper(String),
     /// A share that is none.
     #[error("--target-error {found}: allowed is a share such as 1% or 0.01, above 0 and below 1")]
     Target {
@@ -70,22 +80,47 @@ pub enum CommandError {
 }
 
 impl CommandError {
+    /// Whether the command only ended because it was asked to.
+    pub(crate) fn is_interruption(&self) -> bool {
+        self.exit_code() == STOPPED
+    }
+
     /// 2: the input was refused; [`STOPPED`]; 1: the run failed.
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Run(error) if error.is_interruption() => STOPPED,
+            Self::Run(error) | Self::Reproduce(ReproduceError::Run(error))
+                if error.is_interruption() =>
+            {
+                STOPPED
+            }
+            Self::Reproduce(ReproduceError::Results(error)) if !error.is_system() => 2,
+            Self::Reproduce(ReproduceError::Run(RunError::Results(error)))
+                if !error.is_system() =>
+            {
+                2
+            }
+            Self::Reproduce(
+                ReproduceError::Case(_)
+                | ReproduceError::NoFigure { .. }
+                | ReproduceError::Occupied { .. }
+                | ReproduceError::Run(
+                    RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. },
+                ),
+            ) => 2,
             Self::Frontier(FrontierError::Interrupted) => STOPPED,
             Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
             Self::Frontier(error) if error.is_refusal() => 2,
             Self::Case(_)
             | Self::Target { .. }
             | Self::NoBundledCase(_)
+            | Self::NoBundledPaper(_)
             | Self::FileExists(_)
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
             | Self::Report(ReportError::NoResults { .. }) => 2,
             Self::Run(_)
             | Self::Report(_)
             | Self::Frontier(_)
+            | Self::Reproduce(_)
             | Self::Results(_)
             | Self::Output(_) => 1,
         }
@@ -93,7 +128,7 @@ impl CommandError {
 }
 
 /// Writes a line to standard output.
-fn say(text: &str) -> io::Result<()> {
+pub(crate) fn say(text: &str) -> io::Result<()> {
     match writeln!(io::stdout(), "{text}") {
         // A reader that has seen enough, such as `head`, ends nothing.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -121,6 +156,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Reference { folders } => print_reference(&folders),
         Command::Manual { folder } => manual(&folder),
         Command::Frontier(arguments) => measure_frontier(&arguments),
+        Command::Reproduce(arguments) => reproduce(&arguments),
     };
     ended(done)
 }
@@ -133,6 +169,9 @@ pub fn ended(done: Result<(), CommandError>) -> ExitCode {
     match &error {
         CommandError::Case(error)
         | CommandError::Run(RunError::Case(error))
+        | CommandError::Reproduce(
+            ReproduceError::Case(error) | ReproduceError::Run(RunError::Case(error)),
+        )
         | CommandError::Frontier(FrontierError::Invalid(error)) => {
             note(&error.report(io::stderr().is_terminal()));
         }
@@ -344,7 +383,7 @@ fn scarce(number: f64) -> String {
 }
 
 /// A duration in seconds, in words.
-fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     let whole = Duration::from_secs(seconds.clamp(1.0, 1e12).round() as u64);
     humantime::format_duration(whole).to_string()
 }
@@ -483,7 +522,7 @@ fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
 }
 
 /// A word, and a sentence beside it that ends where the terminal does.
-fn line(word: &str, text: &str) -> String {
+pub(crate) fn line(word: &str, text: &str) -> String {
     beside(&format!("{word:<10} "), text)
 }
 

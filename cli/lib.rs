@@ -3,7 +3,7 @@
 //! [`prelude`] has what a program of one's own needs. The physics lives in the crates that are re-exported here:
 //! [`model`] (what all engines share), [`ed`] (exact event-driven disks), [`dsmc`] (Monte Carlo collisions) and
 //! [`analysis`] (estimators, theory, statistics); [`gas`] builds gases in a few lines; [`case`] reads case files,
-//! [`study`] runs them, [`results`] and [`report`] are what a run leaves. The command line stands on them as any
+//! [`study`] runs them, [`results`] and [`report`] are what a run leaves; [`reproduction`] makes papers again. The command line stands on them as any
 //! program would.
 //!
 //! ```
@@ -31,6 +31,7 @@ pub mod prelude;
 #[doc(hidden)]
 pub mod progress;
 mod reference;
+mod reproduce;
 
 pub use stosszahl_analysis as analysis;
 pub use stosszahl_case as case;
@@ -39,5 +40,6 @@ pub use stosszahl_ed as ed;
 pub use stosszahl_gas as gas;
 pub use stosszahl_model as model;
 pub use stosszahl_report as report;
+pub use stosszahl_reproduce as reproduction;
 pub use stosszahl_results as results;
 pub use stosszahl_study as study;

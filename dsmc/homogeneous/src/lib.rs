@@ -53,7 +53,9 @@ pub use paths::{Paths, time_averaged};
 pub use selection::{Candidate, Selection, Standing};
 pub use simulate::{Homogeneous, Pick};
 pub use slots::Slots;
-pub use sticking::{Ledger, Order, Part, Rule, Sticking, Threshold, shards, size_distribution};
+pub use sticking::{
+    Ledger, Limit, Order, Part, Rule, Sticking, Threshold, shards, size_distribution,
+};
 
 /// Version of the statistics of this engine: one more with each change that moves means beyond their errors, under *Results changed* in
 /// the changelog. Other digits of the same means do not count. Costly results in the documentation are refused once it has moved.

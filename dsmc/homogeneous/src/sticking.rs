@@ -17,11 +17,30 @@ pub enum Part {
     Normal,
 }
 
-/// An energy at which something else begins to happen.
+/// Where something else begins to happen; infinite is allowed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Limit {
+    /// At an energy of the relative motion.
+    Energy(f64),
+    /// At a relative speed, whatever the masses.
+    Speed(f64),
+}
+
+impl Limit {
+    /// The energy of the relative motion at it, with a reduced mass.
+    fn energy(self, reduced: f64) -> f64 {
+        match self {
+            Self::Energy(energy) => energy,
+            Self::Speed(speed) => 0.5 * reduced * speed * speed,
+        }
+    }
+}
+
+/// An energy or a speed at which something else begins to happen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
-    /// The energy; infinite is allowed.
-    pub energy: f64,
+    /// Where.
+    pub limit: Limit,
     /// What is compared with it.
     pub part: Part,
 }
@@ -65,7 +84,7 @@ pub struct Ledger {
     pub refused: u64,
 }
 
-/// Clusters of monomers stick below one energy, break above another, and bounce in between by the scene's law.
+/// Clusters of monomers stick below one energy or relative speed, break above another, and bounce in between by the scene's law.
 ///
 /// Sticking conserves mass and momentum; the energy `mu g^2/2` goes into the ledger. Breaking turns both partners into
 /// their k + j monomers, with the velocity of the centre of mass and relative velocities drawn uniformly from all that
@@ -93,8 +112,11 @@ impl Sticking {
     /// [`Invalid`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
     pub fn new(rule: Rule) -> Result<Self, Invalid> {
         for threshold in [rule.stick, rule.shatter] {
-            let energy = threshold.energy;
-            Invalid::unless(energy >= 0.0, "threshold energy", energy, "at least 0")?;
+            let (what, value) = match threshold.limit {
+                Limit::Energy(energy) => ("threshold energy", energy),
+                Limit::Speed(speed) => ("threshold speed", speed),
+            };
+            Invalid::unless(value >= 0.0, what, value, "at least 0")?;
         }
         let kept = rule.retained;
         let allowed = (0.0..=1.0).contains(&kept);
@@ -105,16 +127,23 @@ impl Sticking {
         })
     }
 
-    /// What happens to a pair of these sizes.
-    fn fate(&mut self, monomers: [u32; 2], full: f64, normal: f64, particles: usize) -> Fate {
+    /// What happens to a pair of these sizes and this reduced mass; `energies` are those of all of its relative motion and of that
+    /// along the line of centres.
+    fn fate(
+        &mut self,
+        monomers: [u32; 2],
+        reduced: f64,
+        energies: [f64; 2],
+        particles: usize,
+    ) -> Fate {
         let rule = &self.rule;
         let part = |threshold: Threshold| match threshold.part {
-            Part::Full => full,
-            Part::Normal => normal,
+            Part::Full => energies[0],
+            Part::Normal => energies[1],
         };
-        let stick = part(rule.stick) < rule.stick.energy;
+        let stick = part(rule.stick) < rule.stick.limit.energy(reduced);
         let large = monomers[0] > 1 || monomers[1] > 1;
-        let shatter = large && part(rule.shatter) > rule.shatter.energy;
+        let shatter = large && part(rule.shatter) > rule.shatter.limit.energy(reduced);
         let stick = stick && !(shatter && rule.order == Order::BreakFirst);
         if !(stick || shatter) {
             return Fate::Bounce;
@@ -184,7 +213,7 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
         let common = partners[0].velocity * (masses[0] / total_mass)
             + partners[1].velocity * (masses[1] / total_mass);
         let from = gas.particles.len();
-        match self.fate(monomers, full, normal, gas.count()) {
+        match self.fate(monomers, reduced, [full, normal], gas.count()) {
             Fate::Stick(total) => {
                 self.ledger.mergers += 1;
                 self.ledger.stuck += full;
@@ -216,4 +245,57 @@ pub fn size_distribution<P: Grains<Sizes = Clusters>>(gas: &Gas<P>) -> Vec<(u32,
         *counts.entry(particle.tag).or_insert(0_u64) += 1;
     }
     counts.into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rule(stick: Limit, shatter: Limit) -> Sticking {
+        let threshold = |limit| Threshold {
+            limit,
+            part: Part::Full,
+        };
+        let rule = Rule {
+            stick: threshold(stick),
+            shatter: threshold(shatter),
+            order: Order::StickFirst,
+            retained: 0.5,
+            most: 100,
+        };
+        Sticking::new(rule).expect("a rule")
+    }
+
+    /// Two dimers of mass 2 and two clusters of mass 20 meet at speed 3: a limit of speed treats them alike, one of energy does not.
+    #[test]
+    fn a_limit_of_speed_knows_no_masses() {
+        let fates = |stick: Limit, shatter: Limit| {
+            let mut sticking = rule(stick, shatter);
+            [1.0, 10.0].map(|reduced| {
+                let energy = 0.5 * reduced * 9.0;
+                match sticking.fate([2, 2], reduced, [energy; 2], 10) {
+                    Fate::Stick(_) => 's',
+                    Fate::Shatter(_) => 'b',
+                    Fate::Bounce => '-',
+                }
+            })
+        };
+        let (speed, energy) = (Limit::Speed, Limit::Energy);
+        let never = energy(f64::INFINITY);
+        assert_eq!(fates(speed(3.1), never), ['s', 's']);
+        assert_eq!(fates(speed(2.9), never), ['-', '-']);
+        assert_eq!(fates(energy(4.6), never), ['s', '-']);
+        assert_eq!(fates(speed(0.0), speed(2.9)), ['b', 'b']);
+        assert_eq!(fates(speed(0.0), speed(3.1)), ['-', '-']);
+        assert_eq!(fates(energy(0.0), energy(5.0)), ['-', 'b']);
+        assert!(Sticking::new(rule(speed(1.0), never).rule).is_ok());
+        let bad = Rule {
+            stick: Threshold {
+                limit: speed(-1.0),
+                part: Part::Full,
+            },
+            ..rule(speed(1.0), never).rule
+        };
+        assert!(Sticking::new(bad).is_err());
+    }
 }

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use stosszahl_analysis::theory::{self, Component, CoolingState, Mixture};
 use stosszahl_homogeneous::{
-    Bird, Bounce, Contact, Contacts, Displacement, Engine, Gas, LowRank, Order, Part, Paths, Rule,
-    Selection, Slots, Sticking, Stop, Threshold, Tracers, moments, shards, size_distribution,
+    Bird, Bounce, Contact, Contacts, Displacement, Engine, Gas, Limit, LowRank, Order, Part, Paths,
+    Rule, Selection, Slots, Sticking, Stop, Threshold, Tracers, moments, shards, size_distribution,
     time_averaged,
 };
 use stosszahl_model::random::{Purpose, Stream, Streams};
@@ -152,11 +152,11 @@ fn selections_follow_the_rates_of_all_pairs() {
 fn always_stick() -> Sticking {
     let rule = Rule {
         stick: Threshold {
-            energy: f64::INFINITY,
+            limit: Limit::Energy(f64::INFINITY),
             part: Part::Full,
         },
         shatter: Threshold {
-            energy: f64::INFINITY,
+            limit: Limit::Energy(f64::INFINITY),
             part: Part::Normal,
         },
         order: Order::StickFirst,

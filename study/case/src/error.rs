@@ -174,7 +174,9 @@ impl Refusal {
                     Some((table, _)) => {
                         format!("unknown key {key}{close}: the keys of {table} are {list}")
                     }
-                    None => format!("unknown key {key}{close}: the keys of a case are {list}"),
+                    None => {
+                        format!("unknown key {key}{close}: the keys outside of tables are {list}")
+                    }
                 }
             }
             Fault::MissingKey { allowed } => format!("{key} is missing: {allowed}"),

@@ -35,6 +35,7 @@ pub mod format;
 mod old;
 mod origin;
 mod overrides;
+pub mod paper;
 mod relations;
 mod schema;
 mod sweep;
@@ -49,6 +50,7 @@ use toml::{Table, Value};
 
 pub use error::{CaseError, Fault, Refusal};
 pub use format::{Case, Kind};
+pub use paper::{Paper, PaperFile};
 pub use schema::{Format, schema, schema_of, schema_with};
 
 use error::Problem;

@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Case, EnergyPart, Kind, Placement, TimeUnit, Velocities};
+use crate::format::{Case, EnergyPart, Kind, Placement, Sticking, TimeUnit, Velocities};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -210,27 +210,40 @@ impl Relations<'_> {
                 "sticking",
                 "particles that stick are the monomers of exactly one species",
             )?;
-            let normal = EnergyPart::Normal;
-            let idle = [
+            let twice = [
                 (
-                    "stick_part",
-                    sticking.stick_part == normal && sticking.stick_below.is_none(),
+                    "stick_below_speed",
+                    [sticking.stick_below, sticking.stick_below_speed],
                 ),
                 (
+                    "break_above_speed",
+                    [sticking.break_above, sticking.break_above_speed],
+                ),
+            ];
+            for (key, thresholds) in twice {
+                let one = thresholds.iter().flatten().count() < 2;
+                let allowed = "a threshold is an energy or a speed, not both";
+                self.ensure(one, format!("sticking.{key}"), allowed)?;
+            }
+            let normal = EnergyPart::Normal;
+            let sticks_always = sticking
+                .stick_below
+                .or(sticking.stick_below_speed)
+                .is_none();
+            let idle = [
+                ("stick_part", sticking.stick_part == normal && sticks_always),
+                (
                     "break_part",
-                    sticking.break_part == normal && sticking.break_above.is_none(),
+                    sticking.break_part == normal && !sticking.breaks(),
                 ),
             ];
             for (key, idle) in idle {
                 let allowed =
-                    "a part of the energy is for a threshold: give stick_below or break_above too";
+                    "a part of the motion is for a threshold: give stick_below or break_above too";
                 self.ensure(!idle, format!("sticking.{key}"), allowed)?;
             }
         }
-        let breaks = case
-            .sticking
-            .as_ref()
-            .is_some_and(|one| one.break_above.is_some());
+        let breaks = case.sticking.as_ref().is_some_and(Sticking::breaks);
         if let Some(thermostat) = &case.thermostat {
             let interval = thermostat.interval;
             self.ensure(

@@ -50,6 +50,13 @@ impl Format {
         PLAIN.get_or_init(|| Self::new(&[]))
     }
 
+    /// The format of another kind of file, by the schema of its type.
+    pub(crate) fn of(schema: Schema) -> Self {
+        Self {
+            json: schema.to_value(),
+        }
+    }
+
     /// The JSON Schema.
     pub fn json(&self) -> &Json {
         &self.json

@@ -21,6 +21,7 @@
 //! | `sweep`  | the page of a sweep                                         |
 //! | `summary`| one row for each point of a sweep                           |
 //! | `listing`| a page of sentences, figures and lists                      |
+//! | `paper`  | the page of a paper                                         |
 
 mod chart;
 mod draw;
@@ -28,6 +29,7 @@ mod figure;
 mod listing;
 mod map;
 mod page;
+mod paper;
 mod run;
 mod scale;
 mod sheet;
@@ -42,6 +44,7 @@ use stosszahl_model::initial::FileError;
 use stosszahl_results::{REPORT_FILE, ResultsError, Stored, Sweep, write_file};
 
 pub use listing::{Listing, listing};
+pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_name, paper};
 
 /// Why a report could not be built.
 #[derive(Debug, thiserror::Error)]

@@ -9,7 +9,7 @@ use maud::{Markup, html};
 use serde_json::Value;
 use stosszahl_results::{
     Axis, Cell, Column, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role, SWEEP_TABLE, Scale, Stored,
-    Sweep, Table, headlines,
+    Sweep, SweepPoint, Table, headlines,
 };
 
 use crate::figure::{Drawn, draw};
@@ -34,12 +34,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
         points.push(stored);
     }
     let finished = points.iter().flatten().count();
-    let keys: BTreeSet<&String> = sweep
-        .points
-        .iter()
-        .flat_map(|point| point.values.keys())
-        .collect();
-    let keys: Vec<&String> = keys.into_iter().collect();
+    let keys = keys(sweep);
     let all: Vec<(Table, &Figure)> = common(&points)
         .into_iter()
         .map(|like| (gather(sweep, &points, &keys, like), like.1))
@@ -82,6 +77,33 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
         page: page::document(&sweep.title, &content, None),
         beside: vec![(SWEEP_TABLE.to_owned(), summary.to_csv()?)],
     })
+}
+
+/// The swept keys.
+fn keys(sweep: &Sweep) -> Vec<&String> {
+    let points = sweep.points.iter();
+    let keys: BTreeSet<&String> = points.flat_map(|point| point.values.keys()).collect();
+    keys.into_iter().collect()
+}
+
+/// The tables of all finished points, each with its figures, which have a panel for each point.
+pub(crate) fn at_each_point(
+    folder: &Path,
+    sweep: &Sweep,
+) -> Result<Vec<(Table, Figure)>, ReportError> {
+    let read = |point: &SweepPoint| Stored::read(&folder.join(&point.name));
+    let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
+    let keys = keys(sweep);
+    let drawn = common(&points).into_iter().map(|like| {
+        let (figure, caption) = side_by_side(like.1);
+        let figure = Figure {
+            title: format!("{}, at each point", like.1.title).into(),
+            caption: caption.into(),
+            ..figure
+        };
+        (gather(sweep, &points, &keys, like), figure)
+    });
+    Ok(drawn.collect())
 }
 
 /// The tables and figures of the first finished point.

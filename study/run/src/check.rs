@@ -1,9 +1,13 @@
 //! What a case means before it is run, as data.
 
+use std::sync::OnceLock;
+
+use stosszahl_analysis::theory::TheoryError;
 use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
+use stosszahl_results::Table;
 
 use crate::accuracy;
-use crate::measure::{BadOption, Measure};
+use crate::measure::{BadOption, Finished, Measure, Runs};
 use crate::measures;
 use crate::plan::{Cost, EnginePlan, Kept, Plan, PlanError, Quantity};
 use crate::words::short;
@@ -76,6 +80,31 @@ impl<'a> Planned<'a> {
             plan,
             measures,
         })
+    }
+
+    /// The tables that a run will have, without rows. No theory is solved for them.
+    pub fn tables(&self) -> Vec<Table> {
+        let mut plan = self.plan.clone();
+        plan.case.verdict.sonine_orders = Some(1);
+        plan.theory = OnceLock::from(Err(TheoryError::BadNumber {
+            name: "replicas",
+            value: 0.0,
+            allowed: "at least 1",
+        }));
+        let none: Vec<Vec<Finished>> = plan.engines.iter().map(|_| Vec::new()).collect();
+        let each = self.measures.iter().enumerate().flat_map(|(measure, one)| {
+            let runs = Runs {
+                measure,
+                level: 1.0,
+                finished: &none,
+            };
+            one.tables(&plan, &runs)
+        });
+        each.map(|table| Table {
+            rows: Vec::new(),
+            ..table
+        })
+        .collect()
     }
 
     /// What it costs on this many threads.

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use stosszahl_analysis::theory;
 use stosszahl_case::Kind;
 use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
-use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Order, Part, Pick, Rule, Threshold};
+use stosszahl_dsmc::homogeneous::{
+    Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
+};
 use stosszahl_dsmc::{Boundaries, Gas, Parameters, Ranks, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
@@ -245,16 +247,27 @@ fn branch(plan: &Plan, scheme: Scheme) -> u64 {
 /// When particles stick or break.
 fn rule(plan: &Plan) -> Option<Rule> {
     let written = plan.case.sticking.as_ref()?;
-    let threshold = |energy: Option<f64>, part| Threshold {
-        energy: energy.unwrap_or(f64::INFINITY),
+    let threshold = |energy: Option<f64>, speed: Option<f64>, part| Threshold {
+        limit: match speed {
+            Some(speed) => Limit::Speed(speed),
+            None => Limit::Energy(energy.unwrap_or(f64::INFINITY)),
+        },
         part: match part {
             EnergyPart::Full => Part::Full,
             EnergyPart::Normal => Part::Normal,
         },
     };
     Some(Rule {
-        stick: threshold(written.stick_below, written.stick_part),
-        shatter: threshold(written.break_above, written.break_part),
+        stick: threshold(
+            written.stick_below,
+            written.stick_below_speed,
+            written.stick_part,
+        ),
+        shatter: threshold(
+            written.break_above,
+            written.break_above_speed,
+            written.break_part,
+        ),
         order: match written.first {
             FirstTest::Stick => Order::StickFirst,
             FirstTest::Break => Order::BreakFirst,

@@ -12,7 +12,8 @@
 //!   all times together ([`quotients`]). The margin of agreement is the largest difference that any time leaves possible;
 //! - *points with errors against theory within a tolerance* ([`Point`]): Student's t, all points together by Bonferroni;
 //! - *impact parameters against chaos*: the trend over replicas, then their shape, all windows together by Holm ([`ImpactTest`]);
-//! - *numbers that are kept or zero*, within rounding or within Student's interval.
+//! - *numbers that are kept or zero*, within rounding or within Student's interval;
+//! - *what a paper says of a number* ([`claims`]).
 
 use std::fmt::Display;
 
@@ -25,6 +26,9 @@ use stosszahl_results::{Estimate, Verdict, VerdictKind};
 pub use stosszahl_results::engine_title as title;
 
 pub use crate::words::short;
+pub use claims::{Said, claim, digits};
+
+pub mod claims;
 
 /// What stands for a number that is none, or infinite.
 const UNKNOWN: &str = "unknown";

@@ -1,8 +1,8 @@
 //! Gases without positions.
 
 use stosszahl_dsmc::homogeneous::{
-    Bird, Contact, Engine, Gas, LowRank, Order, Part, Rule, Selection, Slots, Sticking, Stop,
-    Threshold, moments, size_distribution,
+    Bird, Contact, Engine, Gas, Limit, LowRank, Order, Part, Rule, Selection, Slots, Sticking,
+    Stop, Threshold, moments, size_distribution,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{Clusters, Plane, Vector};
@@ -153,7 +153,7 @@ fn cold(log: &mut Findings) -> Done {
 fn one_cluster(log: &mut Findings) -> Done {
     let count = if log.effort.long { 1_000_000 } else { 20_000 };
     let always = |part| Threshold {
-        energy: f64::INFINITY,
+        limit: Limit::Energy(f64::INFINITY),
         part,
     };
     let rule = Rule {

@@ -207,13 +207,19 @@ pub struct Sticking {
     /// Energy below which pairs stick. Default: they always stick unless they break.
     #[schemars(range(min = 0.0))]
     pub stick_below: Option<f64>,
-    /// Part of the energy of the relative motion that is compared with `stick_below`.
+    /// Relative speed below which pairs stick, whatever their masses, in place of `stick_below`.
+    #[schemars(range(min = 0.0))]
+    pub stick_below_speed: Option<f64>,
+    /// Part of the relative motion that is compared with `stick_below` or its speed.
     #[serde(default)]
     pub stick_part: EnergyPart,
     /// Energy above which pairs with three monomers or more break into monomers. Default: they never break.
     #[schemars(range(min = 0.0))]
     pub break_above: Option<f64>,
-    /// Part of the energy of the relative motion that is compared with `break_above`.
+    /// Relative speed above which they break, whatever their masses, in place of `break_above`.
+    #[schemars(range(min = 0.0))]
+    pub break_above_speed: Option<f64>,
+    /// Part of the relative motion that is compared with `break_above` or its speed.
     #[serde(default)]
     pub break_part: EnergyPart,
     /// Which test comes first where both hold.
@@ -223,6 +229,18 @@ pub struct Sticking {
     #[serde(default = "super::unit")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub speed_kept_in_breaking: f64,
+}
+
+impl Sticking {
+    /// Whether some pairs do not stick.
+    pub fn may_bounce(&self) -> bool {
+        self.stick_below.is_some() || self.stick_below_speed.is_some() || self.breaks()
+    }
+
+    /// Whether some pairs break.
+    pub fn breaks(&self) -> bool {
+        self.break_above.is_some() || self.break_above_speed.is_some()
+    }
 }
 
 /// A part of the energy of the relative motion.

@@ -262,7 +262,7 @@ impl<'a> Found<'a> {
     /// `1/t` at which n decays if `xi/D + theta/2 = 1`.
     fn decay(&self) -> Option<Point> {
         let sticking = self.plan.case.sticking.as_ref()?;
-        if sticking.stick_below.is_some() || sticking.break_above.is_some() {
+        if sticking.may_bounce() {
             return None;
         }
         let until = self.plan.case.run.until;

@@ -57,8 +57,8 @@ impl Schedule {
             .case
             .sticking
             .as_ref()
-            .and_then(|sticking| sticking.break_above);
-        let steady = breaks.map(|_| Steady {
+            .is_some_and(|sticking| sticking.breaks());
+        let steady = breaks.then(|| Steady {
             from: options.steady_from.unwrap_or(0.5 * until),
             fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
         });
@@ -105,7 +105,7 @@ impl Measure for Clusters {
         let inside = times.iter().all(|time| (0.0..=until).contains(time));
         let allowed = format!("a rising list of times from 0 to run.until = {until}");
         measure::require(rising && inside, "times", allowed)?;
-        let breaks = sticking.break_above.is_some();
+        let breaks = sticking.breaks();
         for (key, given) in [
             ("steady_from", options.steady_from.is_some()),
             ("fit_monomers", options.fit_monomers.is_some()),

@@ -162,6 +162,9 @@ fn shortest(courses: &[&Course]) -> usize {
 
 fn fill_series(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[&Course]) {
     let (freedom, unit) = (course::freedom(plan), plan.scale.energy);
+    if courses.is_empty() {
+        return;
+    }
     let theory = cooling(plan, engine).ok().flatten();
     for index in 0..shortest(courses) {
         let of = |of: &dyn Fn(&Sample) -> f64| mean(courses, index, |sample| Some(of(sample)));

@@ -15,6 +15,7 @@
 //! | `times` | when a run looks |
 //! | `theory` | rates, Haff's law, steady states |
 //! | `notable` | warnings and derived quantities |
+//! | `flow_numbers` | Reynolds, Mach and Knudsen number |
 //! | `cost` | memory and time |
 
 mod boundaries;
@@ -22,6 +23,7 @@ mod cost;
 mod data;
 mod derive;
 mod engines;
+mod flow_numbers;
 mod notable;
 mod species;
 mod start_file;

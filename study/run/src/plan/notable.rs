@@ -262,6 +262,9 @@ impl Plan {
                 add("relaxation_time", relaxation, "unit of time");
             }
         }
+        for one in self.flow_numbers() {
+            add(&one.name, one.value, one.unit);
+        }
         for engine in &self.engines {
             let Some(parameters) = engine.parameters() else {
                 continue;

@@ -1,0 +1,142 @@
+//! `stosszahl reproduce`: papers, their figures, and verdicts on their claims.
+
+use std::path::{Path, PathBuf};
+
+use crate::case::PaperFile;
+use crate::report::figure_name;
+use crate::reproduction::{Demand, Reproduction};
+use crate::results::Existing;
+use crate::study::Options;
+use crate::study::plan::available_threads;
+
+use crate::arguments::ReproduceArguments;
+use crate::bundled;
+use crate::commands::{CommandError, duration, line, listen, note, say};
+use crate::progress::Display;
+
+/// What is said where a reproduction was stopped.
+const STOPPED: &str = "stopped; the same command goes on from the checkpoints";
+
+/// The text of a bundled case.
+fn bundled_case(name: &str) -> Option<String> {
+    let found = bundled::all().into_iter().find(|one| one.name == name);
+    found.map(|one| one.text.to_owned())
+}
+
+/// Makes a paper again, or lists the papers.
+///
+/// # Errors
+/// [`CommandError`] of the paper, its cases, its runs, or its page.
+pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
+    let Some(asked) = &arguments.paper else {
+        return list(arguments);
+    };
+    let (name, file) = read(asked)?;
+    let demand = Demand {
+        figure: arguments.figure.as_deref(),
+        quick: arguments.quick,
+    };
+    let reproduction = Reproduction::new(&file, demand, &bundled_case)?;
+    let (stop, display) = (listen(STOPPED), Display::new());
+    let options = Options {
+        out: None,
+        existing: Existing::Refuse,
+        threads: arguments.threads.map(usize::from),
+        force_memory: arguments.force_memory,
+        stop: &stop,
+        progress: &display,
+        commit: env!("STOSSZAHL_COMMIT"),
+    };
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        let quick = if arguments.quick { "-quick" } else { "" };
+        Path::new("results").join(format!("{name}{quick}"))
+    });
+    if let Err(error) = reproduction.run(&folder, &options, arguments.force) {
+        let error = CommandError::from(error);
+        if error.is_interruption() {
+            note(STOPPED);
+        }
+        return Err(error);
+    }
+    let judged = reproduction.judge(&folder)?;
+    let page = reproduction.write(&folder, &judged)?;
+    for one in &judged.outcomes {
+        let (figure, verdict) = (figure_name(one.figure), &one.verdict);
+        let said = format!("{figure}: {}. {}", verdict.topic, verdict.sentence);
+        say(&line(one.verdict.kind.name(), &said))?;
+    }
+    say(&judged.count())?;
+    Ok(say(&page.display().to_string())?)
+}
+
+/// A paper and its name: a file, or a bundled one.
+fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
+    let name = asked.file_stem().unwrap_or(asked.as_os_str());
+    let name = name.to_string_lossy().into_owned();
+    if asked.is_file() {
+        return Ok((name, PaperFile::read(asked)?));
+    }
+    let found = bundled::papers()
+        .into_iter()
+        .find(|one| asked == Path::new(one.name));
+    let Some(found) = found else {
+        if asked.exists() {
+            return Ok((name, PaperFile::read(asked)?));
+        }
+        return Err(CommandError::NoBundledPaper(asked.display().to_string()));
+    };
+    let path = PathBuf::from(format!("{}.toml", found.name));
+    Ok((
+        found.name.to_owned(),
+        PaperFile::from_text(&path, found.text)?,
+    ))
+}
+
+/// The bundled papers with their figures, how long these take, and what they lack.
+fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
+    let threads = arguments
+        .threads
+        .map_or_else(available_threads, usize::from);
+    for (number, one) in bundled::papers().into_iter().enumerate() {
+        let path = PathBuf::from(format!("{}.toml", one.name));
+        let file = PaperFile::from_text(&path, one.text)?;
+        let planned = |quick| {
+            let demand = Demand {
+                figure: None,
+                quick,
+            };
+            Reproduction::new(&file, demand, &bundled_case)
+        };
+        let (full, quick) = (planned(false)?, planned(true)?);
+        if number > 0 {
+            say("")?;
+        }
+        say(&format!("{}: {}", one.name, file.paper.title))?;
+        say(&format!("  {}", file.paper.source))?;
+        say(&format!(
+            "  roughly {} on {threads} threads, quick runs {}",
+            duration(full.seconds(threads)?),
+            duration(quick.seconds(threads)?)
+        ))?;
+        let both = full
+            .outline(threads)?
+            .into_iter()
+            .zip(quick.outline(threads)?);
+        for (full, quick) in both {
+            let figure = full.figure;
+            let said = format!(
+                "{}; {} claims, {} in quick runs; roughly {}, quick {}",
+                figure.title,
+                full.claims,
+                quick.claims,
+                duration(full.seconds),
+                duration(quick.seconds)
+            );
+            say(&line(&format!("  {}", figure_name(&figure.name)), &said))?;
+            if let Some(missing) = &figure.missing {
+                say(&line("", &format!("not here: {missing}")))?;
+            }
+        }
+    }
+    Ok(())
+}

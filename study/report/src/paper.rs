@@ -1,0 +1,276 @@
+//! The page of a paper: its figures drawn again, and below each what the paper claims, what was found, and the verdict.
+
+use std::path::Path;
+
+use maud::{Markup, html};
+use stosszahl_results::{
+    Axis, Cell, Estimate, Figure, Mark, REPORT_FILE, Stored, Sweep, Table, Verdict, headlines,
+};
+
+use crate::figure::{Drawn, draw};
+use crate::page;
+use crate::{ReportError, sweep};
+
+/// What the page of a paper shows.
+#[derive(Clone, Debug)]
+pub struct PaperPage<'a> {
+    /// Title of the paper.
+    pub title: &'a str,
+    /// Authors, journal, year.
+    pub source: &'a str,
+    /// What a reader should know of the paper as a whole.
+    pub remark: Option<&'a str>,
+    /// How many claims have which verdict.
+    pub summary: String,
+    /// How the paper was run.
+    pub kind: &'a str,
+    /// Chance of any false alarm.
+    pub false_alarm: f64,
+    /// Its figures and tables.
+    pub figures: Vec<PaperFigure<'a>>,
+    /// The runs that they are of.
+    pub runs: Vec<PaperRun<'a>>,
+}
+
+/// A figure or table of a paper.
+#[derive(Clone, Debug)]
+pub struct PaperFigure<'a> {
+    /// Its number in the paper.
+    pub name: &'a str,
+    /// What it shows.
+    pub title: &'a str,
+    /// What of it is not here.
+    pub missing: Option<&'a str>,
+    /// The run whose tables are drawn.
+    pub run: &'a str,
+    /// Those tables, each with the number of one of its figures from 1; all of them without.
+    pub drawings: Vec<(&'a str, Option<usize>)>,
+    /// What the paper says.
+    pub claims: Vec<PaperClaim<'a>>,
+}
+
+/// One claim with what was found.
+#[derive(Clone, Debug)]
+pub struct PaperClaim<'a> {
+    /// The claim in words.
+    pub claim: &'a str,
+    /// Where its number stands.
+    pub place: String,
+    /// The number of the paper.
+    pub paper: String,
+    /// The number that was found.
+    pub found: String,
+    /// Largest deviation that counts as agreement; empty for bounds.
+    pub margin: String,
+    /// What was found over what the paper says, of values.
+    pub ratio: Option<Estimate>,
+    /// What follows.
+    pub verdict: &'a Verdict,
+    /// Why the paper is wrong.
+    pub correction: Option<&'a str>,
+}
+
+/// A run of a case.
+#[derive(Clone, Debug)]
+pub struct PaperRun<'a> {
+    /// Its name, which is that of its folder.
+    pub name: &'a str,
+    /// The case.
+    pub case: &'a str,
+    /// Title of the case.
+    pub title: &'a str,
+    /// What is set in it.
+    pub settings: Vec<String>,
+}
+
+/// Builds the page of a paper, whose runs lie in folders of their names inside `folder`.
+///
+/// # Errors
+/// A results folder is damaged.
+pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError> {
+    let mut number = 0;
+    let mut figures = Vec::new();
+    for figure in &paper.figures {
+        let mut drawings = Vec::new();
+        for (shown, drawn) in drawn(&folder.join(figure.run), &figure.drawings)? {
+            number += 1;
+            drawings.push(page::figure(number, &shown.title, &shown.caption, &drawn));
+        }
+        let first = number + 1;
+        let ratios = ratios(figure, first);
+        number += usize::from(ratios.is_some());
+        figures.push(html! {
+            section id=(anchor(figure.name)) {
+                h2 { (figure_name(figure.name)) ". " (figure.title) }
+                @if let Some(missing) = figure.missing { p { strong { "Not here: " } (missing) } }
+                @for drawing in &drawings { (drawing) }
+                (claims(&figure.claims))
+                @if let Some(ratios) = &ratios { (ratios) }
+            }
+        });
+    }
+    let runs = runs(folder, &paper.runs)?;
+    let content = html! {
+        h1 { (paper.title) }
+        p.lead { (paper.source) }
+        p { strong { (paper.summary) } " (" (paper.kind) ")." }
+        @if let Some(remark) = paper.remark { p { (remark) } }
+        nav { @for figure in &paper.figures { a href={ "#" (anchor(figure.name)) } { (figure_name(figure.name)) } } a href="#runs" { "Runs" } }
+        @for figure in &figures { (figure) }
+        section id="runs" { h2 { "Runs" } (runs) }
+        footer { p {
+            "The chance that any claim of the paper is called different though it is not is " (paper.false_alarm) ", shared equally by all. "
+            "A value differs if it is off by more than its margin and by more than chance explains; it agrees if it is within the margin, with "
+            "its error. This page loads nothing; " code { "claims.csv" } " beside it has all claims."
+        } }
+    };
+    Ok(page::document(paper.title, &content, None))
+}
+
+/// "Fig. 3b", or the name of what says itself what it is.
+pub fn figure_name(name: &str) -> String {
+    if name.starts_with(|c: char| c.is_ascii_digit()) {
+        format!("Fig. {name}")
+    } else {
+        name.to_owned()
+    }
+}
+
+fn anchor(name: &str) -> String {
+    let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    format!("figure-{}", name.chars().map(letter).collect::<String>())
+}
+
+/// Figures of some tables of a results folder: of a sweep with a panel for each point.
+fn drawn(
+    folder: &Path,
+    wanted: &[(&str, Option<usize>)],
+) -> Result<Vec<(Figure, Drawn)>, ReportError> {
+    let mut all: Vec<(Table, Figure)> = Vec::new();
+    if let Some(sweep) = Sweep::read(folder)? {
+        all.extend(sweep::at_each_point(folder, &sweep)?);
+    } else if let Some(stored) = Stored::read(folder)? {
+        let figures = stored.tables.iter().flat_map(|table| {
+            let figures = table.figures.iter();
+            figures.map(move |figure| (table.clone(), figure.clone()))
+        });
+        all.extend(figures);
+    }
+    let mut found = Vec::new();
+    for (name, number) in wanted {
+        let of = all.iter().filter(|(table, _)| table.name == *name);
+        for (_, (table, figure)) in (1..)
+            .zip(of)
+            .filter(|one| number.is_none_or(|number| number == one.0))
+        {
+            if let Some(drawn) = draw(table, figure) {
+                found.push((figure.clone(), drawn));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The claims of a figure, each with its verdict.
+fn claims(all: &[PaperClaim<'_>]) -> Markup {
+    html! {
+        @if !all.is_empty() {
+            div.scroll { table {
+                thead { tr {
+                    th scope="col" { "no." } th.text scope="col" { "the paper says" } th scope="col" { "paper" } th scope="col" { "found" }
+                    th scope="col" { "margin" } th.text scope="col" { "verdict" }
+                } }
+                tbody { @for (number, one) in (1..).zip(all) { tr {
+                    td { (number) }
+                    td.text.long title=(one.place) { (one.verdict.topic) }
+                    td { (one.paper) } td { (one.found) } td { (one.margin) }
+                    td.text { (page::kind(one.verdict.kind)) }
+                } } }
+            } }
+            @let corrections = corrections(all);
+            @if !corrections.is_empty() {
+                p { strong { "Corrections. " } }
+                ul { @for (claim, correction) in &corrections { li { strong { (claim) } ": " (correction) } } }
+            }
+            details {
+                summary { "Where these numbers stand, and the verdicts in words" }
+                ol { @for one in all { li { (one.verdict.sentence) " " code { (one.place) } } } }
+            }
+        }
+    }
+}
+
+/// Each correction once.
+fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
+    let mut found: Vec<(&str, &str)> = Vec::new();
+    for one in all {
+        if let Some(correction) = one.correction
+            && !found.contains(&(one.claim, correction))
+        {
+            found.push((one.claim, correction));
+        }
+    }
+    found
+}
+
+/// What was found over what the paper says; none with fewer than two values.
+fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
+    let mut table = stosszahl_results::table! {
+        "claims", "What was found over what the paper says.";
+        key "claim", "1", "Number of the claim in the table above";
+        estimate "ratio", "1", "What was found over what the paper says";
+    };
+    for (number, claim) in (1_u64..).zip(&figure.claims) {
+        let Some(ratio) = claim.ratio.filter(|ratio| ratio.value.is_some()) else {
+            continue;
+        };
+        table.add((Cell::Count(number), ratio));
+    }
+    let title = format!("{}, found over paper", figure_name(figure.name));
+    let ratios = Figure::curves(
+        "Found over paper",
+        Axis::linear("claim", "number of the claim"),
+        Axis::linear("ratio", "found / paper"),
+    );
+    let ratios = ratios
+        .by(&[])
+        .mark(Mark::Points)
+        .line("as the paper says", 1.0);
+    let ratios = ratios.caption("Bars are standard errors of what was found.");
+    (table.rows.len() > 1).then_some(())?;
+    let drawn = draw(&table, &ratios)?;
+    Some(page::figure(number, &title, &ratios.caption, &drawn))
+}
+
+/// The runs, each with its headline and a link to its report.
+fn runs(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
+    let mut rows = Vec::new();
+    for run in all {
+        let inside = folder.join(run.name);
+        let stored = if Sweep::read(&inside)?.is_some() {
+            None
+        } else {
+            Stored::read(&inside)?
+        };
+        let first = stored.as_ref().and_then(|stored| {
+            headlines(&stored.manifest.verdicts)
+                .first()
+                .copied()
+                .cloned()
+        });
+        rows.push((run, first));
+    }
+    Ok(html! {
+        div.scroll { table {
+            thead { tr {
+                th.text scope="col" { "run" } th.text scope="col" { "case" } th.text scope="col" { "what is set" } th.text scope="col" { "its own first verdict" }
+            } }
+            tbody { @for (run, first) in &rows { tr {
+                td.text { a href={ "./" (run.name) "/" (REPORT_FILE) } { (run.name) } }
+                td.text.long { code { (run.case) } ": " (run.title) }
+                td.text { @for setting in &run.settings { code { (setting) } " " } }
+                td.text.long { @if let Some(first) = first { (page::kind(first.kind)) " " (first.sentence) } @else { "in its report" } }
+            } } }
+        } }
+    })
+}

@@ -1,0 +1,76 @@
+//! The cases of a paper, with what the paper sets in them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use stosszahl_case::paper::PaperRun;
+use stosszahl_case::{CaseError, CaseFile, PaperFile};
+use stosszahl_study::format;
+use toml::Value;
+
+/// Reads the case of a run, with what the paper sets.
+pub(crate) fn read(
+    file: &PaperFile,
+    name: &str,
+    quick: bool,
+    bundled: &dyn Fn(&str) -> Option<String>,
+) -> Result<CaseFile, CaseError> {
+    let run: &PaperRun = &file.paper.run[name];
+    let mut settings = run.set.clone();
+    if quick {
+        settings.extend(run.quick.clone());
+    }
+    let overrides: Vec<String> = settings
+        .iter()
+        .map(|(key, value)| format!("{key}={}", inline(value)))
+        .collect();
+    let is_file = Path::new(&run.case)
+        .extension()
+        .is_some_and(|ending| ending == "toml");
+    let read = if is_file {
+        let folder = file.path.parent().unwrap_or(Path::new(""));
+        format().read(&folder.join(&run.case), &overrides)
+    } else {
+        let Some(text) = bundled(&run.case) else {
+            let allowed = "a bundled case, or a file NAME.toml beside the paper";
+            return Err(file.refuse(&format!("run.{name}.case"), allowed));
+        };
+        let path = PathBuf::from(format!("{}.toml", run.case));
+        format().from_text(&path, &text, &overrides)
+    };
+    // What the paper sets is written in the paper.
+    read.map_err(|error| match error.refusal() {
+        Some(refusal) if refusal.argument.is_some() => {
+            let set = |keys: &BTreeMap<String, Value>| {
+                keys.keys().any(|key| refusal.key.starts_with(key.as_str()))
+            };
+            let part = if quick && set(&run.quick) {
+                "quick"
+            } else {
+                "set"
+            };
+            file.refuse(&format!("run.{name}.{part}"), error.to_string())
+        }
+        _ => error,
+    })
+}
+
+/// A value as TOML on one line.
+fn inline(value: &Value) -> String {
+    match value {
+        // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
+        Value::Float(number) => format!("{number:?}"),
+        Value::Array(all) => {
+            let all: Vec<String> = all.iter().map(inline).collect();
+            format!("[{}]", all.join(", "))
+        }
+        Value::Table(all) => {
+            let all: Vec<String> = all
+                .iter()
+                .map(|(key, value)| format!("{key} = {}", inline(value)))
+                .collect();
+            format!("{{ {} }}", all.join(", "))
+        }
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,236 @@
+//! Numbers in the tables of finished runs.
+
+use std::path::Path;
+
+use stosszahl_case::paper::{Errors, number};
+use stosszahl_results::{Cell, Column, Estimate, Role, Stored, Sweep, Table};
+use toml::Value;
+
+use crate::ReproduceError;
+use crate::plan::{Source, Spot, same_name};
+
+/// The column that tells replicas apart.
+const REPLICA: &str = "replica";
+/// Computing time of all engines and replicas, and their collisions.
+pub(crate) const SECONDS: &str = "seconds";
+/// See [`SECONDS`].
+pub(crate) const COLLISIONS: &str = "collisions";
+/// Largest relative distance of a number from that of a row: times have three digits in words.
+const NEAR: f64 = 4e-3;
+
+/// The finished points of a run.
+pub(crate) struct Results {
+    points: Vec<(String, Stored)>,
+}
+
+impl Results {
+    /// Reads a results folder; points that are not finished are left out.
+    pub(crate) fn read(folder: &Path) -> Result<Self, ReproduceError> {
+        let names = match Sweep::read(folder)? {
+            Some(sweep) => sweep.points.into_iter().map(|point| point.name).collect(),
+            None => vec![String::new()],
+        };
+        let mut points = Vec::new();
+        for name in names {
+            if let Some(stored) = Stored::read(&folder.join(&name))? {
+                points.push((name, stored));
+            }
+        }
+        Ok(Self { points })
+    }
+
+    /// A number with its error.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn find(&self, spot: &Spot<'_>) -> Result<Estimate, String> {
+        let point = self.points.iter().find(|point| point.0 == spot.point);
+        let (_, stored) =
+            point.ok_or_else(|| format!("the point {} is not finished", spot.point))?;
+        let (table, column) = match spot.source {
+            Source::Derived(name) => {
+                return derived(stored, name)
+                    .ok_or_else(|| format!("{name} does not follow from the case"));
+            }
+            Source::Column(table, column) => (table, column),
+        };
+        let table = stored.tables.iter().find(|one| one.name == table);
+        let table = table.ok_or("there is no such table")?;
+        let column = table.find(column).ok_or("there is no such column")?;
+        let rows = rows(table, spot)?;
+        let found = estimates(table, column, &rows)?;
+        let is_replica = |column: &Column| column.name == REPLICA;
+        let mut all = if table.columns.iter().any(is_replica) && !spot.keys.contains_key(REPLICA) {
+            over_replicas(&found)
+        } else {
+            mean(&found, spot)?
+        };
+        all.replicas = (spot.errors == Errors::Replicas && all.standard_error != Some(0.0))
+            .then(|| all.replicas.unwrap_or(stored.manifest.replicas as usize));
+        Ok(all)
+    }
+}
+
+/// What follows from a case, or what its engines did, over all of them and all replicas.
+fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
+    let engines = &stored.manifest.engines;
+    let work = match name {
+        SECONDS => engines.iter().map(|engine| engine.seconds).sum(),
+        COLLISIONS => engines.iter().map(|engine| engine.collisions as f64).sum(),
+        _ => {
+            let mut all = stored.manifest.derived.iter();
+            let found = all.find(|one| same_name(&one.name, name))?;
+            return Some(Estimate::of(found.value, Some(0.0)));
+        }
+    };
+    // How far it would be off next time is not known.
+    Some(Estimate::of(work, None))
+}
+
+/// The rows that fit.
+fn rows<'t>(table: &'t Table, spot: &Spot<'_>) -> Result<Vec<&'t [Cell]>, String> {
+    let mut rows: Vec<&[Cell]> = table.rows.iter().map(Vec::as_slice).collect();
+    for (&key, value) in &spot.keys {
+        let column = table
+            .find(key)
+            .ok_or_else(|| format!("there is no column {key}"))?;
+        rows.retain(|row| fits(&row[column], value));
+        if rows.is_empty() {
+            return Err(format!(
+                "the table {} has no row where {key} = {value}",
+                table.name
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+/// Whether a cell is what is asked for.
+fn fits(cell: &Cell, value: &Value) -> bool {
+    match (cell, value) {
+        (Cell::Text(text), Value::String(asked)) => text == asked,
+        (Cell::Text(text), Value::Integer(asked)) => *text == asked.to_string(),
+        (_, Value::Array(ends)) => {
+            let ends: Vec<f64> = ends.iter().filter_map(number).collect();
+            matches!((cell.number(), &ends[..]), (Some(found), [from, to]) if (*from..=*to).contains(&found))
+        }
+        (cell, value) => {
+            let both = cell.number().zip(number(value));
+            both.is_some_and(|(found, asked)| (found - asked).abs() <= NEAR * asked.abs() + 1e-12)
+        }
+    }
+}
+
+/// The numbers of some rows in a column, with the errors beside them.
+fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estimate>, String> {
+    let companion = |role: Role| {
+        let next = table.columns.get(column + 1)?;
+        (next.role == role).then_some(column + 1)
+    };
+    let is_theory = table.columns[column].role == Role::Theory;
+    let error = companion(if is_theory {
+        Role::TheoryError
+    } else {
+        Role::StandardError
+    });
+    let one = |row: &&[Cell]| {
+        let value = row[column].number();
+        let value = value.ok_or_else(|| {
+            format!(
+                "{} of {} is empty there",
+                table.columns[column].name, table.name
+            )
+        })?;
+        let known = error.and_then(|error| row[error].number());
+        // Theory without an error has none that is known of.
+        Ok(Estimate::of(value, known.or(is_theory.then_some(0.0))))
+    };
+    rows.iter().map(one).collect()
+}
+
+/// Mean and standard error over replicas.
+fn over_replicas(found: &[Estimate]) -> Estimate {
+    let values: Vec<f64> = found.iter().filter_map(|one| one.value).collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square = values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>();
+    let error = (values.len() > 1).then(|| (square / (count * (count - 1.0))).sqrt());
+    Estimate {
+        replicas: Some(values.len()),
+        ..Estimate::of(mean, error)
+    }
+}
+
+/// The only number, or the mean of the rows in a range with errors as of independent rows.
+fn mean(found: &[Estimate], spot: &Spot<'_>) -> Result<Estimate, String> {
+    let is_range = spot.keys.values().any(Value::is_array);
+    match found {
+        [one] => Ok(*one),
+        several if is_range => {
+            let count = several.len() as f64;
+            let sum: f64 = several.iter().filter_map(|one| one.value).sum();
+            let squares = several
+                .iter()
+                .map(|one| one.standard_error.map(|error| error.powi(2)));
+            let square: Option<f64> = squares.sum();
+            Ok(Estimate::of(
+                sum / count,
+                square.map(|square| square.sqrt() / count),
+            ))
+        }
+        several => Err(format!(
+            "{} rows fit, and where should choose one",
+            several.len()
+        )),
+    }
+}
+
+/// The quotient of two numbers, whose errors are taken for independent, or the power of a key by which it grows.
+pub(crate) fn quotient(a: &Estimate, b: &Estimate, growth: Option<f64>) -> Estimate {
+    let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
+    let errors = a.standard_error.zip(b.standard_error);
+    let share = errors.map(|(a, b)| (a / x).hypot(b / y).abs());
+    let (value, error) = match growth {
+        None => (x / y, share.map(|share| share * (x / y).abs())),
+        Some(growth) => {
+            let by = growth.ln();
+            ((x / y).ln() / by, share.map(|share| (share / by).abs()))
+        }
+    };
+    Estimate {
+        replicas: [a.replicas, b.replicas].into_iter().flatten().min(),
+        ..Estimate::of(value, error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quotients_and_powers_carry_both_errors() {
+        let a = Estimate::of(8.0, Some(0.08));
+        let b = Estimate::of(2.0, Some(0.04));
+        let share = 0.01_f64.hypot(0.02);
+        let found = quotient(&a, &b, None);
+        assert_eq!(found.value, Some(4.0));
+        // Rounding of a few operations.
+        assert!((found.standard_error.unwrap_or(0.0) - 4.0 * share).abs() < 1e-14);
+        let found = quotient(&a, &b, Some(4.0));
+        assert!((found.value.unwrap_or(0.0) - 1.0).abs() < 1e-14);
+        assert!((found.standard_error.unwrap_or(0.0) - share / 4.0_f64.ln()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn replicas_give_mean_and_error() {
+        let all = [1.0, 2.0, 3.0].map(|value| Estimate::of(value, None));
+        let found = over_replicas(&all);
+        assert_eq!((found.value, found.replicas), (Some(2.0), Some(3)));
+        // The spread is one.
+        assert!((found.standard_error.unwrap_or(0.0) - 1.0 / 3.0_f64.sqrt()).abs() < 1e-14);
+        assert_eq!(over_replicas(&all[..1]).standard_error, None);
+    }
+}

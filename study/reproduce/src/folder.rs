@@ -1,0 +1,130 @@
+//! The folder of a paper: a results folder for each run, the table of claims, the page.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use stosszahl_report::{paper, write_report};
+use stosszahl_results::{Existing, write_file};
+use stosszahl_study::{Options, run_case};
+
+use crate::ReproduceError;
+use crate::find::Results;
+use crate::judged::Judged;
+use crate::plan::Reproduction;
+
+/// Marks the folder: the title of the paper, and whether runs are quick.
+const MARK: &str = "paper.txt";
+/// Name of the table of claims, and of the page, of a whole paper.
+const NAMES: [&str; 2] = ["claims.csv", "report.html"];
+
+impl Reproduction<'_> {
+    /// Makes the folder, or finds the one of this paper.
+    ///
+    /// # Errors
+    /// It holds something else, or cannot be made.
+    pub fn open(&self, folder: &Path) -> Result<(), ReproduceError> {
+        let failed = |source| ReproduceError::System {
+            path: folder.to_owned(),
+            source,
+        };
+        let mark = format!("{}\n{}\n", self.file.paper.title, self.kind());
+        let path = folder.join(MARK);
+        let occupied = |found: String| {
+            let path = folder.to_owned();
+            Err(ReproduceError::Occupied { path, found })
+        };
+        match fs::read_to_string(&path) {
+            Ok(found) if found == mark => return Ok(()),
+            Ok(found) => {
+                let found = found.trim().replace('\n', ", ");
+                return occupied(format!(
+                    "this folder is of another paper or demand ({found})"
+                ));
+            }
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(failed(error)),
+            Err(_) => {}
+        }
+        let is_empty = match fs::read_dir(folder) {
+            Ok(mut entries) => entries.next().is_none(),
+            Err(error) if error.kind() == ErrorKind::NotFound => true,
+            Err(error) => return Err(failed(error)),
+        };
+        if !is_empty {
+            return occupied(format!("this folder is not empty and has no {MARK}"));
+        }
+        fs::create_dir_all(folder).map_err(failed)?;
+        Ok(write_file(&path, mark.as_bytes())?)
+    }
+
+    /// How the paper is run, in a word.
+    pub(crate) fn kind(&self) -> &'static str {
+        if self.demand.quick {
+            "quick runs"
+        } else {
+            "full runs"
+        }
+    }
+
+    /// Runs what is not finished, each run in a folder of its name below that of `options`, and makes its report. A run that was
+    /// stopped is gone on with, unless `replace`.
+    ///
+    /// # Errors
+    /// The first run that fails; those before it stay.
+    pub fn run(
+        &self,
+        folder: &Path,
+        options: &Options<'_>,
+        replace: bool,
+    ) -> Result<(), ReproduceError> {
+        self.open(folder)?;
+        for (name, case) in &self.cases {
+            let out = folder.join(name);
+            let existing = match (out.join("run.json").exists(), replace) {
+                (false, _) => Existing::Refuse,
+                (true, true) => Existing::Replace,
+                (true, false) => Existing::Resume,
+            };
+            let options = Options {
+                out: Some(out),
+                existing,
+                ..*options
+            };
+            let done = run_case(case, &options)?;
+            write_report(&done.folder)?;
+        }
+        Ok(())
+    }
+
+    /// Looks up all numbers in finished runs, and judges all claims.
+    ///
+    /// # Errors
+    /// A results folder cannot be read.
+    pub fn judge(&self, folder: &Path) -> Result<Judged<'_>, ReproduceError> {
+        let mut results = BTreeMap::new();
+        for &name in self.cases.keys() {
+            results.insert(name, Results::read(&folder.join(name))?);
+        }
+        Ok(Judged::new(self, &results))
+    }
+
+    /// Writes the table of claims, and then the page, whose path it returns. Those of a single figure have names of their own.
+    ///
+    /// # Errors
+    /// A file cannot be read or written.
+    pub fn write(&self, folder: &Path, judged: &Judged<'_>) -> Result<PathBuf, ReproduceError> {
+        let [table, page] = NAMES.map(|name| match self.demand.figure {
+            None => folder.join(name),
+            Some(figure) => {
+                let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+                let figure: String = figure.chars().map(letter).collect();
+                folder.join(format!("figure-{figure}-{name}"))
+            }
+        });
+        write_file(&table, &judged.table().to_csv()?)?;
+        let text = paper(folder, &judged.page())?;
+        write_file(&page, text.as_bytes())?;
+        Ok(page)
+    }
+}

@@ -1,0 +1,280 @@
+//! Claims with their verdicts: as sentences, as a table, as a page.
+
+use std::collections::BTreeMap;
+
+use stosszahl_report::{PaperClaim, PaperFigure, PaperPage, PaperRun};
+use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind};
+use stosszahl_study::judge::{self, Said, digits, short, with_error};
+
+use crate::find::{Results, quotient};
+use crate::plan::{Item, Reproduction, Source, Spot, drawn_number};
+
+/// A claim with what was found.
+pub struct Outcome<'a> {
+    item: &'a Item<'a>,
+    /// Name of the figure.
+    pub figure: &'a str,
+    /// What was found.
+    pub found: Estimate,
+    /// What follows; its topic is the claim in words.
+    pub verdict: Verdict,
+}
+
+/// All claims that were asked for, with what was found.
+pub struct Judged<'a> {
+    of: &'a Reproduction<'a>,
+    /// The claims, in the order of the paper.
+    pub outcomes: Vec<Outcome<'a>>,
+}
+
+impl<'a> Judged<'a> {
+    /// Looks up all numbers and judges them.
+    pub(crate) fn new(of: &'a Reproduction<'a>, results: &BTreeMap<&str, Results>) -> Self {
+        let outcomes = of.items.iter().map(|item| {
+            let topic = item.topic();
+            let found = item.find(results);
+            let verdict = match &found {
+                Ok(found) => judge::claim(topic, found, item.said, of.level),
+                Err(why) => judge::verdict(topic, format!("Not found: {why}."), VerdictKind::Void),
+            };
+            Outcome {
+                item,
+                figure: &of.file.paper.figure[item.figure].name,
+                found: found.unwrap_or_default(),
+                verdict,
+            }
+        });
+        Self {
+            of,
+            outcomes: outcomes.collect(),
+        }
+    }
+
+    /// How many claims have which verdict, in words.
+    pub fn count(&self) -> String {
+        let kinds = [
+            VerdictKind::Agree,
+            VerdictKind::Differ,
+            VerdictKind::Undecided,
+            VerdictKind::Void,
+        ];
+        let count = |kind| {
+            self.outcomes
+                .iter()
+                .filter(|one| one.verdict.kind == kind)
+                .count()
+        };
+        let parts = kinds.map(|kind| (kind.name(), count(kind)));
+        let parts = parts.iter().filter(|(_, count)| *count > 0);
+        let parts: Vec<String> = parts
+            .map(|(name, count)| format!("{count} {name}"))
+            .collect();
+        format!("{} claims: {}", self.outcomes.len(), parts.join(", "))
+    }
+
+    /// The table of claims.
+    pub fn table(&self) -> Table {
+        let mut table = stosszahl_results::table! {
+            "claims", "What a paper claims, and what was found.";
+            key "figure", "", "Figure or table of the paper";
+            key "claim", "", "The claim in words";
+            key "run", "", "The run that the number is of";
+            key "place", "", "Where the number stands: point, table, column and row";
+            note "relation", "", "What the paper says of the number: equal, above, below; or what it should say: corrected";
+            value "paper", "of the column", "The number of the paper, its bound, or its correction";
+            value "paper_se", "of the column", "Standard error of that, if it has one";
+            value "found", "of the column", "The number that was found";
+            value "found_se", "of the column", "Its standard error";
+            value "margin", "of the column", "Largest deviation that counts as agreement";
+            note "verdict", "", "agree, differ, undecided or void";
+            note "sentence", "", "The verdict in words";
+            note "correction", "", "Why the paper is wrong, and who says so";
+        };
+        for one in &self.outcomes {
+            let item = one.item;
+            let (relation, paper, error, margin) = match item.said {
+                Said::Value {
+                    value,
+                    error,
+                    margin,
+                } => {
+                    let relation = if item.corrected { "corrected" } else { "equal" };
+                    (relation, value, error, Some(margin))
+                }
+                Said::Above(bound) => ("above", bound, None, None),
+                Said::Below(bound) => ("below", bound, None, None),
+            };
+            table.add((
+                (
+                    one.figure,
+                    &*item.claim.claim,
+                    item.number.run,
+                    &*item.place(),
+                ),
+                (relation, paper, error),
+                (one.found.value, one.found.standard_error, margin),
+                (one.verdict.kind.name(), &*one.verdict.sentence),
+                text(item.claim.correction.as_deref()),
+            ));
+        }
+        table
+    }
+
+    /// The page of the paper.
+    pub(crate) fn page(&self) -> PaperPage<'_> {
+        let paper = &self.of.file.paper;
+        let figures = self.of.figures().map(|(place, figure)| {
+            let own = self.outcomes.iter().filter(|one| one.item.figure == place);
+            let drawings = figure.tables.iter().map(|name| drawn_number(name));
+            PaperFigure {
+                name: &figure.name,
+                title: &figure.title,
+                missing: figure.missing.as_deref(),
+                run: &figure.run,
+                drawings: drawings.collect(),
+                claims: own.map(Outcome::row).collect(),
+            }
+        });
+        let runs = self.of.cases.iter().map(|(name, case)| {
+            let run = &paper.run[*name];
+            let quick = run.quick.iter().filter(|_| self.of.demand.quick);
+            let settings = run.set.iter().chain(quick);
+            PaperRun {
+                name,
+                case: &run.case,
+                title: &case.points[0].case.title,
+                settings: settings
+                    .map(|(key, value)| format!("{key} = {value}"))
+                    .collect(),
+            }
+        });
+        PaperPage {
+            title: &paper.title,
+            source: &paper.source,
+            remark: paper.remark.as_deref(),
+            summary: self.count(),
+            kind: self.of.kind(),
+            false_alarm: paper.false_alarm,
+            figures: figures.collect(),
+            runs: runs.collect(),
+        }
+    }
+}
+
+/// A text, or nothing.
+fn text(text: Option<&str>) -> Cell {
+    text.map_or(Cell::Empty, |text| Cell::Text(text.to_owned()))
+}
+
+impl Outcome<'_> {
+    /// Its row on the page.
+    fn row(&self) -> PaperClaim<'_> {
+        let item = self.item;
+        let (paper, margin, ratio) = match item.said {
+            Said::Value {
+                value,
+                error,
+                margin,
+            } => {
+                let ratio = (value != 0.0).then(|| self.found.times(1.0 / value));
+                let paper = match error {
+                    Some(_) => with_error(value, error),
+                    None => digits(value),
+                };
+                let corrected = if item.corrected { " (corrected)" } else { "" };
+                (
+                    format!("{paper}{corrected}"),
+                    format!("± {}", short(margin)),
+                    ratio,
+                )
+            }
+            Said::Above(bound) => (format!("> {}", digits(bound)), String::new(), None),
+            Said::Below(bound) => (format!("< {}", digits(bound)), String::new(), None),
+        };
+        let found = match (self.found.value, self.found.standard_error) {
+            (None, _) => "–".to_owned(),
+            (Some(value), Some(0.0)) => digits(value),
+            (Some(value), error) => with_error(value, error),
+        };
+        PaperClaim {
+            claim: &item.claim.claim,
+            place: item.place(),
+            paper,
+            found,
+            margin,
+            ratio,
+            verdict: &self.verdict,
+            correction: item
+                .claim
+                .correction
+                .as_deref()
+                .filter(|_| item.said_wrong()),
+        }
+    }
+}
+
+impl Item<'_> {
+    /// Whether the paper's own number is known to be wrong, or this is its correction.
+    fn said_wrong(&self) -> bool {
+        self.claim.correction.is_some()
+    }
+
+    /// The claim, with where along a curve it is.
+    fn topic(&self) -> String {
+        let at = self.claim.along.as_deref().and_then(|along| {
+            let value = self.number.keys.get(along)?;
+            Some(format!(", {along} {value}"))
+        });
+        let corrected = if self.corrected { ", corrected" } else { "" };
+        format!("{}{}{corrected}", self.claim.claim, at.unwrap_or_default())
+    }
+
+    /// Where its number stands, in words.
+    pub(crate) fn place(&self) -> String {
+        let own = self.number.words();
+        match (&self.over, &self.claim.power_of) {
+            (None, _) => own,
+            (Some(over), None) => format!("{own} over {}", over.words()),
+            (Some(over), Some(power)) => format!("power of {power}: {own} over {}", over.words()),
+        }
+    }
+
+    /// Its number.
+    fn find(&self, results: &BTreeMap<&str, Results>) -> Result<Estimate, String> {
+        let find = |spot: &Spot<'_>| {
+            let run = results.get(spot.run).ok_or("the run is not finished")?;
+            run.find(spot)
+        };
+        let own = find(&self.number)?;
+        let Some(over) = &self.over else {
+            return Ok(own);
+        };
+        Ok(quotient(&own, &find(over)?, self.growth()))
+    }
+}
+
+impl Spot<'_> {
+    /// In words: point, table and column, row.
+    fn words(&self) -> String {
+        let keys: Vec<String> = self
+            .keys
+            .iter()
+            .map(|(key, value)| format!("{key} = {value}"))
+            .collect();
+        let source = match self.source {
+            Source::Derived(name) => name.replace('_', " "),
+            Source::Column(table, column) => format!("{table}.{column}"),
+        };
+        let rows = if keys.is_empty() {
+            String::new()
+        } else {
+            format!(" [{}]", keys.join(", "))
+        };
+        let point = if self.point.is_empty() {
+            String::new()
+        } else {
+            format!("{}: ", self.point)
+        };
+        format!("{point}{source}{rows}")
+    }
+}

@@ -1,0 +1,452 @@
+//! Which runs and claims a paper has, and whether all that they name exists.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use stosszahl_case::paper::{Claim, Errors, PaperFigure, number};
+use stosszahl_case::{CaseError, CaseFile, PaperFile, Point};
+use stosszahl_results::Table;
+use stosszahl_study::check;
+use stosszahl_study::judge::Said;
+use toml::Value;
+
+use crate::ReproduceError;
+use crate::cases::read;
+use crate::find::{COLLISIONS, SECONDS};
+
+/// What of a paper is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Demand<'a> {
+    /// One figure; all by default.
+    pub figure: Option<&'a str>,
+    /// Smaller runs.
+    pub quick: bool,
+}
+
+/// A paper whose cases are read and whose claims are found.
+pub struct Reproduction<'a> {
+    pub(crate) file: &'a PaperFile,
+    pub(crate) demand: Demand<'a>,
+    /// The cases of the runs that are needed.
+    pub(crate) cases: BTreeMap<&'a str, CaseFile>,
+    /// What each point of a run has, by run and point.
+    known: BTreeMap<(&'a str, String), Known>,
+    /// Claims of the figures that are asked for.
+    pub(crate) items: Vec<Item<'a>>,
+    /// Chance of a false alarm of each claim.
+    pub(crate) level: f64,
+}
+
+/// What a point of a run has before it is run.
+struct Known {
+    /// Its tables, without rows.
+    tables: Vec<Table>,
+    /// Names of quantities that follow from it, and of its work.
+    derived: Vec<String>,
+}
+
+/// A claim on one number.
+pub(crate) struct Item<'a> {
+    /// The number of its figure in the paper, from 0.
+    pub figure: usize,
+    /// The claim.
+    pub claim: &'a Claim,
+    /// Where its number stands.
+    pub number: Spot<'a>,
+    /// Where the number stands by which it is divided.
+    pub over: Option<Spot<'a>>,
+    /// What the paper says.
+    pub said: Said,
+    /// Whether the paper is corrected here.
+    pub corrected: bool,
+}
+
+/// Where a number stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Spot<'a> {
+    /// The run.
+    pub run: &'a str,
+    /// Name of the point of its sweep; empty without one.
+    pub point: String,
+    /// A quantity that follows from the case, or a table and its column.
+    pub source: Source<'a>,
+    /// Key columns and what they are.
+    pub keys: BTreeMap<&'a str, Value>,
+    /// What its error comes from.
+    pub errors: Errors,
+}
+
+/// What holds a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Source<'a> {
+    /// What follows from a case.
+    Derived(&'a str),
+    /// A column of a table.
+    Column(&'a str, &'a str),
+}
+
+/// What a figure costs, and what it lacks.
+#[derive(Clone, Debug)]
+pub struct FigureOutline<'a> {
+    /// The figure.
+    pub figure: &'a PaperFigure,
+    /// Number of its claims.
+    pub claims: usize,
+    /// Guessed time of its runs \[s\].
+    pub seconds: f64,
+}
+
+impl Item<'_> {
+    /// The factor by which the key grows of which a power is asked for.
+    pub(crate) fn growth(&self) -> Option<f64> {
+        let power = self.claim.power_of.as_deref()?;
+        let at = |spot: &Spot<'_>| spot.keys.get(power).and_then(number);
+        Some(at(&self.number)? / at(self.over.as_ref()?)?)
+    }
+}
+
+impl<'a> Reproduction<'a> {
+    /// Reads the cases that are needed, `bundled` by their names, and finds all that the paper names.
+    ///
+    /// # Errors
+    /// The paper or a case is refused, or there is no such figure.
+    pub fn new(
+        file: &'a PaperFile,
+        demand: Demand<'a>,
+        bundled: &dyn Fn(&str) -> Option<String>,
+    ) -> Result<Self, ReproduceError> {
+        let figures = &file.paper.figure;
+        if let Some(asked) = demand.figure
+            && !figures.iter().any(|figure| figure.name == asked)
+        {
+            return Err(ReproduceError::NoFigure {
+                found: asked.to_owned(),
+                allowed: figures.iter().map(|figure| figure.name.clone()).collect(),
+            });
+        }
+        let mut all = Self {
+            file,
+            demand,
+            cases: BTreeMap::new(),
+            known: BTreeMap::new(),
+            items: Vec::new(),
+            level: 1.0,
+        };
+        for run in all.needed() {
+            let case = read(file, run, demand.quick, bundled)?;
+            for planned in check(&case)? {
+                let derived = planned.plan.derived().into_iter().map(|one| one.name);
+                let known = Known {
+                    derived: derived
+                        .chain([SECONDS, COLLISIONS].map(str::to_owned))
+                        .collect(),
+                    tables: planned.tables(),
+                };
+                all.known.insert((run, planned.point.name.clone()), known);
+            }
+            all.cases.insert(run, case);
+        }
+        let mut count = 0;
+        for (place, figure) in figures.iter().enumerate() {
+            count += figure.claim.iter().map(weight).sum::<usize>();
+            if all.asks_for(figure) {
+                all.add(place, figure)?;
+            }
+        }
+        all.level = file.paper.false_alarm / count.max(1) as f64;
+        Ok(all)
+    }
+
+    fn asks_for(&self, figure: &PaperFigure) -> bool {
+        self.demand.figure.is_none_or(|asked| asked == figure.name)
+    }
+
+    /// Figures that are asked for.
+    pub(crate) fn figures(&self) -> impl Iterator<Item = (usize, &'a PaperFigure)> {
+        let all = self.file.paper.figure.iter().enumerate();
+        all.filter(|(_, figure)| self.asks_for(figure))
+    }
+
+    /// Whether a claim can be tested by the runs that are made.
+    fn is_open(&self, claim: &Claim) -> bool {
+        claim.quick || !self.demand.quick
+    }
+
+    /// The runs of the figures that are asked for.
+    fn needed(&self) -> BTreeSet<&'a str> {
+        let figures = self.figures().map(|(_, figure)| figure);
+        figures.flat_map(|figure| self.runs_of(figure)).collect()
+    }
+
+    /// The runs of a figure.
+    fn runs_of(&self, figure: &'a PaperFigure) -> BTreeSet<&'a str> {
+        let claims = figure.claim.iter().filter(|claim| self.is_open(claim));
+        let claims = claims.flat_map(|claim| {
+            let over = claim.over.as_ref().and_then(|over| over.run.as_deref());
+            claim.run.as_deref().into_iter().chain(over)
+        });
+        claims.chain([figure.run.as_str()]).collect()
+    }
+
+    /// Cost of each figure that is asked for, on this many threads; runs that figures share count for each.
+    ///
+    /// # Errors
+    /// A case is refused.
+    pub fn outline(&self, threads: usize) -> Result<Vec<FigureOutline<'a>>, ReproduceError> {
+        let mut seconds = BTreeMap::new();
+        for (name, case) in &self.cases {
+            let planned = check(case)?;
+            let each = planned.iter().map(|one| one.cost(threads).seconds(threads));
+            seconds.insert(*name, each.sum::<f64>());
+        }
+        let outline = |(place, figure): (usize, &'a PaperFigure)| FigureOutline {
+            figure,
+            claims: self
+                .items
+                .iter()
+                .filter(|item| item.figure == place)
+                .count(),
+            seconds: self
+                .runs_of(figure)
+                .iter()
+                .filter_map(|run| seconds.get(run))
+                .sum(),
+        };
+        Ok(self.figures().map(outline).collect())
+    }
+
+    /// Guessed time of all runs, each counted once, on this many threads \[s\].
+    ///
+    /// # Errors
+    /// A case is refused.
+    pub fn seconds(&self, threads: usize) -> Result<f64, ReproduceError> {
+        let mut seconds = 0.0;
+        for case in self.cases.values() {
+            let planned = check(case)?;
+            let each = planned.iter().map(|one| one.cost(threads).seconds(threads));
+            seconds += each.sum::<f64>();
+        }
+        Ok(seconds)
+    }
+
+    /// Adds the claims of a figure, and checks what it names.
+    fn add(&mut self, place: usize, figure: &'a PaperFigure) -> Result<(), ReproduceError> {
+        let key = format!("figure.{}", place + 1);
+        let refuse =
+            |inside: &str, allowed: String| self.file.refuse(&format!("{key}.{inside}"), allowed);
+        let first = self.cases[figure.run.as_str()].points[0].name.clone();
+        let tables = &self.known[&(figure.run.as_str(), first)].tables;
+        for (number, drawn) in (1..).zip(&figure.tables) {
+            if !is_drawing(tables, drawn) {
+                let with = tables.iter().filter(|table| !table.figures.is_empty());
+                let names: Vec<&str> = with.map(|table| &*table.name).collect();
+                let allowed = format!(
+                    "a table with figures, or one of its figures by its number as in energy.2; the tables are {}",
+                    names.join(", ")
+                );
+                return Err(refuse(&format!("tables.{number}"), allowed).into());
+            }
+        }
+        let mut items = Vec::new();
+        for (number, claim) in (1..).zip(&figure.claim) {
+            if self.is_open(claim) {
+                items.extend(self.items_of(
+                    place,
+                    &format!("{key}.claim.{number}"),
+                    figure,
+                    claim,
+                )?);
+            }
+        }
+        self.items.extend(items);
+        Ok(())
+    }
+
+    /// What one claim says of each of its numbers.
+    fn items_of(
+        &self,
+        figure: usize,
+        key: &str,
+        of: &'a PaperFigure,
+        claim: &'a Claim,
+    ) -> Result<Vec<Item<'a>>, CaseError> {
+        let mut keys: BTreeMap<&str, Value> = claim
+            .keys
+            .iter()
+            .map(|(key, value)| (key.as_str(), value.clone()))
+            .collect();
+        let source = match (&claim.derived, &claim.table, &claim.column) {
+            (Some(name), ..) => Source::Derived(name),
+            (_, Some(table), Some(column)) => Source::Column(table, column),
+            // What was read has one or the other.
+            _ => return Ok(Vec::new()),
+        };
+        let mut spot = Spot {
+            run: claim.run.as_deref().unwrap_or(&of.run),
+            point: String::new(),
+            source,
+            keys: BTreeMap::new(),
+            errors: claim.errors,
+        };
+        let mut items = Vec::new();
+        let values = claim
+            .values
+            .iter()
+            .flatten()
+            .map(|[at, value]| (Some(*at), *value));
+        let bound = [claim.above.map(Said::Above), claim.below.map(Said::Below)];
+        let value = |value: f64| Said::Value {
+            value,
+            error: claim.error,
+            margin: claim
+                .within
+                .unwrap_or(claim.margin.unwrap_or(0.0) * value.abs()),
+        };
+        let said = (values.map(|(at, one)| (at, value(one), false)))
+            .chain(claim.value.map(|one| (None, value(one), false)))
+            .chain(claim.corrected.map(|one| (None, value(one), true)))
+            .chain(
+                bound
+                    .into_iter()
+                    .flatten()
+                    .map(|bound| (None, bound, false)),
+            );
+        for (at, said, corrected) in said {
+            if let Some((along, at)) = claim.along.as_deref().zip(at) {
+                keys.insert(along, Value::Float(at));
+            }
+            spot.keys.clone_from(&keys);
+            spot.point = self.point(key, spot.run, &claim.point)?;
+            let over = claim.over.as_ref().map(|over| {
+                let mut there = spot.clone();
+                there.run = over.run.as_deref().unwrap_or(there.run);
+                if let Source::Column(table, column) = there.source {
+                    let table = over.table.as_deref().unwrap_or(table);
+                    there.source = Source::Column(table, over.column.as_deref().unwrap_or(column));
+                }
+                there.keys.extend(
+                    over.keys
+                        .iter()
+                        .map(|(key, value)| (key.as_str(), value.clone())),
+                );
+                let key = format!("{key}.over");
+                there.point =
+                    self.point(&key, there.run, over.point.as_ref().unwrap_or(&claim.point))?;
+                Ok::<_, CaseError>((key, there))
+            });
+            self.check_spot(key, &spot)?;
+            let over = over.transpose()?;
+            if let Some((key, over)) = &over {
+                self.check_spot(key, over)?;
+            }
+            if let Some(power) = &claim.power_of {
+                let both = [Some(&spot), over.as_ref().map(|over| &over.1)];
+                let numbers = both.map(|one| one?.keys.get(power.as_str()).and_then(number));
+                let good = matches!(numbers, [Some(a), Some(b)] if a > 0.0 && b > 0.0 && a != b);
+                if !good {
+                    let allowed =
+                        "a key column that where and over.where set to two numbers above 0";
+                    return Err(self.file.refuse(&format!("{key}.power_of"), allowed));
+                }
+            }
+            items.push(Item {
+                figure,
+                claim,
+                number: spot.clone(),
+                over: over.map(|over| over.1),
+                said,
+                corrected,
+            });
+        }
+        Ok(items)
+    }
+
+    /// The name of the only point of a run that a sweep gives these values.
+    fn point(
+        &self,
+        key: &str,
+        run: &str,
+        chosen: &BTreeMap<String, Value>,
+    ) -> Result<String, CaseError> {
+        let points = &self.cases[run].points;
+        let found: Vec<&Point> = points.iter().filter(|point| point.has(chosen)).collect();
+        match found[..] {
+            [one] => Ok(one.name.clone()),
+            _ => {
+                let names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
+                let allowed = format!(
+                    "values of swept keys that choose one point; these choose {} of {}: {}",
+                    found.len(),
+                    points.len(),
+                    names.join("; ")
+                );
+                Err(self.file.refuse(&format!("{key}.point"), allowed))
+            }
+        }
+    }
+
+    /// Whether what a number is looked up by exists.
+    fn check_spot(&self, key: &str, spot: &Spot<'_>) -> Result<(), CaseError> {
+        let refuse = |inside: &str, what: &str, names: Vec<String>| {
+            let allowed = format!("{what} of run {}: {}", spot.run, names.join(", "));
+            self.file.refuse(&format!("{key}.{inside}"), allowed)
+        };
+        let Known { tables, derived } = &self.known[&(spot.run, spot.point.clone())];
+        let (name, column) = match spot.source {
+            Source::Derived(name) => {
+                let known = derived.iter().any(|one| same_name(one, name));
+                let names = || derived.clone();
+                return known
+                    .then_some(())
+                    .ok_or_else(|| refuse("derived", "a quantity", names()));
+            }
+            Source::Column(table, column) => (table, column),
+        };
+        let Some(table) = tables.iter().find(|table| table.name == name) else {
+            let names = tables.iter().map(|table| table.name.to_string()).collect();
+            return Err(refuse("table", "a table", names));
+        };
+        let names = || {
+            table
+                .columns
+                .iter()
+                .map(|column| column.name.to_string())
+                .collect()
+        };
+        let is_number = table
+            .find(column)
+            .is_some_and(|place| !table.columns[place].unit.is_empty());
+        if !is_number {
+            return Err(refuse("column", "a column of numbers", names()));
+        }
+        match spot.keys.keys().find(|key| table.find(key).is_none()) {
+            Some(_) => Err(refuse("where", &format!("columns of {name}"), names())),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether two names of a quantity are the same, with spaces or without.
+pub(crate) fn same_name(a: &str, b: &str) -> bool {
+    a.replace('_', " ") == b.replace('_', " ")
+}
+
+/// Whether a name means a table with figures, or one figure of it.
+fn is_drawing(tables: &[Table], name: &str) -> bool {
+    let (table, number) = drawn_number(name);
+    let found = tables.iter().find(|one| one.name == table);
+    found.is_some_and(|table| (1..=table.figures.len()).contains(&number.unwrap_or(1)))
+}
+
+/// A name of a drawing as a table, and the number of the figure from 1 if it has one.
+pub(crate) fn drawn_number(name: &str) -> (&str, Option<usize>) {
+    match name.rsplit_once('.') {
+        Some((table, number)) => (table, number.parse().ok()),
+        None => (name, None),
+    }
+}
+
+/// Tests that a claim needs.
+fn weight(claim: &Claim) -> usize {
+    let corrected = usize::from(claim.corrected.is_some());
+    claim.values.as_ref().map_or(1 + corrected, Vec::len)
+}

@@ -1,0 +1,201 @@
+//! Verdicts on what a paper says of one number.
+
+use stosszahl_results::{Estimate, Verdict, VerdictKind};
+
+use super::{OUTSIDE, half_width, short, verdict, with_error, within};
+
+/// What a paper says of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Said {
+    /// It is this value.
+    Value {
+        /// The value.
+        value: f64,
+        /// Its standard error, if it has one.
+        error: Option<f64>,
+        /// Largest deviation that counts as agreement.
+        margin: f64,
+    },
+    /// It is above this bound.
+    Above(f64),
+    /// It is below this bound.
+    Below(f64),
+}
+
+/// A number that is known exactly, in five digits.
+pub fn digits(value: f64) -> String {
+    if !(1e-6..1e6).contains(&value.abs()) {
+        return short(value);
+    }
+    let places = (4.0 - value.abs().log10().floor()).max(0.0) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+impl Said {
+    /// In words.
+    fn words(self) -> String {
+        match self {
+            Self::Value { value, error, .. } if error.is_some() => with_error(value, error),
+            Self::Value { value, .. } => digits(value),
+            Self::Above(bound) => format!("above {}", digits(bound)),
+            Self::Below(bound) => format!("below {}", digits(bound)),
+        }
+    }
+
+    /// What a number with its error says of it, with a chance `level` of a false alarm.
+    ///
+    /// A value differs if its deviation is larger than the margin and than the interval, in which the error of the paper counts too; it
+    /// agrees if the deviation is within the margin, and half its interval of 95 % is. A bound holds if the interval of 95 % lies beyond
+    /// it, and does not if the interval at `level` lies on its other side. One-sided intervals have the whole chance on one side.
+    pub fn kind(self, found: &Estimate, level: f64) -> VerdictKind {
+        let Some(ours) = found.value.filter(|value| value.is_finite()) else {
+            return VerdictKind::Undecided;
+        };
+        let side = |excess: f64| {
+            // Half the chance outside of an interval is on either side.
+            let half = |chance: f64| half_width(found, (2.0 * chance).min(1.0));
+            match half(OUTSIDE).zip(half(level)) {
+                Some((usual, _)) if excess >= usual => VerdictKind::Agree,
+                Some((_, half)) if excess < -half => VerdictKind::Differ,
+                _ => VerdictKind::Undecided,
+            }
+        };
+        match self {
+            Self::Value {
+                value,
+                error,
+                margin,
+            } => {
+                let ours_se = found.standard_error;
+                let off = Estimate {
+                    value: Some(ours - value),
+                    standard_error: ours_se.map(|se| se.hypot(error.unwrap_or(0.0))),
+                    ..*found
+                };
+                within(&off, margin, level)
+            }
+            Self::Above(bound) => side(ours - bound),
+            Self::Below(bound) => side(bound - ours),
+        }
+    }
+}
+
+/// The verdict on one claim.
+pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64) -> Verdict {
+    let kind = said.kind(found, level);
+    let value = found.value.unwrap_or(f64::NAN);
+    let ours = match found.standard_error {
+        Some(0.0) => digits(value),
+        error => with_error(value, error),
+    };
+    let words = said.words();
+    let sentence = match (kind, said) {
+        (VerdictKind::Agree, Said::Value { margin, .. }) => {
+            format!("Found {ours} agrees with {words} within {}.", short(margin))
+        }
+        (VerdictKind::Differ, Said::Value { margin, .. }) => {
+            format!(
+                "Found {ours} differs from {words} by more than {}.",
+                short(margin)
+            )
+        }
+        (VerdictKind::Agree, _) => format!("Found {ours} is {words}."),
+        (VerdictKind::Differ, _) => format!("Found {ours} is not {words}."),
+        (_, Said::Value { margin, .. }) => {
+            let margin = short(margin);
+            format!("Whether {ours} is {words} within {margin} cannot be told.")
+        }
+        (_, _) => format!("Whether {ours} is {words} cannot be told."),
+    };
+    verdict(topic, sentence, kind)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(value: f64, error: f64, replicas: Option<usize>) -> Estimate {
+        Estimate {
+            replicas,
+            ..Estimate::of(value, Some(error))
+        }
+    }
+
+    #[test]
+    fn a_value_within_its_margin_agrees_and_one_beyond_it_differs() {
+        let said = |value: f64| Said::Value {
+            value,
+            error: None,
+            margin: 0.02,
+        };
+        let kind = |found: f64, error: f64, value: f64| {
+            said(value).kind(&estimate(found, error, None), 0.001)
+        };
+        assert_eq!(kind(1.0, 0.001, 1.01), VerdictKind::Agree);
+        assert_eq!(kind(1.0, 0.001, 1.1), VerdictKind::Differ);
+        assert_eq!(kind(1.0, 0.001, 0.9), VerdictKind::Differ);
+        // 3.3 standard errors are the interval at this level.
+        assert_eq!(kind(1.0, 0.04, 1.1), VerdictKind::Undecided);
+        assert_eq!(kind(1.0, 0.02, 1.0), VerdictKind::Undecided);
+        assert_eq!(kind(-1.0, 0.001, -1.1), VerdictKind::Differ);
+        assert_eq!(kind(0.01, 0.001, 0.0), VerdictKind::Agree);
+    }
+
+    #[test]
+    fn exact_numbers_have_five_digits() {
+        let words = [
+            0.0429664,
+            12_072_722.0,
+            32.594,
+            0.125,
+            1.0,
+            240.0,
+            0.0,
+            99_856.0,
+        ];
+        let expected = [
+            "0.042966", "1.207e7", "32.594", "0.125", "1", "240", "0", "99856",
+        ];
+        assert_eq!(words.map(digits), expected);
+    }
+
+    #[test]
+    fn the_error_of_the_paper_counts() {
+        let said = |error| Said::Value {
+            value: 1.1,
+            error,
+            margin: 0.02,
+        };
+        let found = estimate(1.0, 0.001, None);
+        assert_eq!(said(None).kind(&found, 0.001), VerdictKind::Differ);
+        assert_eq!(said(Some(0.05)).kind(&found, 0.001), VerdictKind::Undecided);
+    }
+
+    #[test]
+    fn a_bound_holds_if_the_interval_lies_beyond_it() {
+        let kind = |bound: Said, error: f64| bound.kind(&estimate(1.0, error, None), 0.001);
+        assert_eq!(kind(Said::Above(0.9), 0.01), VerdictKind::Agree);
+        assert_eq!(kind(Said::Above(0.9), 0.1), VerdictKind::Undecided);
+        assert_eq!(kind(Said::Above(1.2), 0.01), VerdictKind::Differ);
+        assert_eq!(kind(Said::Below(1.2), 0.01), VerdictKind::Agree);
+        assert_eq!(kind(Said::Below(0.9), 0.01), VerdictKind::Differ);
+        assert_eq!(kind(Said::Below(0.9), 0.05), VerdictKind::Undecided);
+        // Two replicas know their error badly.
+        let two = estimate(1.0, 0.01, Some(2));
+        assert_eq!(Said::Below(0.9).kind(&two, 0.001), VerdictKind::Undecided);
+    }
+
+    #[test]
+    fn nothing_is_agreement_whose_error_is_unknown() {
+        let found = Estimate::of(1.0, None);
+        assert_eq!(Said::Above(0.0).kind(&found, 0.05), VerdictKind::Undecided);
+        let said = claim("it", &found, Said::Below(2.0), 0.05);
+        assert_eq!(said.kind, VerdictKind::Undecided);
+        assert!(said.sentence.contains("error unknown"), "{}", said.sentence);
+    }
+}

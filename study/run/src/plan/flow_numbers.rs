@@ -1,0 +1,65 @@
+//! Dimensionless numbers of a stream between walls or past a disc.
+
+use std::f64::consts::PI;
+
+use stosszahl_case::format::{Face, FaceWord};
+
+use super::data::{Plan, Quantity};
+
+impl Plan {
+    /// Reynolds, Mach and Knudsen number of a flow of one species that has a mean velocity; none without a width.
+    ///
+    /// With the speed u of the first inflow, or else of the start, the mean free path l of the dilute gas, the diameter h of a
+    /// disc in the stream or else the width between walls, and c = (2T/m)^(1/2):
+    ///
+    /// `Re = rho u h/eta`, where the viscosity of dilute elastic spheres is `eta = (5 pi^(1/2)/16) rho c l` and that of disks
+    /// `eta = pi^(-1/2) rho c l` (first Sonine order); `M = u/(gamma T/m)^(1/2)` with `gamma = 1 + 2/f`, f degrees of freedom of
+    /// translation and, of rough particles, rotation; `Kn = l/h`.
+    pub(super) fn flow_numbers(&self) -> Vec<Quantity> {
+        let inflow = self.case.inflow.first();
+        let velocity = inflow.map(|one| &one.velocity);
+        let velocity = velocity.or(self.case.start.velocity.as_ref());
+        let ([species], Some(velocity), Some(width)) = (&self.species[..], velocity, self.width())
+        else {
+            return Vec::new();
+        };
+        let speed = velocity.iter().map(|one| one * one).sum::<f64>().sqrt();
+        let temperature = inflow.and_then(|one| one.temperature);
+        let temperature: f64 = temperature.unwrap_or(species.temperature);
+        let thermal = temperature / species.mass;
+        if speed == 0.0 || thermal <= 0.0 {
+            return Vec::new();
+        }
+        let path = self.dilute_mean_free_path();
+        let (in_plane, spins) = (self.dimension == 2, self.is_rough());
+        let freedom = match (in_plane, spins) {
+            (true, false) => 2.0,
+            (true, true) | (false, false) => 3.0,
+            (false, true) => 6.0,
+        };
+        let viscosity = if in_plane {
+            1.0 / PI.sqrt()
+        } else {
+            5.0 * PI.sqrt() / 16.0
+        };
+        let reynolds = speed * width / (viscosity * (2.0 * thermal).sqrt() * path);
+        let mach = speed / ((1.0 + 2.0 / freedom) * thermal).sqrt();
+        vec![
+            Quantity::new("reynolds_number", reynolds, "1"),
+            Quantity::new("mach_number", mach, "1"),
+            Quantity::new("knudsen_number", path / width, "1"),
+        ]
+    }
+
+    /// The diameter of the first disc, or else the smallest distance between walls that face each other.
+    fn width(&self) -> Option<f64> {
+        let is_wall = |axis: usize, side: usize| {
+            let face = self.case.walls.at(axis, side);
+            !matches!(face, Face::Word(FaceWord::Periodic | FaceWord::Open))
+        };
+        let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));
+        let between = between.map(|axis| self.lengths[axis]).reduce(f64::min);
+        let disc = self.case.obstacle.iter().find_map(|one| one.disc.as_ref());
+        disc.map(|disc| 2.0 * disc.radius).or(between)
+    }
+}
