@@ -5,7 +5,6 @@ use std::path::Path;
 use include_dir::{Dir, include_dir};
 
 static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/cases");
-static PAPERS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/papers");
 
 /// A case or paper that comes with the program.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +33,7 @@ pub fn all() -> Vec<Bundled> {
 
 /// All papers, by name.
 pub fn papers() -> Vec<Bundled> {
-    files(&PAPERS)
+    FOLDER.get_dir("papers").map(files).unwrap_or_default()
 }
 
 /// The files of a folder, by name.

@@ -259,7 +259,7 @@ fn errors_of_a_paper_name_its_lines() {
 
 /// The folder of the papers that come with the program.
 fn papers() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("papers");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/papers");
     let entries = fs::read_dir(folder).expect("the papers");
     let mut all: Vec<PathBuf> = entries.map(|entry| entry.expect("a file").path()).collect();
     all.sort();
