@@ -99,18 +99,18 @@ impl CommandError {
             {
                 2
             }
-            Self::Reproduce(
+            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
+            Self::Frontier(FrontierError::Interrupted) => STOPPED,
+            Self::Frontier(error) if error.is_refusal() => 2,
+            Self::Case(_)
+            | Self::Reproduce(
                 ReproduceError::Case(_)
                 | ReproduceError::NoFigure { .. }
                 | ReproduceError::Occupied { .. }
                 | ReproduceError::Run(
                     RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. },
                 ),
-            ) => 2,
-            Self::Frontier(FrontierError::Interrupted) => STOPPED,
-            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
-            Self::Frontier(error) if error.is_refusal() => 2,
-            Self::Case(_)
+            )
             | Self::Target { .. }
             | Self::NoBundledCase(_)
             | Self::NoBundledPaper(_)

@@ -292,8 +292,7 @@ impl PaperFile {
             return refuse("error", "a bound has no error");
         }
         match (&claim.derived, &claim.table, &claim.column) {
-            (Some(_), None, None) => {}
-            (None, Some(_), Some(_)) => {}
+            (Some(_), None, None) | (None, Some(_), Some(_)) => {}
             (Some(_), ..) => {
                 return refuse("derived", "it stands in place of a table and a column");
             }

@@ -369,19 +369,17 @@ impl<'a> Reproduction<'a> {
     ) -> Result<String, CaseError> {
         let points = &self.cases[run].points;
         let found: Vec<&Point> = points.iter().filter(|point| point.has(chosen)).collect();
-        match found[..] {
-            [one] => Ok(one.name.clone()),
-            _ => {
-                let names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
-                let allowed = format!(
-                    "values of swept keys that choose one point; these choose {} of {}: {}",
-                    found.len(),
-                    points.len(),
-                    names.join("; ")
-                );
-                Err(self.file.refuse(&format!("{key}.point"), allowed))
-            }
+        if let [one] = found[..] {
+            return Ok(one.name.clone());
         }
+        let names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
+        let allowed = format!(
+            "values of swept keys that choose one point; these choose {} of {}: {}",
+            found.len(),
+            points.len(),
+            names.join("; ")
+        );
+        Err(self.file.refuse(&format!("{key}.point"), allowed))
     }
 
     /// Whether what a number is looked up by exists.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stosszahl_case::format::Sticking;
 use stosszahl_model::Census;
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
@@ -53,11 +54,7 @@ impl Schedule {
     fn of(plan: &Plan) -> Self {
         let options: Options = measure::chosen(plan, NAME);
         let until = plan.case.run.until;
-        let breaks = plan
-            .case
-            .sticking
-            .as_ref()
-            .is_some_and(|sticking| sticking.breaks());
+        let breaks = plan.case.sticking.as_ref().is_some_and(Sticking::breaks);
         let steady = breaks.then(|| Steady {
             from: options.steady_from.unwrap_or(0.5 * until),
             fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
