@@ -416,10 +416,18 @@ impl<'a> Reproduction<'a> {
         if !is_number {
             return Err(refuse("column", "a column of numbers", names()));
         }
-        match spot.keys.keys().find(|key| table.find(key).is_none()) {
-            Some(_) => Err(refuse("where", &format!("columns of {name}"), names())),
-            None => Ok(()),
+        for (one, value) in &spot.keys {
+            let Some(place) = table.find(one) else {
+                return Err(refuse("where", &format!("columns of {name}"), names()));
+            };
+            let has_words = table.columns[place].unit.is_empty();
+            if !has_words && value.is_str() || has_words && value.is_float() {
+                let is = if has_words { "words" } else { "numbers" };
+                let allowed = format!("the column {one} of {name} has {is}; found {value}");
+                return Err(self.file.refuse(&format!("{key}.where"), allowed));
+            }
         }
+        Ok(())
     }
 }
 
