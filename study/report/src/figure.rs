@@ -13,7 +13,7 @@ use crate::words::{number, spread};
 /// Panels that a figure has at most.
 pub(crate) const PANELS: usize = 9;
 /// Curves of one engine that a panel has at most.
-const CURVES: usize = 6;
+const CURVES: usize = 8;
 /// Colours of the ordered scale in the style sheet.
 const SHADES: usize = 7;
 

@@ -41,7 +41,7 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use stosszahl_model::initial::FileError;
-use stosszahl_results::{REPORT_FILE, ResultsError, Stored, Sweep, write_file};
+use stosszahl_results::{Figure, REPORT_FILE, ResultsError, Stored, Sweep, Table, write_file};
 
 pub use listing::{Listing, listing};
 pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_name, paper};
@@ -62,6 +62,11 @@ pub enum ReportError {
     /// A snapshot is damaged.
     #[error(transparent)]
     Snapshot(#[from] FileError),
+}
+
+/// A figure of a table as one SVG file that stands alone; `None` if there is nothing to draw.
+pub fn drawing(table: &Table, figure: &Figure) -> Option<String> {
+    Some(sheet::sheet(&figure.title, &figure::draw(table, figure)?))
 }
 
 /// A page and the drawings and tables beside it.

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::map;
 use super::picture::{Curve, Panel, picture};
 use super::results::{Key, Measured, Results};
 use crate::Trouble;
 
-/// A block, or a picture with its block.
+/// A block, with or without files.
 pub struct Entry {
     /// Its name.
     pub name: &'static str,
@@ -18,7 +19,7 @@ pub struct Entry {
     pub engines: &'static [Engine],
     /// Whether a check makes it again, in some ten seconds.
     pub is_cheap: bool,
-    /// The text of the block, and its picture.
+    /// The text of the block, and its files.
     pub make: fn(&Results) -> Result<Made, Trouble>,
 }
 
@@ -27,15 +28,15 @@ pub struct Entry {
 pub struct Made {
     /// Markdown.
     pub text: String,
-    /// A picture: its file from the root, and its content.
-    pub picture: Option<(&'static str, String)>,
+    /// Pictures and tables: their names from the root, and what is in them.
+    pub files: Vec<(&'static str, String)>,
 }
 
 impl From<String> for Made {
     fn from(text: String) -> Self {
         Self {
             text,
-            picture: None,
+            files: Vec::new(),
         }
     }
 }
@@ -122,6 +123,22 @@ pub const ENTRIES: &[Entry] = &[
         make: slopes,
     },
     Entry {
+        name: "map-uniform",
+        file: map::PAGE,
+        case: "map-uniform",
+        engines: &[Engine::EventDriven],
+        is_cheap: false,
+        make: map::uniform,
+    },
+    Entry {
+        name: "map-waves",
+        file: map::PAGE,
+        case: "map-waves",
+        engines: &[Engine::EventDriven],
+        is_cheap: false,
+        make: map::waves,
+    },
+    Entry {
         name: "evidence",
         file: "README.md",
         case: "luding-1998",
@@ -132,7 +149,7 @@ pub const ENTRIES: &[Entry] = &[
 ];
 
 /// A table of Markdown.
-fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut text = format!(
         "| {} |\n|{}\n",
         header.join(" | "),
@@ -195,13 +212,18 @@ fn fig3b(results: &Results) -> Result<Made, Trouble> {
             "impact_parameter_summary",
             &[("engine", Key::Is("ed"))],
         )?;
-        let restitution = point
-            .split(',')
-            .find_map(|part| part.strip_prefix("restitution="))
-            .unwrap_or(point);
+        let restitution = setting(point, "restitution")?;
         rows.push(vec![restitution.to_owned(), row.measured("slope")?.text()]);
     }
     Ok(table(&["r", "slope of P(b/d)"], &rows).into())
+}
+
+/// What a point of a sweep, as its folder is named, sets a key to.
+pub(super) fn setting<'a>(point: &'a str, key: &str) -> Result<&'a str, Trouble> {
+    let settings = point.split(',').filter_map(|part| part.split_once('='));
+    let mut found = settings.filter(|part| part.0 == key);
+    let value = found.next().map(|part| part.1);
+    value.ok_or_else(|| Trouble::failed(format!("{point}: no {key}")))
 }
 
 /// Windows of time of the case of 1998.
@@ -364,6 +386,6 @@ fn evidence(results: &Results) -> Result<Made, Trouble> {
     );
     Ok(Made {
         text,
-        picture: Some((EVIDENCE, picture(&panels))),
+        files: vec![(EVIDENCE, picture(&panels))],
     })
 }

@@ -1,4 +1,4 @@
-//! Results in README and `docs/` that are made by a command: blocks of Markdown and pictures, each from named runs of a named
+//! Results in README and `docs/` that are made by a command: blocks of Markdown, pictures and tables, each from named runs of a named
 //! commit.
 //!
 //! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and `<!-- end of NAME -->`. [`ENTRIES`]
@@ -9,6 +9,7 @@
 mod block;
 mod compare;
 mod entries;
+mod map;
 mod picture;
 mod results;
 
@@ -72,7 +73,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
     }
 }
 
-/// Makes the block of an entry, and its picture.
+/// Makes the block of an entry, and its files.
 fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
     let path = root.join(entry.file);
     let text = fs::read_to_string(&path)?;
@@ -84,8 +85,8 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
         commit,
         statistics: entry.statistics(),
     };
-    if let Some((file, picture)) = &made.picture {
-        write_whole(&root.join(file), picture.as_bytes())?;
+    for (file, content) in &made.files {
+        write_whole(&root.join(file), content.as_bytes())?;
     }
     let text = replace(&text, &head, &made.text)
         .ok_or_else(|| Trouble::failed(format!("{}: no block {}", entry.file, entry.name)))?;

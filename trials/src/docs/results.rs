@@ -13,7 +13,7 @@ use crate::Trouble;
 /// A finished run, or the points of a sweep.
 #[derive(Debug)]
 pub struct Results {
-    points: Vec<(String, Vec<Table>)>,
+    points: Vec<(String, Stored)>,
 }
 
 /// A number with its standard error.
@@ -90,8 +90,8 @@ impl Results {
         let (mut points, mut of) = (Vec::new(), commit.to_owned());
         for name in names {
             let stored = read(&out.join(&name))?;
-            of = stored.manifest.program.commit;
-            points.push((name, stored.tables));
+            of.clone_from(&stored.manifest.program.commit);
+            points.push((name, stored));
         }
         if fs::exists(out.join("checkpoints"))? {
             return Err(Trouble::failed(format!(
@@ -107,6 +107,27 @@ impl Results {
         self.points.iter().map(|point| point.0.as_str())
     }
 
+    fn stored(&self, point: &str) -> Result<&Stored, Trouble> {
+        let found = self.points.iter().find(|one| one.0 == point);
+        let missing = || Trouble::failed(format!("no point {point:?} in the results"));
+        found.map(|one| &one.1).ok_or_else(missing)
+    }
+
+    /// A table of a point.
+    fn table(&self, point: &str, name: &str) -> Result<&Table, Trouble> {
+        let mut tables = self.stored(point)?.tables.iter();
+        let table = tables.find(|one| one.name == name);
+        table.ok_or_else(|| Trouble::failed(format!("no {name} of {point:?} in the results")))
+    }
+
+    /// A number that follows from the case of a point.
+    pub(crate) fn derived(&self, point: &str, name: &str) -> Result<f64, Trouble> {
+        let mut derived = self.stored(point)?.manifest.derived.iter();
+        let found = derived.find(|one| one.name == name);
+        let missing = || Trouble::failed(format!("no {name} of {point:?} in the manifest"));
+        found.map(|one| one.value).ok_or_else(missing)
+    }
+
     /// Rows of a table of a point whose cells agree with all of these keys.
     pub(crate) fn rows<'a>(
         &'a self,
@@ -114,11 +135,7 @@ impl Results {
         table: &str,
         keys: &[(&str, Key<'_>)],
     ) -> Result<Vec<Row<'a>>, Trouble> {
-        let missing = |what: &str| Trouble::failed(format!("no {what} in the results"));
-        let found = self.points.iter().find(|one| one.0 == point);
-        let tables = &found.ok_or_else(|| missing(&format!("point {point:?}")))?.1;
-        let table = tables.iter().find(|one| one.name == table);
-        let table = table.ok_or_else(|| missing("such table"))?;
+        let table = self.table(point, table)?;
         let fits = |row: &&Vec<Cell>| {
             keys.iter().all(|(name, key)| {
                 let cell = table.find(name).map(|column| &row[column]);

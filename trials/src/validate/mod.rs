@@ -18,6 +18,7 @@ pub mod exact;
 mod gas;
 pub mod schemes;
 mod spheres;
+mod structure;
 pub mod subject;
 mod unstable;
 mod whole;
@@ -41,12 +42,15 @@ pub use whole::TRIALS;
 
 /// The parts of the validation of the schemes.
 pub mod parts {
-    use super::{ENDLESS, convergence, cooling, elastic, unstable};
+    use super::{ENDLESS, convergence, cooling, elastic, structure, unstable};
 
     trials! {
         "elastic" => elastic::run,
             "are rate, pressure, transport, noise and structure of elastic gases at four packings those of Enskog's theory?",
             "what each scheme claims", ENDLESS;
+        "structure" => structure::run,
+            "what is S(k) of an elastic gas at k d = 0.2, 0.5 and 1, over exact disks, with 1, 4, 16 and 64 simulators for each?",
+            "measured, not claimed", ENDLESS;
         "cooling" => cooling::run,
             "does a gas too small for shear modes cool as Haff's law says?",
             "what each scheme claims", ENDLESS;

@@ -179,8 +179,8 @@ impl Measure for VelocityDistribution {
 
 fn density_table(options: &Options) -> Table {
     let label = match options.quantity {
-        Counted::Component => "component of the velocity over the thermal speed",
-        Counted::Speed => "speed over the thermal speed",
+        Counted::Component => "velocity over thermal speed",
+        Counted::Speed => "speed over thermal speed",
     };
     let figure = Figure::curves(
         "Distribution of velocities",

@@ -1,0 +1,112 @@
+//! Structure of elastic disks of packing 0.25 at finite wave numbers: Monte Carlo against exact dynamics.
+//!
+//! Both start from the same states of exact disks, of which several simulators for each disk are moved and turned copies. Waves forget
+//! their start by viscous damping, of which `k d = 0.2` has 1/e in 40 collisions of a disk.
+
+use stosszahl_analysis::modes::Modes;
+use stosszahl_analysis::statistics::Estimate;
+use stosszahl_dsmc::Parameters;
+use stosszahl_model::{Particles, Simulation, kinetic};
+
+use super::gas::{advance, amplitudes, exact, monte_carlo, start};
+use super::over_seeds;
+use super::schemes::Method;
+use crate::table::{Place, mean};
+use crate::{Done, Findings, Trouble};
+
+const DISKS: usize = 2000;
+const PACKING: f64 = 0.25;
+/// Simulators for each disk.
+const SIMULATORS: [u32; 4] = [1, 4, 16, 64];
+/// Wave numbers times d, and how far from them the modes are whose mean is taken: S(k) of hard disks is all but straight there.
+const WAVES: [(f64, f64); 3] = [(0.2, 0.1), (0.5, 0.1), (1.0, 0.1)];
+/// Most modes of each.
+const MODES: usize = 200;
+/// Collisions of each disk before the first sample, samples, and collisions between them.
+const RELAX: f64 = 60.0;
+const SAMPLES: u32 = 10;
+const BETWEEN: f64 = 8.0;
+
+/// The mean of S(k) around each wave number, over samples and modes of one gas.
+fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], Trouble> {
+    let free = 1.0 / kinetic::collision_rate(PACKING, kinetic::contact_value(PACKING), 0.0);
+    let origin = gas.time();
+    let particles = gas.particles();
+    let lengths = [particles.lengths[0], particles.lengths[1]];
+    let around = |(k, near): (f64, f64)| Modes::band(lengths, [k - near, k + near], MODES);
+    let modes = [around(WAVES[0])?, around(WAVES[1])?, around(WAVES[2])?];
+    let mut sums = [0.0; WAVES.len()];
+    for sample in 0..SAMPLES {
+        let until = origin + (RELAX + f64::from(sample) * BETWEEN) * free;
+        advance(&mut *gas, until, &mut ())?;
+        let now = gas.particles();
+        for (sum, modes) in sums.iter_mut().zip(&modes) {
+            let all = amplitudes(&now, modes)?;
+            let powers = all
+                .iter()
+                .map(|amplitude| amplitude.power(now.all.len()).density);
+            *sum += powers.sum::<f64>() / (f64::from(SAMPLES) * all.len() as f64);
+        }
+    }
+    Ok(sums)
+}
+
+/// The quotient of two estimates that do not depend on each other.
+fn quotient(one: Estimate, other: Estimate) -> Estimate {
+    let relative = |of: Estimate| of.standard_error.map(|error| error / of.value);
+    let value = one.value / other.value;
+    let both = relative(one).zip(relative(other));
+    Estimate {
+        value,
+        standard_error: both.map(|(a, b)| value * a.hypot(b)),
+        ..one
+    }
+}
+
+/// Exact disks, and schemes with more and more simulators for each. No scheme claims to have their structure.
+pub(super) fn run(log: &mut Findings) -> Done {
+    let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 16) };
+    let make = |seed| start(DISKS, PACKING, seed, 40.0);
+    let starts: Vec<Particles> = over_seeds(0..exact_gases, make)?.0;
+    let at = |seed: u64| &starts[seed as usize];
+    let (found, seconds) = over_seeds(0..exact_gases, |seed| follow(exact(at(seed), 1.0)?))?;
+    let here = Place::new("structure", "event-driven", "exact", PACKING, seconds);
+    let mut references = Vec::new();
+    for (wave, (k, _)) in WAVES.into_iter().enumerate() {
+        let reference = mean(found.iter().map(|gas| gas[wave]))?;
+        let theory = kinetic::structure_factor_at_zero(PACKING);
+        log.add(here.row(format!("S(k d = {k:.1})"), theory, reference, None));
+        references.push(reference);
+    }
+    for method in log.effort.methods.clone() {
+        for simulators in SIMULATORS {
+            of_scheme(log, &method, simulators, gases, at, &references)?;
+        }
+    }
+    Ok(())
+}
+
+fn of_scheme<'a>(
+    log: &mut Findings,
+    method: &Method,
+    simulators: u32,
+    gases: u64,
+    at: impl Fn(u64) -> &'a Particles + Sync + Send,
+    references: &[Estimate],
+) -> Done {
+    let parameters = Parameters {
+        simulators_per_disk: simulators,
+        ..method.parameters
+    };
+    let (found, seconds) = over_seeds(0..gases, |seed| {
+        follow(monte_carlo(at(seed), 1.0, parameters, seed)?)
+    })?;
+    let setting = format!("simulators {simulators}");
+    let here = Place::new("structure", method.name, setting, PACKING, seconds).of(method.default);
+    for (wave, (k, _)) in WAVES.into_iter().enumerate() {
+        let ratio = quotient(mean(found.iter().map(|gas| gas[wave]))?, references[wave]);
+        let what = format!("S(k d = {k:.1})/exact disks");
+        log.add(here.row(what, 1.0, ratio, None));
+    }
+    Ok(())
+}
