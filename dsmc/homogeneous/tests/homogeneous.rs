@@ -715,8 +715,8 @@ fn sticking_ends_with_one_cluster() {
 #[test]
 fn breaking_closes_the_ledgers() {
     let mut rule = always_stick().rule;
-    rule.stick.energy = 0.2;
-    rule.shatter.energy = 1.0;
+    rule.stick.limit = Limit::Energy(0.2);
+    rule.shatter.limit = Limit::Energy(1.0);
     rule.retained = 0.9;
     let contacts = Sticking::new(rule).expect("a rule");
     let count = 5000;

@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn exact_numbers_have_five_digits() {
         let words = [
-            0.0429664,
+            0.042_966_4,
             12_072_722.0,
             32.594,
             0.125,
