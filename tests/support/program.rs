@@ -337,8 +337,8 @@ pub fn bundled(name: &str) -> PathBuf {
 pub fn bundled_names() -> Vec<String> {
     let entries = fs::read_dir(CASES).expect("the folder of cases");
     let name = |path: PathBuf| {
-        path.file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned())
+        let stem = path.file_stem().filter(|_| path.is_file());
+        stem.map(|stem| stem.to_string_lossy().into_owned())
     };
     let mut names: Vec<String> = entries
         .filter_map(|entry| name(entry.expect("a case").path()))

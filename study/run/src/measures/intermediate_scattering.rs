@@ -27,7 +27,7 @@ pub struct Options {
     pub from: f64,
     /// Shells of wave numbers k = L/wavelength, those that round to the same whole number.
     pub wave_numbers: Vec<u64>,
-    /// Most wave vectors of a shell, one of each pair ±k.
+    /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
 }
 
@@ -143,7 +143,7 @@ impl Measure for IntermediateScattering {
             key "elapsed", "time", "Time since the beginning of the measurement";
             estimate "scattering", "1", "F(k, t) = <rho(k, t) rho*(k, 0)>/N of the disks; the structure factor at the beginning";
             estimate "correlation", "1", "F(k, t)/F(k, 0), quotient of the means over replicas";
-            note "modes", "1", "Wave vectors that were averaged, one of each pair ±k";
+            note "modes", "1", "Wave vectors that were averaged, one of each pair k and -k";
             note "replicas", "1", "Replicas";
         }
         .figure(figure.panels(&["k"]).line("forgotten", 0.0));

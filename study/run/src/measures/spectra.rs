@@ -23,7 +23,7 @@ pub struct Options {
     pub times: Option<Vec<f64>>,
     /// Largest k = L/wavelength.
     pub largest_wave_number: u64,
-    /// Most wave vectors of a shell, one of each pair ±k.
+    /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
 }
 
@@ -230,7 +230,7 @@ fn spectra_table() -> Table {
         with_theory "s_perp", "1", "Shear: squared flow across k over that of thermal noise at the temperature of the moment; with several simulators for each disk over that of theirs";
         with_theory "s_par", "1", "Sound: the same of the flow along k";
         with_theory "s_tt", "1", "Temperature: squared amplitude over that of thermal noise";
-        note "modes", "1", "Wave vectors that were averaged, one of each pair ±k";
+        note "modes", "1", "Wave vectors that were averaged, one of each pair k and -k";
         note "replicas", "1", "Replicas";
     }
     .figure(one("s_perp", "Spectrum of shear", "S_perp(k)").caption(
@@ -249,7 +249,7 @@ fn growth_table() -> Table {
         key "window_end", "time", "Second";
         key "k", "1", "Wave number k = L/wavelength, mean of the shell";
         with_theory "exponent", "1", "Growth of the amplitude over the thermal speed, as a power of 1 + t/t0 with the t0 of Haff's law; in gases that do not cool its rate over the unit of time. By regression of each amplitude on itself at the first time, so that noise adds nothing";
-        note "modes", "1", "Wave vectors of the shell, one of each pair ±k";
+        note "modes", "1", "Wave vectors of the shell, one of each pair k and -k";
         note "replicas", "1", "Replicas";
     }
     .figure(
