@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::Shells;
+use stosszahl_model::brief;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::spectra::shells;
@@ -69,7 +70,10 @@ impl Measure for IntermediateScattering {
         require_kept(plan)?;
         let options: Options = measure::options(plan, self.name())?;
         let (from, until) = (options.from, plan.case.run.until);
-        let allowed = format!("a time from 0 to below run.until = {until}; found {from}");
+        let allowed = format!(
+            "a time from 0 to below run.until = {until}; found {}",
+            brief(from)
+        );
         measure::require((0.0..until).contains(&from), "from", allowed)?;
         let numbers = &options.wave_numbers;
         let allowed = format!("a rising list of whole numbers from 1 to {LARGEST}");

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use stosszahl_analysis::helfand::{Helfand, Moments};
 use stosszahl_analysis::theory::ElasticDisks;
-use stosszahl_model::{Collision, Observer};
+use stosszahl_model::{Collision, Observer, brief};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
 
 use super::over;
@@ -188,7 +188,11 @@ impl Measure for Transport {
         measure::require(exact, "", "the event-driven engine, [engine.ed]")?;
         let most = 0.5 * plan.case.run.until;
         let lag = options.lag(plan);
-        let allowed = format!("a time above 0, at most half of the run = {most}; found {lag}");
+        let allowed = format!(
+            "a time above 0, at most half of the run = {}; found {}",
+            brief(most),
+            brief(lag)
+        );
         measure::require(lag > 0.0 && lag <= most, "lag", allowed)?;
         let points = options.points;
         let allowed = format!("an even number from 2 to 1000; found {points}");

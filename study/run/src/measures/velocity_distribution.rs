@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use stosszahl_analysis::velocities::{Bins, Distribution, Particle, Quantity};
 use stosszahl_case::Kind;
-use stosszahl_model::{kinetic, transport};
+use stosszahl_model::{brief, kinetic, transport};
 use stosszahl_results::{Axis, Figure, Mark, Table, table};
 
 use super::structure_factor::structure_times;
@@ -107,7 +107,10 @@ impl Measure for VelocityDistribution {
         let Options { bins, range, .. } = options;
         let allowed = format!("a whole number from 2 to 10000; found {bins}");
         measure::require((2..=10_000).contains(&bins), "bins", allowed)?;
-        let allowed = format!("a number of thermal speeds from 0.1 to 100; found {range}");
+        let allowed = format!(
+            "a number of thermal speeds from 0.1 to 100; found {}",
+            brief(range)
+        );
         measure::require((0.1..=100.0).contains(&range), "range", allowed)?;
         measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())
     }
