@@ -48,11 +48,15 @@ fn files(folder: &'static Dir<'static>) -> Vec<Bundled> {
     all
 }
 
+/// The case of a name.
+pub fn named(name: &str) -> Option<Bundled> {
+    all().into_iter().find(|one| one.name == name)
+}
+
 /// The case of a name, unless there is a file of that path.
 pub fn find(path: &Path) -> Option<Bundled> {
-    let name = path.to_str()?;
     if path.exists() {
         return None;
     }
-    all().into_iter().find(|one| one.name == name)
+    named(path.to_str()?)
 }

@@ -53,7 +53,7 @@ pub enum CommandError {
     Frontier(#[from] FrontierError),
     /// A paper cannot be made again.
     #[error(transparent)]
-    Reproduce(#[from] ReproduceError),
+    Reproduce(ReproduceError),
     /// There is no bundled paper of this name.
     #[error(
         "no bundled paper is called {0}, and there is no such file; `stosszahl reproduce` lists them"
@@ -79,6 +79,18 @@ pub enum CommandError {
     Output(#[from] io::Error),
 }
 
+/// A failure of a part of a paper is one of that part.
+impl From<ReproduceError> for CommandError {
+    fn from(error: ReproduceError) -> Self {
+        match error {
+            ReproduceError::Case(error) => Self::Case(error),
+            ReproduceError::Run(error) => Self::Run(error),
+            ReproduceError::Results(error) => Self::Results(error),
+            other => Self::Reproduce(other),
+        }
+    }
+}
+
 impl CommandError {
     /// Whether the command only ended because it was asked to.
     pub(crate) fn is_interruption(&self) -> bool {
@@ -88,29 +100,12 @@ impl CommandError {
     /// 2: the input was refused; [`STOPPED`]; 1: the run failed.
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Run(error) | Self::Reproduce(ReproduceError::Run(error))
-                if error.is_interruption() =>
-            {
-                STOPPED
-            }
-            Self::Reproduce(ReproduceError::Results(error)) if !error.is_system() => 2,
-            Self::Reproduce(ReproduceError::Run(RunError::Results(error)))
-                if !error.is_system() =>
-            {
-                2
-            }
-            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
+            Self::Run(error) if error.is_interruption() => STOPPED,
             Self::Frontier(FrontierError::Interrupted) => STOPPED,
+            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
             Self::Frontier(error) if error.is_refusal() => 2,
             Self::Case(_)
-            | Self::Reproduce(
-                ReproduceError::Case(_)
-                | ReproduceError::NoFigure { .. }
-                | ReproduceError::Occupied { .. }
-                | ReproduceError::Run(
-                    RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. },
-                ),
-            )
+            | Self::Reproduce(ReproduceError::NoFigure { .. } | ReproduceError::Occupied { .. })
             | Self::Target { .. }
             | Self::NoBundledCase(_)
             | Self::NoBundledPaper(_)
@@ -169,9 +164,6 @@ pub fn ended(done: Result<(), CommandError>) -> ExitCode {
     match &error {
         CommandError::Case(error)
         | CommandError::Run(RunError::Case(error))
-        | CommandError::Reproduce(
-            ReproduceError::Case(error) | ReproduceError::Run(RunError::Case(error)),
-        )
         | CommandError::Frontier(FrontierError::Invalid(error)) => {
             note(&error.report(io::stderr().is_terminal()));
         }
@@ -222,8 +214,7 @@ fn cases(name: Option<&str>) -> Result<(), CommandError> {
         }
         return Ok(());
     };
-    let all = bundled::all();
-    let found = all.iter().find(|one| one.name == name);
+    let found = bundled::named(name);
     let found = found.ok_or_else(|| CommandError::NoBundledCase(name.to_owned()))?;
     Ok(say(found.text.trim_end())?)
 }

@@ -10,7 +10,7 @@ use crate::study::Options;
 use crate::study::plan::available_threads;
 
 use crate::arguments::ReproduceArguments;
-use crate::bundled;
+use crate::bundled::{self, Bundled};
 use crate::commands::{CommandError, duration, line, listen, note, say};
 use crate::progress::Display;
 
@@ -19,8 +19,13 @@ const STOPPED: &str = "stopped; the same command goes on from the checkpoints";
 
 /// The text of a bundled case.
 fn bundled_case(name: &str) -> Option<String> {
-    let found = bundled::all().into_iter().find(|one| one.name == name);
-    found.map(|one| one.text.to_owned())
+    bundled::named(name).map(|one| one.text.to_owned())
+}
+
+/// A bundled paper.
+fn bundled_paper(one: Bundled) -> Result<PaperFile, CommandError> {
+    let path = PathBuf::from(format!("{}.toml", one.name));
+    Ok(PaperFile::from_text(&path, one.text)?)
 }
 
 /// Makes a paper again, or lists the papers.
@@ -85,11 +90,7 @@ fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
         }
         return Err(CommandError::NoBundledPaper(asked.display().to_string()));
     };
-    let path = PathBuf::from(format!("{}.toml", found.name));
-    Ok((
-        found.name.to_owned(),
-        PaperFile::from_text(&path, found.text)?,
-    ))
+    Ok((found.name.to_owned(), bundled_paper(found)?))
 }
 
 /// The bundled papers with their figures, how long these take, and what they lack.
@@ -98,8 +99,7 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
         .threads
         .map_or_else(available_threads, usize::from);
     for (number, one) in bundled::papers().into_iter().enumerate() {
-        let path = PathBuf::from(format!("{}.toml", one.name));
-        let file = PaperFile::from_text(&path, one.text)?;
+        let file = bundled_paper(one)?;
         let planned = |quick| {
             let demand = Demand {
                 figure: None,
@@ -115,13 +115,11 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
         say(&format!("  {}", file.paper.source))?;
         say(&format!(
             "  roughly {} on {threads} threads, quick runs {}",
-            duration(full.seconds(threads)?),
-            duration(quick.seconds(threads)?)
+            duration(full.seconds(threads)),
+            duration(quick.seconds(threads))
         ))?;
-        let both = full
-            .outline(threads)?
-            .into_iter()
-            .zip(quick.outline(threads)?);
+        let both = full.outline(threads).into_iter();
+        let both = both.zip(quick.outline(threads));
         for (full, quick) in both {
             let figure = full.figure;
             let said = format!(

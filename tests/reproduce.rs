@@ -283,7 +283,7 @@ fn bundled_papers_name_what_exists() {
             };
             let planned = Reproduction::new(&file, demand, &bundled);
             let planned = planned.unwrap_or_else(|error| panic!("{error}"));
-            for figure in planned.outline(2).unwrap_or_else(|error| panic!("{error}")) {
+            for figure in planned.outline(2) {
                 let known = figure.claims > 0 || figure.figure.missing.is_some();
                 assert!(
                     known,

@@ -100,7 +100,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
         let ratios = ratios(figure, first);
         number += usize::from(ratios.is_some());
         figures.push(html! {
-            section id=(anchor(figure.name)) {
+            section id=(figure_anchor(figure.name)) {
                 h2 { (figure_name(figure.name)) ". " (figure.title) }
                 @if let Some(missing) = figure.missing { p { strong { "Not here: " } (missing) } }
                 @for drawing in &drawings { (drawing) }
@@ -115,7 +115,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
         p.lead { (paper.source) }
         p { strong { (paper.summary) } " (" (paper.kind) ")." }
         @if let Some(remark) = paper.remark { p { (remark) } }
-        nav { @for figure in &paper.figures { a href={ "#" (anchor(figure.name)) } { (figure_name(figure.name)) } } a href="#runs" { "Runs" } }
+        nav { @for figure in &paper.figures { a href={ "#" (figure_anchor(figure.name)) } { (figure_name(figure.name)) } } a href="#runs" { "Runs" } }
         @for figure in &figures { (figure) }
         section id="runs" { h2 { "Runs" } (runs) }
         footer { p {
@@ -136,7 +136,8 @@ pub fn figure_name(name: &str) -> String {
     }
 }
 
-fn anchor(name: &str) -> String {
+/// Name of a figure in links and files: `figure-3b`.
+pub fn figure_anchor(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     format!("figure-{}", name.chars().map(letter).collect::<String>())
 }

@@ -65,10 +65,8 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
         @for ((_, drawn, figure), _) in &others { (next(drawn, &figure.title, &figure.caption)) }
         h2 { "At each point" }
         @for (table, figure) in &all {
-            @let (side_by_side, caption) = side_by_side(figure);
-            @if let Some(drawn) = draw(table, &side_by_side) {
-                (next(&drawn, &format!("{}, at each point", figure.title), &caption))
-            }
+            @let figure = at_each(figure);
+            @if let Some(drawn) = draw(table, &figure) { (next(&drawn, &figure.title, &figure.caption)) }
         }
         (page::case_file(&sweep.case_text))
     };
@@ -94,15 +92,8 @@ pub(crate) fn at_each_point(
     let read = |point: &SweepPoint| Stored::read(&folder.join(&point.name));
     let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
     let keys = keys(sweep);
-    let drawn = common(&points).into_iter().map(|like| {
-        let (figure, caption) = side_by_side(like.1);
-        let figure = Figure {
-            title: format!("{}, at each point", like.1.title).into(),
-            caption: caption.into(),
-            ..figure
-        };
-        (gather(sweep, &points, &keys, like), figure)
-    });
+    let drawn = common(&points).into_iter();
+    let drawn = drawn.map(|like| (gather(sweep, &points, &keys, like), at_each(like.1)));
     Ok(drawn.collect())
 }
 
@@ -223,8 +214,8 @@ fn gather(
     all
 }
 
-/// A figure with a panel for each point, and its caption.
-fn side_by_side(figure: &Figure) -> (Figure, String) {
+/// A figure with a panel for each point.
+fn at_each(figure: &Figure) -> Figure {
     let engines = || {
         figure
             .panels
@@ -244,7 +235,9 @@ fn side_by_side(figure: &Figure) -> (Figure, String) {
     } else {
         " Of each point the last rows are drawn."
     };
-    (all, format!("{}{last}", figure.caption))
+    all.title = format!("{}, at each point", figure.title).into();
+    all.caption = format!("{}{last}", figure.caption).into();
+    all
 }
 
 /// The last value in time of each curve against the swept key that has the most values.

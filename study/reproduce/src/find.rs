@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use stosszahl_case::paper::{Errors, number};
-use stosszahl_results::{Cell, Column, Estimate, Role, Stored, Sweep, Table};
+use stosszahl_results::{Cell, Column, Estimate, Role, Stored, SweepPoint, Table};
+use stosszahl_study::measures::over;
 use toml::Value;
 
 use crate::ReproduceError;
@@ -19,24 +20,12 @@ pub(crate) const COLLISIONS: &str = "collisions";
 const NEAR: f64 = 4e-3;
 
 /// The finished points of a run.
-pub(crate) struct Results {
-    points: Vec<(String, Stored)>,
-}
+pub(crate) struct Results(Vec<(SweepPoint, Stored)>);
 
 impl Results {
     /// Reads a results folder; points that are not finished are left out.
     pub(crate) fn read(folder: &Path) -> Result<Self, ReproduceError> {
-        let names = match Sweep::read(folder)? {
-            Some(sweep) => sweep.points.into_iter().map(|point| point.name).collect(),
-            None => vec![String::new()],
-        };
-        let mut points = Vec::new();
-        for name in names {
-            if let Some(stored) = Stored::read(&folder.join(&name))? {
-                points.push((name, stored));
-            }
-        }
-        Ok(Self { points })
+        Ok(Self(Stored::points(folder)?))
     }
 
     /// A number with its error.
@@ -44,7 +33,7 @@ impl Results {
     /// # Errors
     /// Why there is none.
     pub(crate) fn find(&self, spot: &Spot<'_>) -> Result<Estimate, String> {
-        let point = self.points.iter().find(|point| point.0 == spot.point);
+        let point = self.0.iter().find(|point| point.0.name == spot.point);
         let (_, stored) =
             point.ok_or_else(|| format!("the point {} is not finished", spot.point))?;
         let (table, column) = match spot.source {
@@ -61,7 +50,7 @@ impl Results {
         let found = estimates(table, column, &rows)?;
         let is_replica = |column: &Column| column.name == REPLICA;
         let mut all = if table.columns.iter().any(is_replica) && !spot.keys.contains_key(REPLICA) {
-            over_replicas(&found)
+            over(found.iter().map(|one| one.value))
         } else {
             mean(&found, spot)?
         };
@@ -148,22 +137,6 @@ fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estim
     rows.iter().map(one).collect()
 }
 
-/// Mean and standard error over replicas.
-fn over_replicas(found: &[Estimate]) -> Estimate {
-    let values: Vec<f64> = found.iter().filter_map(|one| one.value).collect();
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let square = values
-        .iter()
-        .map(|value| (value - mean).powi(2))
-        .sum::<f64>();
-    let error = (values.len() > 1).then(|| (square / (count * (count - 1.0))).sqrt());
-    Estimate {
-        replicas: Some(values.len()),
-        ..Estimate::of(mean, error)
-    }
-}
-
 /// The only number, or the mean of the rows in a range with errors as of independent rows.
 fn mean(found: &[Estimate], spot: &Spot<'_>) -> Result<Estimate, String> {
     let is_range = spot.keys.values().any(Value::is_array);
@@ -226,11 +199,11 @@ mod tests {
 
     #[test]
     fn replicas_give_mean_and_error() {
-        let all = [1.0, 2.0, 3.0].map(|value| Estimate::of(value, None));
-        let found = over_replicas(&all);
+        let all = [1.0, 2.0, 3.0].map(Some);
+        let found = over(all);
         assert_eq!((found.value, found.replicas), (Some(2.0), Some(3)));
         // The spread is one.
         assert!((found.standard_error.unwrap_or(0.0) - 1.0 / 3.0_f64.sqrt()).abs() < 1e-14);
-        assert_eq!(over_replicas(&all[..1]).standard_error, None);
+        assert_eq!(over([Some(1.0)]).standard_error, None);
     }
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use stosszahl_report::{paper, write_report};
+use stosszahl_report::{figure_anchor, paper, write_report};
 use stosszahl_results::{Existing, write_file};
 use stosszahl_study::{Options, run_case};
 
@@ -116,11 +116,7 @@ impl Reproduction<'_> {
     pub fn write(&self, folder: &Path, judged: &Judged<'_>) -> Result<PathBuf, ReproduceError> {
         let [table, page] = NAMES.map(|name| match self.demand.figure {
             None => folder.join(name),
-            Some(figure) => {
-                let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-                let figure: String = figure.chars().map(letter).collect();
-                folder.join(format!("figure-{figure}-{name}"))
-            }
+            Some(figure) => folder.join(format!("{}-{name}", figure_anchor(figure))),
         });
         write_file(&table, &judged.table().to_csv()?)?;
         let text = paper(folder, &judged.page())?;

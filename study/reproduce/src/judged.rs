@@ -204,21 +204,12 @@ impl Outcome<'_> {
             margin,
             ratio,
             verdict: &self.verdict,
-            correction: item
-                .claim
-                .correction
-                .as_deref()
-                .filter(|_| item.said_wrong()),
+            correction: item.claim.correction.as_deref(),
         }
     }
 }
 
 impl Item<'_> {
-    /// Whether the paper's own number is known to be wrong, or this is its correction.
-    fn said_wrong(&self) -> bool {
-        self.claim.correction.is_some()
-    }
-
     /// The claim, with where along a curve it is.
     fn topic(&self) -> String {
         let at = self.claim.along.as_deref().and_then(|along| {

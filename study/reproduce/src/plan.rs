@@ -7,6 +7,7 @@ use stosszahl_case::{CaseError, CaseFile, PaperFile, Point};
 use stosszahl_results::Table;
 use stosszahl_study::check;
 use stosszahl_study::judge::Said;
+use stosszahl_study::plan::Pace;
 use toml::Value;
 
 use crate::ReproduceError;
@@ -42,6 +43,9 @@ struct Known {
     tables: Vec<Table>,
     /// Names of quantities that follow from it, and of its work.
     derived: Vec<String>,
+    /// Guessed times of its parts, and its replicas.
+    pace: Pace,
+    replicas: u64,
 }
 
 /// A claim on one number.
@@ -140,6 +144,8 @@ impl<'a> Reproduction<'a> {
                         .chain([SECONDS, COLLISIONS].map(str::to_owned))
                         .collect(),
                     tables: planned.tables(),
+                    pace: planned.plan.pace(),
+                    replicas: planned.plan.case.replicas,
                 };
                 all.known.insert((run, planned.point.name.clone()), known);
             }
@@ -187,17 +193,15 @@ impl<'a> Reproduction<'a> {
         claims.chain([figure.run.as_str()]).collect()
     }
 
+    /// Guessed time of a run, all points of a sweep, on this many threads \[s\].
+    fn seconds_of(&self, run: &str, threads: usize) -> f64 {
+        let points = self.known.iter().filter(|((of, _), _)| *of == run);
+        let each = points.map(|(_, point)| point.pace.seconds(point.replicas, threads));
+        each.sum()
+    }
+
     /// Cost of each figure that is asked for, on this many threads; runs that figures share count for each.
-    ///
-    /// # Errors
-    /// A case is refused.
-    pub fn outline(&self, threads: usize) -> Result<Vec<FigureOutline<'a>>, ReproduceError> {
-        let mut seconds = BTreeMap::new();
-        for (name, case) in &self.cases {
-            let planned = check(case)?;
-            let each = planned.iter().map(|one| one.cost(threads).seconds(threads));
-            seconds.insert(*name, each.sum::<f64>());
-        }
+    pub fn outline(&self, threads: usize) -> Vec<FigureOutline<'a>> {
         let outline = |(place, figure): (usize, &'a PaperFigure)| FigureOutline {
             figure,
             claims: self
@@ -208,24 +212,16 @@ impl<'a> Reproduction<'a> {
             seconds: self
                 .runs_of(figure)
                 .iter()
-                .filter_map(|run| seconds.get(run))
+                .map(|run| self.seconds_of(run, threads))
                 .sum(),
         };
-        Ok(self.figures().map(outline).collect())
+        self.figures().map(outline).collect()
     }
 
     /// Guessed time of all runs, each counted once, on this many threads \[s\].
-    ///
-    /// # Errors
-    /// A case is refused.
-    pub fn seconds(&self, threads: usize) -> Result<f64, ReproduceError> {
-        let mut seconds = 0.0;
-        for case in self.cases.values() {
-            let planned = check(case)?;
-            let each = planned.iter().map(|one| one.cost(threads).seconds(threads));
-            seconds += each.sum::<f64>();
-        }
-        Ok(seconds)
+    pub fn seconds(&self, threads: usize) -> f64 {
+        let runs = self.cases.keys();
+        runs.map(|run| self.seconds_of(run, threads)).sum()
     }
 
     /// Adds the claims of a figure, and checks what it names.
@@ -388,7 +384,9 @@ impl<'a> Reproduction<'a> {
             let allowed = format!("{what} of run {}: {}", spot.run, names.join(", "));
             self.file.refuse(&format!("{key}.{inside}"), allowed)
         };
-        let Known { tables, derived } = &self.known[&(spot.run, spot.point.clone())];
+        let Known {
+            tables, derived, ..
+        } = &self.known[&(spot.run, spot.point.clone())];
         let (name, column) = match spot.source {
             Source::Derived(name) => {
                 let known = derived.iter().any(|one| same_name(one, name));

@@ -248,7 +248,7 @@ pub struct Sweep {
 }
 
 /// One point of a sweep.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepPoint {
     /// Name of the point, which is that of its folder inside the sweep folder.
     pub name: String,
@@ -361,6 +361,24 @@ impl Sweep {
 }
 
 impl Stored {
+    /// Reads the finished points of a sweep, or the one run, whose point has no name.
+    ///
+    /// # Errors
+    /// As [`Stored::read`].
+    pub fn points(folder: &Path) -> Result<Vec<(SweepPoint, Self)>, ResultsError> {
+        let points = match Sweep::read(folder)? {
+            Some(sweep) => sweep.points,
+            None => vec![SweepPoint::default()],
+        };
+        let mut finished = Vec::new();
+        for point in points {
+            if let Some(stored) = Self::read(&folder.join(&point.name))? {
+                finished.push((point, stored));
+            }
+        }
+        Ok(finished)
+    }
+
     /// Reads a finished run; `None` where there is no manifest.
     ///
     /// # Errors

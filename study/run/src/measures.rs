@@ -115,7 +115,7 @@ pub(crate) fn require_kept(plan: &Plan) -> Result<(), BadOption> {
 }
 
 /// Mean and standard error over replicas; those without a finite value are left out.
-pub(crate) fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
+pub fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
     let known: Vec<f64> = values
         .into_iter()
         .flatten()

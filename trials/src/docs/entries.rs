@@ -212,18 +212,10 @@ fn fig3b(results: &Results) -> Result<Made, Trouble> {
             "impact_parameter_summary",
             &[("engine", Key::Is("ed"))],
         )?;
-        let restitution = setting(point, "restitution")?;
-        rows.push(vec![restitution.to_owned(), row.measured("slope")?.text()]);
+        let restitution = results.setting(point, "gas.restitution")?;
+        rows.push(vec![restitution.to_string(), row.measured("slope")?.text()]);
     }
     Ok(table(&["r", "slope of P(b/d)"], &rows).into())
-}
-
-/// What a point of a sweep, as its folder is named, sets a key to.
-pub(super) fn setting<'a>(point: &'a str, key: &str) -> Result<&'a str, Trouble> {
-    let settings = point.split(',').filter_map(|part| part.split_once('='));
-    let mut found = settings.filter(|part| part.0 == key);
-    let value = found.next().map(|part| part.1);
-    value.ok_or_else(|| Trouble::failed(format!("{point}: no {key}")))
 }
 
 /// Windows of time of the case of 1998.

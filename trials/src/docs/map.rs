@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use super::entries::{Made, setting, table as markdown};
+use super::entries::{Made, table as markdown};
 use super::results::{Key, Measured, Results, Row};
 use crate::Trouble;
 
@@ -19,6 +19,7 @@ pub(super) const PAGE: &str = "docs/map.md";
 
 /// What is known of one box: the rows of its windows.
 struct Gas<'a> {
+    at: Place,
     disks: f64,
     impacts: Vec<Row<'a>>,
     rates: Vec<Row<'a>>,
@@ -27,7 +28,10 @@ struct Gas<'a> {
 impl<'a> Gas<'a> {
     fn of(results: &'a Results, point: &str) -> Result<Self, Trouble> {
         let engine = [("engine", Key::Is("ed"))];
+        let keys = ["box.packing_fraction", "gas.restitution"];
+        let [packing, restitution] = keys.map(|key| results.setting(point, key));
         let found = Self {
+            at: [packing?, restitution?],
             disks: results.derived(point, "particles")?,
             impacts: results.rows(point, "impact_parameter_summary", &engine)?,
             rates: results.rows(point, "dissipation", &engine)?,
@@ -43,8 +47,8 @@ impl<'a> Gas<'a> {
     }
 
     /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of as many elastic disks.
-    fn cooling(&self, packing: f64) -> Result<Measured, Trouble> {
-        let unit = of_few(self.disks, packing);
+    fn cooling(&self) -> Result<Measured, Trouble> {
+        let unit = of_few(self.disks, self.at[0]);
         Ok(self.late("at_pair_speed")?.over(unit))
     }
 
@@ -89,13 +93,10 @@ fn estimate(one: Measured) -> Estimate {
 /// Packing and restitution of a point.
 type Place = [f64; 2];
 
-fn place(point: &str) -> Result<Place, Trouble> {
-    let number = |key: &str| -> Result<f64, Trouble> {
-        let text = setting(point, key)?;
-        let read = text.parse();
-        read.map_err(|_| Trouble::failed(format!("{point}: {key} is no number")))
-    };
-    Ok([number("packing_fraction")?, number("restitution")?])
+/// All boxes.
+fn gases(results: &Results) -> Result<Vec<Gas<'_>>, Trouble> {
+    let points = results.points();
+    points.map(|point| Gas::of(results, point)).collect()
 }
 
 /// A table of Markdown with a row for each restitution and a column for each packing.
@@ -135,8 +136,8 @@ fn figure(title: &'static str, column: &'static str, label: &'static str, chaos:
         .line("molecular chaos", chaos)
 }
 
-/// A table as files: CSV and its two figures.
-fn files(table: &Table, names: [&'static str; 3]) -> Result<Vec<(&'static str, String)>, Trouble> {
+/// A text with a table as files: CSV and its two figures.
+fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, Trouble> {
     let csv = String::from_utf8_lossy(&table.to_csv()?).into_owned();
     let mut files = vec![(names[0], csv)];
     for (figure, name) in table.figures.iter().zip(&names[1..]) {
@@ -144,7 +145,7 @@ fn files(table: &Table, names: [&'static str; 3]) -> Result<Vec<(&'static str, S
         let drawn = drawn.ok_or_else(|| Trouble::failed(format!("{name}: nothing to draw")))?;
         files.push((*name, drawn));
     }
-    Ok(files)
+    Ok(Made { text, files })
 }
 
 /// Boxes narrower than the critical length.
@@ -170,17 +171,16 @@ pub(super) fn uniform(results: &Results) -> Result<Made, Trouble> {
     .figure(figure("Cooling rate over chaos at the same speed of pairs", "cooling", "cooling rate over chaos", 1.0));
     let (mut slopes, mut cooling) = (Vec::new(), Vec::new());
     let (mut apart, mut widest) = ([0; 2], [0.0_f64; 2]);
-    let points: Vec<&str> = results.points().collect();
-    for narrow in points
-        .iter()
-        .filter(|point| setting(point, "critical_lengths").is_ok_and(|it| it == "0.57"))
-    {
-        let at = place(narrow)?;
-        let wide = narrow.replacen("critical_lengths=0.57", "critical_lengths=0.8", 1);
-        let [a, b] = [Gas::of(results, narrow)?, Gas::of(results, &wide)?];
+    let all = gases(results)?;
+    for a in &all {
+        // Each place has a narrow box and a wide one.
+        let at = a.at;
+        let Some(b) = all.iter().find(|b| b.at == at && b.disks > a.disks) else {
+            continue;
+        };
         let last = a.impacts.len() - 1;
         let [slope_a, slope] = [a.slope(last)?, b.slope(last)?];
-        let [rate_a, rate] = [a.cooling(at[0])?, b.cooling(at[0])?];
+        let [rate_a, rate] = [a.cooling()?, b.cooling()?];
         let differ = |one: Measured, other: Measured| {
             usize::from((one.value - other.value).abs() > 3.0 * one.error.hypot(other.error))
         };
@@ -218,10 +218,7 @@ pub(super) fn uniform(results: &Results) -> Result<Made, Trouble> {
         "docs/map-slope.svg",
         "docs/map-cooling.svg",
     ];
-    Ok(Made {
-        text,
-        files: files(&table, names)?,
-    })
+    made(text, &table, names)
 }
 
 /// Boxes of 4000 disks.
@@ -238,8 +235,8 @@ pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
     .figure(figure("Slope of P(b/d), 4000 disks, 5 to 30 t0", "slope", "slope of P(b/d)", 0.0))
     .figure(figure("Cooling rate over chaos, 4000 disks, 5 to 30 t0", "dissipation_ratio", "cooling rate over chaos", 1.0));
     let (mut slopes, mut cooling) = (Vec::new(), Vec::new());
-    for point in results.points() {
-        let (at, gas) = (place(point)?, Gas::of(results, point)?);
+    for gas in gases(results)? {
+        let at = gas.at;
         let slope = gas.slope(gas.impacts.len() - 1)?;
         let rate = gas.late("dissipation_ratio")?;
         table.add((
@@ -259,10 +256,7 @@ pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
         "docs/map-waves-slope.svg",
         "docs/map-waves-cooling.svg",
     ];
-    Ok(Made {
-        text,
-        files: files(&table, names)?,
-    })
+    made(text, &table, names)
 }
 
 #[cfg(test)]

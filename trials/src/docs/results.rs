@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use stosszahl_model::Interrupt;
-use stosszahl_results::{Cell, Existing, Stored, Sweep, Table};
+use stosszahl_results::{Cell, Existing, Stored, SweepPoint, Table};
 use stosszahl_study::{Options, format, run_case};
 
 use super::ROOT;
@@ -13,7 +13,7 @@ use crate::Trouble;
 /// A finished run, or the points of a sweep.
 #[derive(Debug)]
 pub struct Results {
-    points: Vec<(String, Stored)>,
+    points: Vec<(SweepPoint, Stored)>,
 }
 
 /// A number with its standard error.
@@ -79,20 +79,12 @@ impl Results {
             commit,
         };
         run_case(&file, &options)?;
-        let read = |folder: &Path| -> Result<Stored, Trouble> {
-            let stored = Stored::read(folder)?;
-            stored.ok_or_else(|| Trouble::failed(format!("{}: no results", folder.display())))
-        };
-        let names = match Sweep::read(out)? {
-            Some(sweep) => sweep.points.into_iter().map(|point| point.name).collect(),
-            None => vec![String::new()],
-        };
-        let (mut points, mut of) = (Vec::new(), commit.to_owned());
-        for name in names {
-            let stored = read(&out.join(&name))?;
-            of.clone_from(&stored.manifest.program.commit);
-            points.push((name, stored));
+        let points = Stored::points(out)?;
+        if points.len() < file.points.len() {
+            return Err(Trouble::failed(format!("{}: no results", out.display())));
         }
+        let last = points.last().map(|(_, stored)| &stored.manifest.program);
+        let of = last.map_or(commit, |program| &program.commit).to_owned();
         if fs::exists(out.join("checkpoints"))? {
             return Err(Trouble::failed(format!(
                 "{}: the run is not finished",
@@ -104,25 +96,34 @@ impl Results {
 
     /// Names of the points.
     pub(crate) fn points(&self) -> impl Iterator<Item = &str> {
-        self.points.iter().map(|point| point.0.as_str())
+        self.points.iter().map(|point| point.0.name.as_str())
     }
 
-    fn stored(&self, point: &str) -> Result<&Stored, Trouble> {
-        let found = self.points.iter().find(|one| one.0 == point);
-        let missing = || Trouble::failed(format!("no point {point:?} in the results"));
-        found.map(|one| &one.1).ok_or_else(missing)
+    /// The number that a point of the sweep sets a key to.
+    pub(crate) fn setting(&self, point: &str, key: &str) -> Result<f64, Trouble> {
+        let value = self.point(point)?.0.values.get(key);
+        let missing = || Trouble::failed(format!("{point}: no number in {key}"));
+        value
+            .and_then(serde_json::Value::as_f64)
+            .ok_or_else(missing)
+    }
+
+    fn point(&self, name: &str) -> Result<&(SweepPoint, Stored), Trouble> {
+        let mut points = self.points.iter();
+        let missing = || Trouble::failed(format!("no point {name:?} in the results"));
+        points.find(|one| one.0.name == name).ok_or_else(missing)
     }
 
     /// A table of a point.
     fn table(&self, point: &str, name: &str) -> Result<&Table, Trouble> {
-        let mut tables = self.stored(point)?.tables.iter();
+        let mut tables = self.point(point)?.1.tables.iter();
         let table = tables.find(|one| one.name == name);
         table.ok_or_else(|| Trouble::failed(format!("no {name} of {point:?} in the results")))
     }
 
     /// A number that follows from the case of a point.
     pub(crate) fn derived(&self, point: &str, name: &str) -> Result<f64, Trouble> {
-        let mut derived = self.stored(point)?.manifest.derived.iter();
+        let mut derived = self.point(point)?.1.manifest.derived.iter();
         let found = derived.find(|one| one.name == name);
         let missing = || Trouble::failed(format!("no {name} of {point:?} in the manifest"));
         found.map(|one| one.value).ok_or_else(missing)

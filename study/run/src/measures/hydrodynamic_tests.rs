@@ -345,38 +345,31 @@ fn options_that_cannot_be_are_refused() {
         assert_eq!(error.key, key, "{error}");
         error.allowed
     };
-    refused(1.0, "spectra]\ntimes = [50]", "times[0]");
-    refused(
-        1.0,
-        "spectra]\nlargest_wave_number = 0",
-        "largest_wave_number",
-    );
-    refused(1.0, "spectra]\nmodes_per_shell = 5000", "modes_per_shell");
-    refused(1.0, "intermediate_scattering]\nfrom = 40", "from");
-    refused(
-        1.0,
-        "intermediate_scattering]\nwave_numbers = []",
-        "wave_numbers",
-    );
-    refused(
-        1.0,
-        "intermediate_scattering]\nwave_numbers = [3, 3]",
-        "wave_numbers",
-    );
-    refused(
-        1.0,
-        "intermediate_scattering]\nwave_numbers = [0]",
-        "wave_numbers",
-    );
-    refused(1.0, "velocity_distribution]\nbins = 1", "bins");
-    refused(1.0, "velocity_distribution]\nrange = 0", "range");
-    refused(
-        1.0,
-        "velocity_distribution]\nquantity = \"energy\"",
-        "quantity",
-    );
-    refused(1.0, "transport]\nlag = 30", "lag");
-    refused(1.0, "transport]\npoints = 5", "points");
+    for (text, key) in [
+        ("spectra]\ntimes = [50]", "times[0]"),
+        ("spectra]\nlargest_wave_number = 0", "largest_wave_number"),
+        ("spectra]\nmodes_per_shell = 5000", "modes_per_shell"),
+        ("intermediate_scattering]\nfrom = 40", "from"),
+        (
+            "intermediate_scattering]\nwave_numbers = []",
+            "wave_numbers",
+        ),
+        (
+            "intermediate_scattering]\nwave_numbers = [3, 3]",
+            "wave_numbers",
+        ),
+        (
+            "intermediate_scattering]\nwave_numbers = [0]",
+            "wave_numbers",
+        ),
+        ("velocity_distribution]\nbins = 1", "bins"),
+        ("velocity_distribution]\nrange = 0", "range"),
+        ("velocity_distribution]\nquantity = \"energy\"", "quantity"),
+        ("transport]\nlag = 30", "lag"),
+        ("transport]\npoints = 5", "points"),
+    ] {
+        refused(1.0, text, key);
+    }
     let allowed = refused(0.9, "transport]", "");
     assert!(allowed.starts_with("an elastic gas"), "{allowed}");
     let mut plan = disks(1.0, 40, 0.2, 40.0, "transport]");

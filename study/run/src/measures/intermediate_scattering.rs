@@ -8,17 +8,13 @@ use stosszahl_analysis::spectra::Shells;
 use stosszahl_model::brief;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use super::spectra::shells;
-use super::structure_factor::require_periodic;
-use super::{grid, over, require_kept};
+use super::spectra::{LARGEST, require_number, require_waves, shells};
+use super::{grid, over};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The intermediate scattering function.
 pub struct IntermediateScattering;
-
-/// Largest number of a shell.
-const LARGEST: u64 = 2048;
 
 /// From when on, and at which wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
@@ -65,9 +61,7 @@ impl Measure for IntermediateScattering {
     );
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        require_periodic(plan)?;
-        measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
-        require_kept(plan)?;
+        require_waves(plan)?;
         let options: Options = measure::options(plan, self.name())?;
         let (from, until) = (options.from, plan.case.run.until);
         let allowed = format!(
@@ -81,9 +75,7 @@ impl Measure for IntermediateScattering {
             && numbers.is_sorted_by(|a, b| a < b)
             && numbers.iter().all(|k| (1..=LARGEST).contains(k));
         measure::require(good, "wave_numbers", allowed)?;
-        let modes = options.modes_per_shell;
-        let allowed = format!("a whole number from 1 to 2048; found {modes}");
-        measure::require((1..=2048).contains(&modes), "modes_per_shell", allowed)?;
+        require_number(options.modes_per_shell, "modes_per_shell")?;
         let bad = |allowed| BadOption {
             key: "wave_numbers".into(),
             allowed,

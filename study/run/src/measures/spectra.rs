@@ -15,6 +15,9 @@ use crate::plan::{EnginePlan, Plan};
 /// Spectra of the hydrodynamic fields.
 pub struct HydrodynamicSpectra;
 
+/// Largest number of a shell, and of waves in one.
+pub(super) const LARGEST: u64 = 2048;
+
 /// When, and at which wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -44,6 +47,19 @@ type Record = Vec<(f64, Option<Spectra>)>;
 pub(super) fn shells(plan: &Plan, numbers: &[usize], most: u64) -> Result<Shells, String> {
     let [x, y, _] = plan.lengths;
     Shells::new([x, y], numbers, most as usize).map_err(|error| error.to_string())
+}
+
+/// Refuses gases in which there are no waves of disks.
+pub(super) fn require_waves(plan: &Plan) -> Result<(), BadOption> {
+    require_periodic(plan)?;
+    measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
+    require_kept(plan)
+}
+
+/// Refuses a number of shells or of waves that is too large, or zero.
+pub(super) fn require_number(found: u64, key: &str) -> Result<(), BadOption> {
+    let allowed = format!("a whole number from 1 to {LARGEST}; found {found}");
+    measure::require((1..=LARGEST).contains(&found), key, allowed)
 }
 
 impl Options {
@@ -146,17 +162,10 @@ impl Measure for HydrodynamicSpectra {
     );
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        require_periodic(plan)?;
-        measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
-        require_kept(plan)?;
+        require_waves(plan)?;
         let options: Options = measure::options(plan, self.name())?;
-        for (key, found) in [
-            ("largest_wave_number", options.largest_wave_number),
-            ("modes_per_shell", options.modes_per_shell),
-        ] {
-            let allowed = format!("a whole number from 1 to 2048; found {found}");
-            measure::require((1..=2048).contains(&found), key, allowed)?;
-        }
+        require_number(options.largest_wave_number, "largest_wave_number")?;
+        require_number(options.modes_per_shell, "modes_per_shell")?;
         measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())?;
         let shells = options.shells(plan).map(|_| ());
         shells.map_err(|allowed| BadOption {

@@ -109,6 +109,11 @@ impl Coefficient {
         let rise = (self.moment)(all) - (self.moment)(half);
         Some(rise / (all.lag - half.lag))
     }
+
+    /// Over all replicas.
+    fn estimate(&self, all: &[Vec<Moments>], points: usize) -> Estimate {
+        over(all.iter().map(|moments| self.slope(moments, points)))
+    }
 }
 
 struct TransportProbe {
@@ -232,7 +237,7 @@ impl Measure for Transport {
             let mut cells = Vec::new();
             for one in COEFFICIENTS {
                 let theory = (one.theory)(&enskog);
-                let found = over(all.iter().map(|moments| one.slope(moments, points)));
+                let found = one.estimate(&all, points);
                 cells.push(found.against(Some(theory)));
                 cells.extend(one.over.map(|_| found.times(1.0 / theory)));
             }
@@ -270,7 +275,7 @@ impl Measure for Transport {
         {
             let all = moments(&records);
             for one in whole() {
-                let found = over(all.iter().map(|moments| one.slope(moments, points)));
+                let found = one.estimate(&all, points);
                 let found = found.times(1.0 / (one.theory)(&enskog));
                 list.push(against_enskog(
                     one.name,

@@ -1,5 +1,6 @@
 //! From a case to its plan.
 
+use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -26,7 +27,8 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] names the key that is to blame.
     pub fn new(case: &Case, folder: &Path) -> Result<Self, PlanError> {
-        let case = &numbered(case)?;
+        let numbered = numbered(case)?;
+        let case = &*numbered;
         let kind = case.kind();
         let temperature = temperature(case)?;
         let mut gas = match kind {
@@ -236,23 +238,25 @@ fn contact_value(packing: f64) -> f64 {
 }
 
 /// The case with the number of disks that follows from the box in critical lengths, if that is how it is given.
-fn numbered(case: &Case) -> Result<Case, PlanError> {
+fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
+    let domain = case.domain.as_ref();
+    let given = domain.and_then(|one| Some((one.critical_lengths?, one.packing_fraction?)));
+    let Some((lengths, packing)) = given else {
+        return Ok(Cow::Borrowed(case));
+    };
+    let critical = transport::critical_length(packing, contact_value(packing), general(case));
+    let aspect = domain.map_or(1.0, |domain| domain.aspect_ratio);
+    let number = (packing * (aspect * (lengths * critical).powi(2)) / FRAC_PI_4).round();
+    let found = format!("{} ({} disks)", short(lengths), short(number));
+    let allowed = "a box of 2 to 2147483647 disks";
+    let fits = (2.0..=2_147_483_647.0).contains(&number);
+    PlanError::unless(fits, "box.critical_lengths", found, allowed)?;
     let mut case = case.clone();
-    let restitution = general(&case);
-    if let Some(domain) = &mut case.domain
-        && let (Some(lengths), Some(packing)) = (domain.critical_lengths, domain.packing_fraction)
-    {
-        let critical = transport::critical_length(packing, contact_value(packing), restitution);
-        let area = domain.aspect_ratio * (lengths * critical).powi(2);
-        let number = (packing * area / FRAC_PI_4).round();
-        let found = format!("{} ({} disks)", short(lengths), short(number));
-        let allowed = "a box of 2 to 2147483647 disks";
-        let fits = (2.0..=2_147_483_647.0).contains(&number);
-        PlanError::unless(fits, "box.critical_lengths", found, allowed)?;
+    case.gas.number = Some(number as u64);
+    if let Some(domain) = &mut case.domain {
         domain.critical_lengths = None;
-        case.gas.number = Some(number as u64);
     }
-    Ok(case)
+    Ok(Cow::Owned(case))
 }
 
 /// Temperature of the start in the units of the case; 1 where a start file says it.
