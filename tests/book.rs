@@ -1,6 +1,6 @@
 //! The book: every page is in its summary, every link leads somewhere, and pages that are made are those that the program makes.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! The cases that come with the program: each asks a question, is valid, and runs.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;

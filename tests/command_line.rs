@@ -1,6 +1,6 @@
 //! The program as a user runs it: results, refusals, threads, folders.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fmt::Write as _;

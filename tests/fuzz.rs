@@ -1,144 +1,20 @@
-//! Damaged files: whatever stands in a case, a start file or a checkpoint, reading it ends in a value that makes sense or
-//! in an error that names the file, never in a panic.
-//!
-//! Valid files are cut, spliced with each other and peppered with bytes and with words that readers trip over. proptest
-//! draws the damage from a fixed seed, keeps no files, and shrinks what fails to the fewest changes.
+//! Damaged files: whatever stands in a case or a start file, reading it ends in a value that makes sense or in an error that
+//! names the file, never in a panic. Damaged checkpoints are in `engines/checkpoints.rs`.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;
 use std::path::Path;
 
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use serde_json::Value;
 use stosszahl::case::CaseFile;
-use stosszahl::ed::{Checkpoint, Dissipation, Engine};
-use stosszahl::model::initial::{self, Arrangement};
-use stosszahl::model::snapshot::{self, SnapshotError};
+use stosszahl::model::initial;
 use stosszahl::study;
+use support::damage::{clear, fuzz};
 use support::program::{COOLING, SMALL, bundled, bundled_names, format};
-use support::{Disks, disks, gas};
-
-/// One change to the bytes of a file; places are shares of its length.
-#[derive(Clone, Debug)]
-enum Damage {
-    Set(f64, u8),
-    Flip(f64, u8),
-    Insert(f64, Vec<u8>),
-    Word(f64, usize),
-    /// A word in place of the number at or after a place.
-    Number(f64, usize),
-    Remove(f64, usize),
-    Cut(f64),
-    Repeat(f64, usize),
-    Splice(f64, usize, f64),
-}
-
-/// What readers trip over.
-#[rustfmt::skip]
-const WORDS: &[&str] = &[
-    "nan", "-inf", "1e999", "-0", "0", "-1", "1e-320", "1e308", "1e100", "18446744073709551615", "18446744073709551616",
-    "9223372036854775807", "4294967296", "0x7f", "\"", "\n", "\r\n", "\0", "\u{feff}", "\u{2028}", "é", "[", "]]", "{", "}",
-    "=", ".", ",", "#", "'", "\\", "[[sweep]]\n", "a.b = 1\n", ":R:3", ":R:18446744073709551615", "x", " ", "\t", "true",
-    "1979-05-27",
-];
-
-fn damages() -> impl Strategy<Value = Vec<Damage>> {
-    let place = || 0.0..1.0_f64;
-    let one = prop_oneof![
-        (place(), any::<u8>()).prop_map(|(at, byte)| Damage::Set(at, byte)),
-        (place(), 0..8_u8).prop_map(|(at, bit)| Damage::Flip(at, bit)),
-        (place(), prop::collection::vec(any::<u8>(), 1..9))
-            .prop_map(|(at, bytes)| Damage::Insert(at, bytes)),
-        (place(), 0..WORDS.len()).prop_map(|(at, word)| Damage::Word(at, word)),
-        (place(), 0..WORDS.len()).prop_map(|(at, word)| Damage::Number(at, word)),
-        (place(), 1..40_usize).prop_map(|(at, length)| Damage::Remove(at, length)),
-        place().prop_map(Damage::Cut),
-        (place(), 1..60_usize).prop_map(|(at, length)| Damage::Repeat(at, length)),
-        (place(), 0..8_usize, place())
-            .prop_map(|(at, other, from)| Damage::Splice(at, other, from)),
-    ];
-    prop::collection::vec(one, 1..6)
-}
-
-fn apply(valid: &[Vec<u8>], which: usize, damages: &[Damage]) -> Vec<u8> {
-    let mut bytes = valid[which % valid.len()].clone();
-    for damage in damages {
-        let length = bytes.len();
-        let place = |share: f64| ((share * length as f64) as usize).min(length.saturating_sub(1));
-        match *damage {
-            Damage::Set(at, byte) if length > 0 => bytes[place(at)] = byte,
-            Damage::Flip(at, bit) if length > 0 => bytes[place(at)] ^= 1 << bit,
-            Damage::Set(..) | Damage::Flip(..) => {}
-            Damage::Insert(at, ref more) => {
-                bytes.splice(place(at)..place(at), more.iter().copied());
-            }
-            Damage::Word(at, word) => {
-                bytes.splice(place(at)..place(at), WORDS[word].bytes());
-            }
-            Damage::Number(at, word) => {
-                let number = |byte: &u8| byte.is_ascii_digit() || b".+-eE".contains(byte);
-                let begin = (place(at)..length).find(|&i| bytes[i].is_ascii_digit());
-                if let Some(begin) = begin {
-                    let many = bytes[begin..]
-                        .iter()
-                        .take_while(|byte| number(byte))
-                        .count();
-                    bytes.splice(begin..begin + many, WORDS[word].bytes());
-                }
-            }
-            Damage::Remove(at, many) => {
-                let from = place(at);
-                bytes.drain(from..(from + many).min(length));
-            }
-            Damage::Cut(at) => bytes.truncate(place(at)),
-            Damage::Repeat(at, many) => {
-                let from = place(at);
-                let piece = bytes[from..(from + many).min(length)].to_vec();
-                bytes.splice(from..from, piece);
-            }
-            Damage::Splice(at, other, from) => {
-                let other = &valid[other % valid.len()];
-                bytes.truncate(place(at));
-                bytes.extend_from_slice(&other[(from * other.len() as f64) as usize..]);
-            }
-        }
-    }
-    bytes
-}
-
-/// Damages valid files a number of times and looks at each.
-fn fuzz(times: u32, valid: &[Vec<u8>], look: impl Fn(&[u8]) -> Result<(), TestCaseError>) {
-    let config = Config {
-        cases: times,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(2),
-        ..Config::default()
-    };
-    let stream = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    TestRunner::new_with_rng(config, stream)
-        .run(&(0..valid.len(), damages()), |(which, damages)| {
-            look(&apply(valid, which, &damages))
-        })
-        .unwrap_or_else(|failure| panic!("{failure}"));
-}
-
-/// An error names the file, says something, and is no flood.
-fn clear(message: &str, path: &Path) -> Result<(), TestCaseError> {
-    let name = path
-        .file_name()
-        .and_then(|name| name.to_str())
-        .unwrap_or_default();
-    prop_assert!(message.contains(name), "the file is not named: {message}");
-    prop_assert!(
-        message.len() > name.len() + 12,
-        "nothing is said: {message}"
-    );
-    prop_assert!(message.len() < 4000, "{} bytes of message", message.len());
-    Ok(())
-}
 
 #[test]
 fn damaged_start_files() {
@@ -333,100 +209,4 @@ fn every_key_takes_odd_values_or_refuses_them() {
 #[ignore = "takes some minutes"]
 fn every_key_of_every_small_case_takes_odd_values() {
     odd_values(1);
-}
-
-const RUN: snapshot::Fingerprint = [3; 32];
-
-/// Files of two checkpoints, with and without contact times.
-fn checkpoints(folder: &Path) -> Vec<Vec<u8>> {
-    [Dissipation::Scene, Dissipation::ContactTime(1e-3)]
-        .into_iter()
-        .map(|dissipation| {
-            let start = gas(Arrangement::Disordered, 6, 0.3, 1);
-            let mut engine = Engine::<_>::new(disks(0.9), dissipation, start).expect("an engine");
-            engine
-                .advance(f64::INFINITY, 20, &mut ())
-                .expect("collisions");
-            let path = folder.join("valid");
-            snapshot::write(&path, &RUN, &engine.checkpoint()).expect("written");
-            fs::read(&path).expect("read")
-        })
-        .collect()
-}
-
-/// Bytes before the payload: mark, format, length, fingerprint, hash.
-const HEADER: usize = 84;
-
-/// Whatever happens to a checkpoint on its way, it is found out: never is other content read than was written.
-#[test]
-fn damaged_checkpoints() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let valid = checkpoints(folder.path());
-    let path = folder.path().join("checkpoint");
-    fuzz(3000, &valid, |bytes| {
-        fs::write(&path, bytes).expect("written");
-        match snapshot::read::<Checkpoint<Disks>>(&path, &RUN) {
-            Err(error @ (SnapshotError::Damaged { .. } | SnapshotError::Foreign { .. })) => {
-                clear(&error.to_string(), &path)
-            }
-            Err(error) => Err(TestCaseError::fail(format!("another error: {error}"))),
-            Ok(_) => {
-                prop_assert!(
-                    valid.iter().any(|whole| whole == bytes),
-                    "damage was not noticed"
-                );
-                Ok(())
-            }
-        }
-    });
-}
-
-/// Payloads that are wrong under the right hash, as another version might write them: read or refused, and what is read is
-/// taken by the engine or refused.
-#[test]
-fn wrong_checkpoints() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let valid: Vec<Vec<u8>> = checkpoints(folder.path())
-        .into_iter()
-        .map(|whole| whole[HEADER..].to_vec())
-        .collect();
-    let path = folder.path().join("checkpoint");
-    fuzz(3000, &valid, |payload| {
-        let mut bytes = b"STOSSZHL".to_vec();
-        bytes.extend_from_slice(&1_u32.to_le_bytes());
-        bytes.extend_from_slice(&(payload.len() as u64).to_le_bytes());
-        bytes.extend_from_slice(&RUN);
-        bytes.extend_from_slice(blake3::hash(payload).as_bytes());
-        bytes.extend_from_slice(payload);
-        fs::write(&path, bytes).expect("written");
-        match snapshot::read::<Checkpoint<Disks>>(&path, &RUN) {
-            Err(error) => clear(&error.to_string(), &path),
-            Ok(checkpoint) => {
-                // What the engine says it does not look for, see `Engine::new`.
-                let state = &checkpoint.state;
-                let positions: Vec<_> = state
-                    .bodies
-                    .iter()
-                    .map(|body| state.domain.wrap(body.position))
-                    .collect();
-                let finite = positions
-                    .iter()
-                    .chain([&state.domain.lengths()])
-                    .all(|v| v.iter().all(|x| x.is_finite()));
-                if finite
-                    && initial::first_overlap(&positions, |_| 0.5, &state.domain, 1e-9).is_some()
-                {
-                    return Ok(());
-                }
-                for dissipation in [Dissipation::Scene, Dissipation::ContactTime(1e-3)] {
-                    if let Err(error) =
-                        Engine::<_>::new(disks(0.9), dissipation, checkpoint.clone())
-                    {
-                        prop_assert!(error.to_string().len() > 12, "{error}");
-                    }
-                }
-                Ok(())
-            }
-        }
-    });
 }

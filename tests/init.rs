@@ -1,6 +1,6 @@
 //! `stosszahl init`: what it writes can be checked and run, and what cannot be is not written.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use support::program::Desk;

@@ -1,6 +1,6 @@
 //! Whole runs against theory: driven gases, mixtures with and without positions, sticking.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;

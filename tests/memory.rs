@@ -1,6 +1,6 @@
 //! What `check` says of memory is what the process takes.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;

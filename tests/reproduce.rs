@@ -1,7 +1,7 @@
 //! Papers: a tiny one from its file to its verdicts, refusals that name the line, and the bundled ones, whose runs, points, tables and
 //! columns must exist.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;

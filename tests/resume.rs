@@ -5,7 +5,7 @@
 //! drawn with a fixed seed is reached. With several threads it depends on the machine which legs the others have done by
 //! then; results must not.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
+#[allow(dead_code, reason = "each test file uses its own part")]
 mod support;
 
 use std::fs;

@@ -1,8 +1,6 @@
 //! One gas on many threads: the bytes of one engine, whatever the gas and however it is cut.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{bounces, down, grains, obstacle, rough, vibrates, walled};
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, Spread, simulate};
@@ -13,7 +11,6 @@ use stosszahl_model::{
     Body, Budget, Collision, Constant, EachCollision, Free, Grains, Interrupt, Particle, Particles,
     Physics, Plane, Rebound, Smooth, State,
 };
-use support::{bounces, down, grains, obstacle, rough, vibrates, walled};
 
 /// A gas of this many unit disks, at least, on a jittered lattice, without those that overlap obstacles; as wide as it is high over `aspect`.
 fn lattice<P: Physics<Space = Plane>>(
@@ -150,7 +147,7 @@ fn a_simulation_on_two_threads() {
     let boundaries = Boundaries::periodic();
     let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
     let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
-    let particle = |body: &Body<support::Grains<Smooth, Free>>| Particle {
+    let particle = |body: &Body<crate::support::Grains<Smooth, Free>>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
         ..Particle::of(0.5, 1.0)

@@ -1,7 +1,6 @@
 //! Walls around the gas: what they keep, what they give, and hard cases.
 
-mod support;
-
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
     Boundaries, Clearance, Displacement, Engine, EngineError, Neighbourhood, Parameters, Scheme,
@@ -12,7 +11,6 @@ use stosszahl_model::walls::Vibration;
 use stosszahl_model::{
     Body, Domain, Face, Free, Gravity, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
 };
-use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 
 type Disks = Grains<Plane, Smooth, Free>;
 type Falling = Grains<Plane, Smooth, Gravity<Plane>>;

@@ -1,14 +1,11 @@
 //! Disks that spin: what is conserved, and how they cool.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::f64::consts::PI;
 
+use crate::support::{Grains, gas, grains, rough};
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::{Free, State, Surface};
-use support::{Grains, gas, grains, rough};
 
 type Disks = Grains<stosszahl_model::Rough, Free>;
 

@@ -1,15 +1,14 @@
 //! Disks around obstacles: their description, and hard cases.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{
+    Grains, bounces, closed, down, follow_plain, gas, grains, obstacle, rough, walled,
+};
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::walls::{Obstacle, Outline, Wall};
 use stosszahl_model::{
     Body, Constant, Free, Gravity, Plane, Polydisperse, Rebound, Scene, Smooth, State,
 };
-use support::{Grains, bounces, closed, down, follow_plain, gas, grains, obstacle, rough, walled};
 
 type Falling = Grains<Smooth, Gravity<Plane>>;
 

@@ -1,14 +1,13 @@
 //! Disks between walls: conservation, restarts, pressure, what is refused, and hard cases.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{
+    Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
+};
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Face, Ledger, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{Body, Domain, Free, Physics, Plane, Rebound, Smooth, State};
-use support::{Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled};
 
 type Disks = Grains<Smooth, Free>;
 

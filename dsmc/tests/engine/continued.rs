@@ -1,11 +1,10 @@
 //! Partners across cells between open faces and walls: runs that are continued, starts from nothing, and steps that are
 //! broken off.
 
-mod support;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
     Boundaries, Clearance, Engine, Inflow, Neighbourhood, Parameters, Scheme, Weights,
@@ -15,7 +14,6 @@ use stosszahl_model::{
     Body, Constant, Domain, Face, Free, Interrupt, Plane, Polydisperse, Restitution, Scene, Smooth,
     State, Wall, Walls,
 };
-use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 
 type Disks = Grains<Plane, Smooth, Free>;
 

@@ -1,14 +1,13 @@
 //! Disks under gravity: energy, profiles, and disks that come to rest.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{
+    Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
+};
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{Body, Field, Gravity, Physics, Plane, Smooth, State};
-use support::{Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled};
 
 type Falling = Grains<Smooth, Gravity<Plane>>;
 

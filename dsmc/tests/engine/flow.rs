@@ -1,7 +1,6 @@
 //! Gases that flow through open faces, and simulators whose weight depends on the place.
 
-mod support;
-
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, sphere_for_unit_path};
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{Boundaries, Engine, EngineError, Followed, Inflow, Parameters, Weights};
 use stosszahl_model::random::Streams;
@@ -10,7 +9,6 @@ use stosszahl_model::{
     Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Smooth,
     Space, Species, State, Volume, Wall, Walls,
 };
-use support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, sphere_for_unit_path};
 
 type Disks = Grains<Plane, Smooth, Free>;
 

@@ -1,15 +1,12 @@
 //! The Monte Carlo engine against kinetic theory and against what must be conserved.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{Disks, disks, gas};
 use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Body, Collision, Constant, Free, Observer, Plane, Polydisperse, Scene, Smooth, State, kinetic,
 };
-use support::{Disks, disks, gas};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),
@@ -85,7 +82,7 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
             }
         }
         for (name, values) in [("rate", rates), ("<g^2>", squares)] {
-            let (mean, error) = support::mean_and_error(&values);
+            let (mean, error) = crate::support::mean_and_error(&values);
             assert!(error < 0.005 / 4.0, "{name}: error {error} too wide");
             assert!(
                 (mean - 1.0).abs() < 4.0 * error,
@@ -123,7 +120,7 @@ fn homogeneous_cooling_follows_haff() {
             gas.state().temperature(gas.scene())
         })
         .collect();
-    let (mean, error) = support::mean_and_error(&ratios);
+    let (mean, error) = crate::support::mean_and_error(&ratios);
     println!("K/K0 at t0: {mean:.5} +- {error:.5}");
     assert!(error < 0.0004, "error {error} too wide");
     assert!(
@@ -213,7 +210,7 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
         let excess = carried / (2.0 * count as f64 * engine.time());
         values.push(excess * 4.0 / std::f64::consts::PI.sqrt() / rate);
     }
-    let (mean, error) = support::mean_and_error(&values);
+    let (mean, error) = crate::support::mean_and_error(&values);
     // Of displaced partners one in a hundred collides again within its step, and is then counted with the wrong
     // flight: a percent of a percent.
     assert!(

@@ -1,15 +1,12 @@
 //! The engine against its oracle: rough disks, walls, gravity and obstacles, alone and together.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{
+    bounces, closed, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
+};
 use nalgebra::vector;
 use stosszahl_ed::Boundaries;
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{Free, Rebound, Smooth};
-use support::{
-    bounces, closed, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
-};
 
 #[test]
 fn rough_disks() {

@@ -1,0 +1,10 @@
+//! The event-driven engine. One program for all tests, so that each instance of the engine is compiled once.
+
+mod gravity;
+mod obstacles;
+mod plain;
+mod properties;
+mod rough;
+mod strips;
+mod support;
+mod walls;

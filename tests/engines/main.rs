@@ -1,0 +1,10 @@
+//! Both engines. One program for all tests, so that each instance of an engine is compiled once.
+
+mod checkpoints;
+#[path = "../support/damage.rs"]
+mod damage;
+mod displacement;
+mod event_driven;
+mod monte_carlo;
+mod properties;
+mod support;

@@ -1,0 +1,58 @@
+//! What tests of both engines need.
+
+use nalgebra::vector;
+use stosszahl::model::initial::{self, Arrangement};
+use stosszahl::model::random::{Purpose, Streams};
+use stosszahl::model::{
+    Body, Constant, Domain, Free, Interrupt, Monodisperse, Plane, Scene, Smooth, State,
+};
+
+/// Smooth equal disks of diameter and mass one.
+pub type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
+
+/// The scene of unit disks with the given restitution.
+pub fn disks(restitution: f64) -> Disks {
+    Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: Constant::new(restitution).expect("a coefficient"),
+        sizes: Monodisperse {
+            radius: 0.5,
+            mass: 1.0,
+        },
+        field: Free,
+    }
+}
+
+/// A Maxwellian gas of unit disks at temperature one in a square box.
+pub fn gas(
+    arrangement: Arrangement,
+    count: usize,
+    packing_fraction: f64,
+    seed: u64,
+) -> State<Disks> {
+    let area = count as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
+    let width = area.sqrt();
+    let domain = Domain::periodic(vector![width, area / width]).expect("a box");
+    let streams = Streams::new(seed, 0);
+    let never = Interrupt::default();
+    let placement =
+        initial::place(arrangement, count, 1.0, &domain, &streams, &never).expect("a gas");
+    let bodies = placement.positions.into_iter();
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies: bodies.map(|at| Body::new(at, vector![0.0, 0.0])).collect(),
+    };
+    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(&disks(1.0), &mut state, 1.0, &mut stream);
+    state
+}
+
+/// Mean of independent values and its standard error.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
