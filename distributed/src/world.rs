@@ -98,9 +98,14 @@ impl Ranks for World {
         self.size
     }
 
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+    fn exchange_during(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        work: &mut dyn FnMut(),
+    ) -> Vec<Vec<u8>> {
         let world = SimpleCommunicator::world();
-        let began = Instant::now();
+        let mut began = Instant::now();
         let count = messages.len() as u64;
         let bytes = messages.iter().map(|(_, message)| message.len() as u64);
         let bytes = bytes.sum::<u64>();
@@ -116,6 +121,10 @@ impl Ranks for World {
                     to.immediate_send(scope, &part[..])
                 })
                 .collect();
+            let sent = began.elapsed();
+            work();
+            // The time of the work is none of the exchange.
+            began = Instant::now().checked_sub(sent).unwrap_or(began);
             while let Some(next) = coming.iter().position(|one| !one.is_whole()) {
                 let process = world.process_at_rank(from[next] as i32);
                 if let Some(probed) = process.immediate_matched_probe() {

@@ -44,6 +44,8 @@ pub(crate) struct Share<S: Space> {
     near: Vec<usize>,
     /// Which other processes see each tile: its owner, and those with tiles next to it.
     seers: Vec<Vec<u32>>,
+    /// Of which tiles work around them changes what another process sees.
+    tells: Vec<bool>,
     /// For each colour of tiles: to whom changes may have to be told, and who may tell some.
     colours: Vec<[Vec<usize>; 2]>,
     /// Whether any process was asked to stop, or to pause, as all know it since the last step.
@@ -107,6 +109,7 @@ impl<S: Space> Share<S> {
             owners: vec![0; tiles],
             near: Vec::new(),
             seers: Vec::new(),
+            tells: Vec::new(),
             colours: Vec::new(),
             ends: false,
             pauses: false,
@@ -155,6 +158,9 @@ impl<S: Space> Share<S> {
                 seers
             })
             .collect();
+        self.tells = (0..self.owners.len())
+            .map(|tile| around(grid, tile).any(|other| !self.seers[other].is_empty()))
+            .collect();
         let sorted = |mut list: Vec<usize>| {
             list.sort_unstable();
             list.dedup();
@@ -193,6 +199,21 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             counts: self.counts_of_cells(),
             simulators: std::mem::take(&mut self.simulators),
         }
+    }
+
+    /// Some of its cells.
+    fn part(&self, number: usize, cells: &[bool]) -> Content<P, F> {
+        let mut content = Content {
+            tile: number as u32,
+            counts: vec![0; cells.len()],
+            simulators: Vec::new(),
+        };
+        for cell in (0..cells.len()).filter(|&cell| cells[cell]) {
+            let members = self.members(cell);
+            content.counts[cell] = members.len() as u32;
+            content.simulators.extend_from_slice(members);
+        }
+        content
     }
 
     fn counts_of_cells(&self) -> Vec<u32> {

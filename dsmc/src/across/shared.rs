@@ -32,12 +32,12 @@ pub(super) struct Around<'a, 'b, P: Physics, F: Follow<P::Space>> {
     changes: Vec<ChangeOf<P>>,
 }
 
-/// A simulator of a tile has another velocity and spin: the number of the tile, of the simulator and of its cell there.
+/// A simulator of a tile has another velocity and spin: the number of the tile, of its cell there, and its place in the cell.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Change<V, W> {
     pub(crate) tile: u32,
-    index: u32,
     cell: u32,
+    place: u32,
     velocity: V,
     spin: W,
 }
@@ -131,10 +131,11 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
     #[inline]
     pub(super) fn set(&mut self, at: At, cell: [u32; 3], velocity: VectorOf<P>, spin: SpinOf<P>) {
         let slot = at.tile as usize;
+        let cell = self.tiles[slot].number(cell);
         let change = Change {
             tile: self.numbers[slot],
-            index: at.index,
-            cell: self.tiles[slot].number(cell) as u32,
+            cell: cell as u32,
+            place: at.index - self.tiles[slot].starts[cell],
             velocity,
             spin,
         };
@@ -146,7 +147,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
 }
 
 impl<V: Vector, W: Copy> Change<V, W> {
-    /// Makes it in the tile.
+    /// Makes it in the tile, if its cell is held here.
     #[inline]
     fn apply<P, F>(&self, tile: &mut Tile<P, F>)
     where
@@ -155,9 +156,14 @@ impl<V: Vector, W: Copy> Change<V, W> {
         P::Surface: Surface<P::Space, Spin = W>,
         F: Follow<P::Space>,
     {
-        let simulator = &mut tile.simulators[self.index as usize];
+        let cell = self.cell as usize;
+        let index = tile.starts[cell] + self.place;
+        if index >= tile.starts[cell + 1] {
+            return;
+        }
+        let simulator = &mut tile.simulators[index as usize];
         (simulator.velocity, simulator.spin) = (self.velocity, self.spin);
-        if let Some(extent) = tile.extents.get_mut(self.cell as usize) {
+        if let Some(extent) = tile.extents.get_mut(cell) {
             extent.note(self.velocity);
         }
     }
@@ -214,26 +220,36 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
         lock(&locks[*number as usize]).seconds += began.elapsed().as_secs_f64();
         (*number, result, changes)
     };
+    let work_on = |some: &[u32]| -> Vec<_> {
+        if parallel && some.len() > 1 {
+            some.par_iter().map(one).collect()
+        } else {
+            some.iter().map(one).collect()
+        }
+    };
     for (colour, group) in colours(grid).iter().enumerate() {
         let own = group
             .iter()
             .copied()
             .filter(|&number| here[number as usize]);
-        let own: Vec<u32> = own.collect();
-        let done: Vec<_> = if parallel && own.len() > 1 {
-            own.par_iter().map(one).collect()
-        } else {
-            own.iter().map(one).collect()
-        };
+        // Others wait for what they see.
+        let (seen, unseen): (Vec<u32>, Vec<u32>) =
+            own.partition(|&number| share.is_some_and(|share| share.tells(number as usize)));
         let mut changes = Vec::new();
-        for (number, result, some) in done {
+        for (number, result, some) in work_on(&seen) {
             results.push((number, result));
             changes.extend(some);
         }
-        if let Some(share) = share {
-            for change in share.tell_changes::<P>(colour, &changes) {
-                change.apply(&mut lock(&locks[change.tile as usize]));
-            }
+        let mut inner = || {
+            let done = work_on(&unseen).into_iter();
+            results.extend(done.map(|(number, result, _)| (number, result)));
+        };
+        let Some(share) = share else {
+            inner();
+            continue;
+        };
+        for change in share.tell_changes::<P>(colour, &changes, &mut inner) {
+            change.apply(&mut lock(&locks[change.tile as usize]));
         }
     }
     results

@@ -6,8 +6,8 @@ use stosszahl_model::{Collision, Physics, Space};
 
 use super::{Content, Share, all_gather, around, gather, read, write};
 use crate::across::shared::{ChangeOf, colours};
-use crate::across::{Distances, Report};
-use crate::grid::Grid;
+use crate::across::{Bounds, Distances, Report};
+use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::Follow;
 use crate::tally::Tally;
 use crate::tile::Tile;
@@ -62,59 +62,70 @@ impl<S: Space> Share<S> {
         !self.seers[tile].is_empty()
     }
 
-    /// Before the collisions of a step across cells: all processes see the arranged tiles next to their own.
+    /// Whether work around a tile changes what another process sees.
+    pub(crate) fn tells(&self, tile: usize) -> bool {
+        self.tells[tile]
+    }
+
+    /// Before the collisions of a step across cells: all processes see those cells of arranged tiles of others that are at most
+    /// `margin` cells from their own tiles. Returns the bounds of those tiles.
     pub(crate) fn see_around<P: Physics<Space = S>, F: Follow<S>>(
         &self,
         grid: &Grid<S>,
         tiles: &mut [Tile<P, F>],
-    ) {
+        margin: usize,
+        bounds: &[Bounds],
+    ) -> Vec<(usize, Bounds)> {
         let came = self.with_near(|rank| {
             let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
-            let seen = own.filter(|(number, _)| {
-                around(grid, *number).any(|other| self.owners[other] as usize == rank)
-            });
-            seen.map(|(number, tile)| Content {
-                tile: number as u32,
-                counts: tile.counts_of_cells(),
-                simulators: tile.simulators.clone(),
+            let seen = own.filter(|(number, _)| self.seers[*number].contains(&(rank as u32)));
+            seen.map(|(number, tile)| {
+                let is_wanted = |other: usize| self.owners[other] as usize == rank;
+                let content = tile.part(number, &near_cells(grid, tile, margin, is_wanted));
+                (content, bounds[number])
             })
-            .collect::<Vec<Content<P, F>>>()
+            .collect::<Vec<(Content<P, F>, Bounds)>>()
         });
-        for content in came.into_iter().flatten() {
-            tiles[content.tile as usize].hold(content);
+        let mut known = Vec::new();
+        for (content, bounds) in came.into_iter().flatten() {
+            let number = content.tile as usize;
+            known.push((number, bounds));
+            tiles[number].hold(content);
         }
+        known
     }
 
-    /// Tells others what has changed in the tiles of a colour and around them, and returns what has changed elsewhere.
+    /// Tells others what has changed in the tiles of a colour and around them, does other work meanwhile, and returns what has
+    /// changed elsewhere.
     pub(crate) fn tell_changes<P: Physics<Space = S>>(
         &self,
         colour: usize,
         changes: &[ChangeOf<P>],
+        meanwhile: &mut dyn FnMut(),
     ) -> Vec<ChangeOf<P>> {
         let Some([to, from]) = self.colours.get(colour) else {
+            meanwhile();
             return Vec::new();
         };
-        if to.is_empty() && from.is_empty() {
-            return Vec::new();
-        }
         let messages = to.iter().map(|&rank| {
             let seen = changes
                 .iter()
                 .filter(|change| self.seers[change.tile as usize].contains(&(rank as u32)));
             (rank, write(&seen.copied().collect::<Vec<_>>()))
         });
-        let came = self.ranks.exchange(messages.collect(), from);
+        let came = (self.ranks).exchange_during(messages.collect(), from, meanwhile);
         came.iter()
             .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes))
             .collect()
     }
 
     /// The reports of all tiles, in the order of colours: all processes have those of the others but their logs, which the first
-    /// process has.
+    /// process has if somebody looks at them.
     pub(crate) fn all_reports(
         &self,
         grid: &Grid<S>,
         mine: Vec<(u32, Report)>,
+        looks: bool,
     ) -> Vec<(u32, Report)> {
         let counted: Vec<_> = mine
             .iter()
@@ -139,7 +150,12 @@ impl<S: Space> Share<S> {
                 });
             }
         }
-        for bytes in gather(&*self.ranks, write(&logs)).iter().skip(1) {
+        let came = if looks {
+            gather(&*self.ranks, write(&logs))
+        } else {
+            Vec::new()
+        };
+        for bytes in came.iter().skip(1) {
             for (tile, log) in read::<Vec<(u32, Vec<Collision>)>>(bytes) {
                 if let Some(report) = &mut all[tile as usize] {
                     report.log = log;
@@ -151,6 +167,34 @@ impl<S: Space> Share<S> {
             .filter_map(|tile| Some((tile, all[tile as usize].take()?)))
             .collect()
     }
+}
+
+/// The cells of a tile that are at most `margin` cells from a tile that is wanted.
+fn near_cells<P: Physics, F: Follow<P::Space>>(
+    grid: &Grid<P::Space>,
+    tile: &Tile<P, F>,
+    margin: usize,
+    is_wanted: impl Fn(usize) -> bool,
+) -> Vec<bool> {
+    let sides = tile.place.sides.map(|side| side as usize);
+    let mut near = vec![false; tile.cells()];
+    for step in (0..OFFSETS).map(offset) {
+        if !is_wanted(grid.tile_number(grid.neighbour(tile.place.tile, step))) {
+            continue;
+        }
+        let [columns, rows, layers] = [0, 1, 2].map(|axis| match step[axis] {
+            -1 => 0..margin.min(sides[axis]),
+            1 => sides[axis].saturating_sub(margin)..sides[axis],
+            _ => 0..sides[axis],
+        });
+        for z in layers {
+            for y in rows.clone() {
+                let line = sides[0] * (y + sides[1] * z);
+                near[line + columns.start..line + columns.end].fill(true);
+            }
+        }
+    }
+    near
 }
 
 /// After the collisions of a step across cells: tiles of other processes are seen no more.

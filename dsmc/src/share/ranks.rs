@@ -11,7 +11,17 @@ pub trait Ranks: Send + Sync {
     /// Sends messages to others, and returns those that come from the processes of a list, in its order. Each process that
     /// sends to another is in the list of that one. Messages may be of any length; none is lost, and those of a pair of
     /// processes come in order.
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>>;
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+        self.exchange_during(messages, from, &mut || ())
+    }
+
+    /// The same, with work that is done once, between sending and waiting.
+    fn exchange_during(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        work: &mut dyn FnMut(),
+    ) -> Vec<Vec<u8>>;
 }
 
 /// The messages of all processes, by their number: in as many rounds as the number has bits (Bruck et al., IEEE Trans. Parallel

@@ -34,11 +34,17 @@ impl Ranks for Threads {
         self.to.len()
     }
 
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+    fn exchange_during(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        work: &mut dyn FnMut(),
+    ) -> Vec<Vec<u8>> {
         for (to, message) in messages {
             assert_ne!(to, self.me);
             self.to[to].send(message).expect("it listens");
         }
+        work();
         let limit = Duration::from_mins(1);
         let receive = |&rank: &usize| {
             let from = self.from[rank].lock().expect("a lock");
