@@ -86,14 +86,6 @@ pub(super) struct Ranges {
     pub(super) shift: usize,
 }
 
-impl Ranges {
-    /// How many cells beyond those of a tile work on it looks at, at most. One more, as a coordinate at the edge of a cell may be
-    /// rounded to either side.
-    pub(super) fn margin(&self) -> usize {
-        self.point + self.shift + self.far.max(self.near) + 1
-    }
-}
-
 /// Velocities around each cell where a simulator of a tile may look for partners.
 pub(super) struct Extents<S: Space> {
     ranges: Ranges,

@@ -87,7 +87,7 @@ where
         let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
         let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius);
         if let Some(share) = share {
-            for (number, known) in share.see_around(grid, tiles, ranges.margin(), &bounds) {
+            for (number, known) in share.see_around(tiles, &bounds) {
                 // For the velocities in its cells; of the rest only its process knows all.
                 self.bounds(&mut tiles[number]);
                 bounds[number] = known;
@@ -162,6 +162,19 @@ where
         tile.stock = stock;
         bounds
     }
+}
+
+/// How many cells beyond those of a tile work on it looks at, at most, with the radius of partners that are equally likely. One more,
+/// as a coordinate at the edge of a cell may be rounded to either side.
+pub(crate) fn margin<P: Physics>(
+    scheme: Scheme,
+    grid: &Grid<P::Space>,
+    sizes: &P::Sizes,
+    mean_radius: f64,
+    radius: f64,
+) -> usize {
+    let ranges = ranges::<P>(scheme, grid, sizes, mean_radius, radius);
+    ranges.point + ranges.shift + ranges.far.max(ranges.near) + 1
 }
 
 /// How far from a simulator its partners are, in cells; `radius`: within which all are equally likely \[length\].

@@ -36,7 +36,7 @@ pub(super) struct Around<'a, 'b, P: Physics, F: Follow<P::Space>> {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Change<V, W> {
     pub(crate) tile: u32,
-    cell: u32,
+    pub(crate) cell: u32,
     place: u32,
     velocity: V,
     spin: W,

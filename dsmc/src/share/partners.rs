@@ -7,7 +7,7 @@ use stosszahl_model::{Collision, Physics, Space};
 use super::{Content, Share, all_gather, around, gather, read, write};
 use crate::across::shared::{ChangeOf, colours};
 use crate::across::{Bounds, Distances, Report};
-use crate::grid::{Grid, OFFSETS, offset};
+use crate::grid::Grid;
 use crate::simulator::Follow;
 use crate::tally::Tally;
 use crate::tile::Tile;
@@ -67,24 +67,20 @@ impl<S: Space> Share<S> {
         self.tells[tile]
     }
 
-    /// Before the collisions of a step across cells: all processes see those cells of arranged tiles of others that are at most
-    /// `margin` cells from their own tiles. Returns the bounds of those tiles.
+    /// Before the collisions of a step across cells: all processes see the cells of others that their own tiles look at. Returns the
+    /// bounds of the tiles with those cells.
     pub(crate) fn see_around<P: Physics<Space = S>, F: Follow<S>>(
         &self,
-        grid: &Grid<S>,
         tiles: &mut [Tile<P, F>],
-        margin: usize,
         bounds: &[Bounds],
     ) -> Vec<(usize, Bounds)> {
         let came = self.with_near(|rank| {
             let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
-            let seen = own.filter(|(number, _)| self.seers[*number].contains(&(rank as u32)));
-            seen.map(|(number, tile)| {
-                let is_wanted = |other: usize| self.owners[other] as usize == rank;
-                let content = tile.part(number, &near_cells(grid, tile, margin, is_wanted));
-                (content, bounds[number])
-            })
-            .collect::<Vec<(Content<P, F>, Bounds)>>()
+            let seen = own.filter_map(|(number, tile)| {
+                let seer = self.seer(number, rank)?;
+                Some((tile.part(number, seer), bounds[number]))
+            });
+            seen.collect::<Vec<(Content<P, F>, Bounds)>>()
         });
         let mut known = Vec::new();
         for (content, bounds) in came.into_iter().flatten() {
@@ -108,9 +104,10 @@ impl<S: Space> Share<S> {
             return Vec::new();
         };
         let messages = to.iter().map(|&rank| {
-            let seen = changes
-                .iter()
-                .filter(|change| self.seers[change.tile as usize].contains(&(rank as u32)));
+            let seen = changes.iter().filter(|change| {
+                let seer = self.seer(change.tile as usize, rank);
+                seer.is_some_and(|seer| seer.sees(change.cell))
+            });
             (rank, write(&seen.copied().collect::<Vec<_>>()))
         });
         let came = (self.ranks).exchange_during(messages.collect(), from, meanwhile);
@@ -167,34 +164,6 @@ impl<S: Space> Share<S> {
             .filter_map(|tile| Some((tile, all[tile as usize].take()?)))
             .collect()
     }
-}
-
-/// The cells of a tile that are at most `margin` cells from a tile that is wanted.
-fn near_cells<P: Physics, F: Follow<P::Space>>(
-    grid: &Grid<P::Space>,
-    tile: &Tile<P, F>,
-    margin: usize,
-    is_wanted: impl Fn(usize) -> bool,
-) -> Vec<bool> {
-    let sides = tile.place.sides.map(|side| side as usize);
-    let mut near = vec![false; tile.cells()];
-    for step in (0..OFFSETS).map(offset) {
-        if !is_wanted(grid.tile_number(grid.neighbour(tile.place.tile, step))) {
-            continue;
-        }
-        let [columns, rows, layers] = [0, 1, 2].map(|axis| match step[axis] {
-            -1 => 0..margin.min(sides[axis]),
-            1 => sides[axis].saturating_sub(margin)..sides[axis],
-            _ => 0..sides[axis],
-        });
-        for z in layers {
-            for y in rows.clone() {
-                let line = sides[0] * (y + sides[1] * z);
-                near[line + columns.start..line + columns.end].fill(true);
-            }
-        }
-    }
-    near
 }
 
 /// After the collisions of a step across cells: tiles of other processes are seen no more.
