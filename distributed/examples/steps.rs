@@ -22,8 +22,8 @@ use stosszahl::dsmc::{
 };
 use stosszahl::model::random::{Purpose, Streams};
 use stosszahl::model::{
-    Body, Constant, Domain, Face, Free, Monodisperse, Physics, Plane, Rebound, Scene, Smooth, Space,
-    State, Volume, Wall, Walls,
+    Body, Constant, Domain, Face, Free, Monodisperse, Physics, Plane, Rebound, Scene, Smooth,
+    Space, State, Volume, Wall, Walls,
 };
 
 use world::World;
@@ -35,10 +35,7 @@ fn equal<S: Space>(radius: f64) -> Equal<S> {
         space: S::default(),
         surface: Smooth,
         restitution: Constant::new(0.9).expect("a coefficient"),
-        sizes: Monodisperse {
-            radius,
-            mass: 1.0,
-        },
+        sizes: Monodisperse { radius, mass: 1.0 },
         field: Free,
     }
 }
@@ -105,7 +102,9 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
         ..Boundaries::default()
     };
     // A mean free path of one.
-    let diameter = (density * std::f64::consts::PI * std::f64::consts::SQRT_2).sqrt().recip();
+    let diameter = (density * std::f64::consts::PI * std::f64::consts::SQRT_2)
+        .sqrt()
+        .recip();
     let mut state = start(count, domain);
     for body in &mut state.bodies {
         body.velocity[0] += 3.0;
@@ -118,7 +117,10 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
 /// Milliseconds of a step, look after look, in the process that says them.
 fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
     if env::var_os("GRID").is_some() {
-        println!("{:?}", (engine.grid().counts(), engine.grid().domain().lengths()));
+        println!(
+            "{:?}",
+            (engine.grid().counts(), engine.grid().domain().lengths())
+        );
     }
     if world.size() > 1 {
         engine.share(world.clone());
@@ -155,13 +157,27 @@ fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let number = |place: usize| arguments.get(place).and_then(|text| text.parse().ok());
     let (count, steps, looks) = (number(1), number(2), number(3));
-    let (count, steps, looks) = (count.unwrap_or(100_000), steps.unwrap_or(50), looks.unwrap_or(5));
+    let (count, steps, looks) = (
+        count.unwrap_or(100_000),
+        steps.unwrap_or(50),
+        looks.unwrap_or(5),
+    );
     let world = Arc::new(World::new());
     match arguments.first().map(String::as_str) {
         Some("contact") => {
-            measure(in_a_box(count, 0.2, Scheme::CONTACT_POINT), &world, steps as u64, looks);
+            measure(
+                in_a_box(count, 0.2, Scheme::CONTACT_POINT),
+                &world,
+                steps as u64,
+                looks,
+            );
         }
         Some("channel") => measure(in_a_channel(count), &world, steps as u64, looks),
-        _ => measure(in_a_box(count, 0.01, Scheme::Boltzmann), &world, steps as u64, looks),
+        _ => measure(
+            in_a_box(count, 0.01, Scheme::Boltzmann),
+            &world,
+            steps as u64,
+            looks,
+        ),
     }
 }

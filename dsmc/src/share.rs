@@ -320,7 +320,15 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         } = self.constants;
         let scheme = self.parameters.scheme;
         let is_across = scheme.is_across();
-        is_across.then(|| margin::<P>(scheme, &self.grid, self.scene.sizes(), mean_radius, partner_radius))
+        is_across.then(|| {
+            margin::<P>(
+                scheme,
+                &self.grid,
+                self.scene.sizes(),
+                mean_radius,
+                partner_radius,
+            )
+        })
     }
 
     /// Gives each process its tiles; all of them call it. Nothing happens if they have them.

@@ -227,32 +227,70 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
             some.iter().map(one).collect()
         }
     };
-    for (colour, group) in colours(grid).iter().enumerate() {
-        let own = group
-            .iter()
-            .copied()
-            .filter(|&number| here[number as usize]);
-        // Others wait for what they see.
-        let (seen, unseen): (Vec<u32>, Vec<u32>) =
-            own.partition(|&number| share.is_some_and(|share| share.tells(number as usize)));
-        let mut changes = Vec::new();
-        for (number, result, some) in work_on(&seen) {
-            results.push((number, result));
-            changes.extend(some);
+    let colours: Vec<Vec<u32>> = colours(grid)
+        .into_iter()
+        .map(|group| {
+            let own = group.into_iter();
+            own.filter(|&number| here[number as usize]).collect()
+        })
+        .collect();
+    match share {
+        None => {
+            for own in &colours {
+                let done = work_on(own).into_iter();
+                results.extend(done.map(|(number, result, _)| (number, result)));
+            }
         }
-        let mut inner = || {
-            let done = work_on(&unseen).into_iter();
-            results.extend(done.map(|(number, result, _)| (number, result)));
-        };
-        let Some(share) = share else {
-            inner();
-            continue;
-        };
-        for change in share.tell_changes::<P>(colour, &changes, &mut inner) {
-            change.apply(&mut lock(&locks[change.tile as usize]));
+        Some(share) => {
+            let apply = |change: ChangeOf<P>| {
+                change.apply(&mut lock(&locks[change.tile as usize]));
+            };
+            colour_by_colour::<P, R>(share, &colours, 0, &work_on, &apply, &mut results);
         }
     }
     results
+}
+
+/// What work on a tile gives: its number, the result, and what other processes may have to know.
+type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
+
+/// Works on the tiles of a colour and of those that follow it. Each colour is done inside the exchange of the one before, so that
+/// nobody waits for a process that has not yet taken what it was told.
+fn colour_by_colour<P: Physics, R>(
+    share: &Share<P::Space>,
+    colours: &[Vec<u32>],
+    colour: usize,
+    work_on: &dyn Fn(&[u32]) -> Vec<Done<P, R>>,
+    apply: &dyn Fn(ChangeOf<P>),
+    results: &mut Vec<(u32, R)>,
+) {
+    let Some(own) = colours.get(colour) else {
+        return;
+    };
+    // Others wait for what they see.
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = own
+        .iter()
+        .partition(|&&number| share.tells(number as usize));
+    let mut changes = Vec::new();
+    for (number, result, some) in work_on(&seen) {
+        results.push((number, result));
+        changes.extend(some);
+    }
+    let mut inner = Vec::new();
+    share.tell_changes::<P>(
+        colour,
+        &changes,
+        &mut || inner = work_on(&unseen),
+        &mut |elsewhere| {
+            elsewhere.into_iter().for_each(apply);
+            colour_by_colour::<P, R>(share, colours, colour + 1, work_on, apply, results);
+        },
+    );
+    results.extend(
+        inner
+            .into_iter()
+            .map(|(number, result, _)| (number, result)),
+    );
 }
 
 #[cfg(test)]

@@ -63,7 +63,11 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             .map(|rank| {
                 let sent = Sent {
                     leaving: self.leaving(&share, rank),
-                    counted: if rank == 0 { self.counted() } else { Vec::new() },
+                    counted: if rank == 0 {
+                        self.counted()
+                    } else {
+                        Vec::new()
+                    },
                 };
                 (rank, write(&sent))
             })

@@ -91,18 +91,16 @@ impl<S: Space> Share<S> {
         known
     }
 
-    /// Tells others what has changed in the tiles of a colour and around them, does other work meanwhile, and returns what has
-    /// changed elsewhere.
+    /// Tells others what has changed in the tiles of a colour and around them, does other work meanwhile, and then what needs the
+    /// changes elsewhere.
     pub(crate) fn tell_changes<P: Physics<Space = S>>(
         &self,
         colour: usize,
         changes: &[ChangeOf<P>],
         meanwhile: &mut dyn FnMut(),
-    ) -> Vec<ChangeOf<P>> {
-        let Some([to, from]) = self.colours.get(colour) else {
-            meanwhile();
-            return Vec::new();
-        };
+        then: &mut dyn FnMut(Vec<ChangeOf<P>>),
+    ) {
+        let [to, from] = &self.colours[colour];
         let messages = to.iter().map(|&rank| {
             let seen = changes.iter().filter(|change| {
                 let seer = self.seer(change.tile as usize, rank);
@@ -110,10 +108,14 @@ impl<S: Space> Share<S> {
             });
             (rank, write(&seen.copied().collect::<Vec<_>>()))
         });
-        let came = (self.ranks).exchange_during(messages.collect(), from, meanwhile);
-        came.iter()
-            .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes))
-            .collect()
+        let messages = messages.collect();
+        self.ranks
+            .exchange_around(messages, from, meanwhile, &mut |came| {
+                let all = came
+                    .iter()
+                    .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes));
+                then(all.collect());
+            });
     }
 
     /// The reports of all tiles, in the order of colours: all processes have those of the others but their logs, which the first
