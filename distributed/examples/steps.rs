@@ -7,6 +7,8 @@
 //!
 //! Arguments: the gas (`dilute`, `contact`, `channel`), simulators, steps between two looks at the clock, and looks.
 
+#![allow(clippy::print_stdout, reason = "a program that says what it measured")]
+
 #[path = "../src/world.rs"]
 mod world;
 
@@ -116,12 +118,6 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
 
 /// Milliseconds of a step, look after look, in the process that says them.
 fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
-    if env::var_os("GRID").is_some() {
-        println!(
-            "{:?}",
-            (engine.grid().counts(), engine.grid().domain().lengths())
-        );
-    }
     if world.size() > 1 {
         engine.share(world.clone());
     }
@@ -137,7 +133,6 @@ fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, lo
     times.sort_by(f64::total_cmp);
     let after = world.traffic();
     let all = steps as f64 * looks as f64;
-    let sum: f64 = times.iter().sum();
     println!(
         "rank {} of {}: {:.3} ms (least {:.3}, most {:.3}); in exchanges {:.3} ms, rounds {:.2}, bytes {:.0}",
         world.rank(),
@@ -149,7 +144,6 @@ fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, lo
         (after.rounds - before.rounds) as f64 / all,
         (after.bytes - before.bytes) as f64 / all,
     );
-    let _ = sum;
 }
 
 fn main() {

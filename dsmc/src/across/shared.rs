@@ -245,7 +245,7 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
             let apply = |change: ChangeOf<P>| {
                 change.apply(&mut lock(&locks[change.tile as usize]));
             };
-            colour_by_colour::<P, R>(share, &colours, 0, &work_on, &apply, &mut results);
+            colour_by_colour::<P, R, _>(share, &colours, 0, &work_on, &apply, &mut results);
         }
     }
     results
@@ -256,11 +256,11 @@ type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
 
 /// Works on the tiles of a colour and of those that follow it. Each colour is done inside the exchange of the one before, so that
 /// nobody waits for a process that has not yet taken what it was told.
-fn colour_by_colour<P: Physics, R>(
+fn colour_by_colour<P: Physics, R, W: Fn(&[u32]) -> Vec<Done<P, R>>>(
     share: &Share<P::Space>,
     colours: &[Vec<u32>],
     colour: usize,
-    work_on: &dyn Fn(&[u32]) -> Vec<Done<P, R>>,
+    work_on: &W,
     apply: &dyn Fn(ChangeOf<P>),
     results: &mut Vec<(u32, R)>,
 ) {
@@ -283,7 +283,7 @@ fn colour_by_colour<P: Physics, R>(
         &mut || inner = work_on(&unseen),
         &mut |elsewhere| {
             elsewhere.into_iter().for_each(apply);
-            colour_by_colour::<P, R>(share, colours, colour + 1, work_on, apply, results);
+            colour_by_colour::<P, R, _>(share, colours, colour + 1, work_on, apply, results);
         },
     );
     results.extend(
