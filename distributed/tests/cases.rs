@@ -125,7 +125,7 @@ fn bundled_cases_are_the_same_bytes_over_processes() {
 }
 
 #[test]
-#[ignore = "200 jobs, a quarter of an hour: distributed/test.sh --include-ignored"]
+#[ignore = "200 jobs, eight minutes: distributed/test.sh --include-ignored"]
 fn bundled_cases_are_the_same_bytes_over_all_crews() {
     for number in 0..CASES.len() {
         assert_same(number, &CREWS, &CREWS);
