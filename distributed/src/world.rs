@@ -98,12 +98,21 @@ impl Ranks for World {
         self.size
     }
 
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+    fn exchange_around(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        meanwhile: &mut dyn FnMut(),
+        then: &mut dyn FnMut(Vec<Vec<u8>>),
+    ) {
         let world = SimpleCommunicator::world();
-        let began = Instant::now();
-        let count = messages.len() as u64;
-        let bytes = messages.iter().map(|(_, message)| message.len() as u64);
-        let bytes = bytes.sum::<u64>();
+        let mut began = Instant::now();
+        let mut traffic = Traffic {
+            rounds: 1,
+            messages: messages.len() as u64,
+            bytes: messages.iter().map(|(_, one)| one.len() as u64).sum(),
+            seconds: 0.0,
+        };
         let parts: Vec<(usize, Vec<u8>)> = (messages.iter())
             .flat_map(|(to, message)| parts(message).into_iter().map(|part| (*to, part)))
             .collect();
@@ -116,6 +125,10 @@ impl Ranks for World {
                     to.immediate_send(scope, &part[..])
                 })
                 .collect();
+            // The time of other work is none of the exchange.
+            traffic.seconds += began.elapsed().as_secs_f64();
+            meanwhile();
+            began = Instant::now();
             while let Some(next) = coming.iter().position(|one| !one.is_whole()) {
                 let process = world.process_at_rank(from[next] as i32);
                 if let Some(probed) = process.immediate_matched_probe() {
@@ -127,15 +140,18 @@ impl Ranks for World {
                     thread::sleep(REST);
                 }
             }
+            traffic.seconds += began.elapsed().as_secs_f64();
+            then(coming.drain(..).map(|one| one.bytes).collect());
+            began = Instant::now();
             for send in sends {
                 send.wait();
             }
+            traffic.seconds += began.elapsed().as_secs_f64();
         });
-        let mut traffic = self.traffic.lock().unwrap_or_else(PoisonError::into_inner);
-        traffic.rounds += 1;
-        traffic.messages += count;
-        traffic.bytes += bytes;
-        traffic.seconds += began.elapsed().as_secs_f64();
-        coming.into_iter().map(|one| one.bytes).collect()
+        let mut all = self.traffic.lock().unwrap_or_else(PoisonError::into_inner);
+        all.rounds += traffic.rounds;
+        all.messages += traffic.messages;
+        all.bytes += traffic.bytes;
+        all.seconds += traffic.seconds;
     }
 }

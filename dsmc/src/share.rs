@@ -5,9 +5,11 @@
 //! cell, the order within cells is that of the cells they came from, and whatever depends on the order of adding is added in the
 //! order of the tiles by the first process. So a gas has the same bytes for any number of processes, one included.
 //!
-//! In each step a process sends: what crosses its borders, to its neighbours; the stock that the next step follows, with who
-//! flew farther than to the next tile, to all; and what its tiles have counted, to the first process.
+//! In each step a process sends ([`flights`]): what crosses its borders, to its neighbours; what its tiles have counted, to the first
+//! process; and the stock that the next step follows, with who flew farther than to the next tile, to all. What it sends where
+//! partners are sought across cells is in [`partners`].
 
+mod flights;
 mod owners;
 mod partners;
 mod ranks;
@@ -16,16 +18,16 @@ use std::sync::Arc;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Collision, Physics, Space};
+use stosszahl_model::{Physics, Space};
 
+use crate::across::margin;
 use crate::across::shared::colours;
-use crate::boundary::Ledgers;
-use crate::engine::Engine;
+use crate::engine::{Constants, Engine};
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::{Follow, SimulatorOf};
 use crate::start::Checkpoint;
-use crate::tally::{Stock, Tally};
-use crate::tile::{Left, Outbox, Tile, Traveller};
+use crate::tally::Stock;
+use crate::tile::{Outbox, Tile};
 
 pub(crate) use partners::see_no_more;
 pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
@@ -43,7 +45,9 @@ pub(crate) struct Share<S: Space> {
     /// Other processes with tiles next to own ones.
     near: Vec<usize>,
     /// Which other processes see each tile: its owner, and those with tiles next to it.
-    seers: Vec<Vec<u32>>,
+    seers: Vec<Vec<Seer>>,
+    /// Of which tiles work around them changes what another process sees.
+    tells: Vec<bool>,
     /// For each colour of tiles: to whom changes may have to be told, and who may tell some.
     colours: Vec<[Vec<usize>; 2]>,
     /// Whether any process was asked to stop, or to pause, as all know it since the last step.
@@ -57,25 +61,17 @@ pub(crate) struct Share<S: Space> {
     pub(crate) is_united: bool,
 }
 
-/// What all processes learn in each step.
-#[derive(Serialize, Deserialize)]
-#[serde(bound = "")]
-struct News<P: Physics, F: Follow<P::Space>> {
-    stock: Stock<P::Space>,
-    simulators: usize,
-    ends: bool,
-    pauses: bool,
-    far: Vec<(u32, u32, SimulatorOf<P, F>)>,
+/// A process that sees a tile of another.
+struct Seer {
+    rank: u32,
+    /// Which cells of it; all, if nothing is said.
+    cells: Option<Vec<bool>>,
 }
 
-/// What the first process learns of a tile in each step.
-#[derive(Serialize, Deserialize)]
-#[serde(bound = "")]
-struct Counted<P: Physics> {
-    tile: u32,
-    tally: Tally,
-    ledgers: Option<Box<Ledgers<P::Space>>>,
-    log: Vec<Collision>,
+impl Seer {
+    fn sees(&self, cell: u32) -> bool {
+        (self.cells.as_ref()).is_none_or(|cells| cells[cell as usize])
+    }
 }
 
 /// What an arranged tile holds.
@@ -107,6 +103,7 @@ impl<S: Space> Share<S> {
             owners: vec![0; tiles],
             near: Vec::new(),
             seers: Vec::new(),
+            tells: Vec::new(),
             colours: Vec::new(),
             ends: false,
             pauses: false,
@@ -134,8 +131,14 @@ impl<S: Space> Share<S> {
         came.iter().map(|bytes| read(bytes)).collect()
     }
 
-    /// Notes new owners.
-    fn own(&mut self, grid: &Grid<S>, owners: Vec<u32>) {
+    /// Which process that is not this one sees a tile, if that one does.
+    fn seer(&self, tile: usize, rank: usize) -> Option<&Seer> {
+        let mut seers = self.seers[tile].iter();
+        seers.find(|seer| seer.rank as usize == rank)
+    }
+
+    /// Notes new owners. Work on a tile looks at cells at most `margin` cells from it.
+    fn own(&mut self, grid: &Grid<S>, owners: Vec<u32>, margin: Option<usize>) {
         let me = self.me();
         let mut near: Vec<usize> = (0..owners.len())
             .filter(|&tile| owners[tile] as usize == me)
@@ -152,8 +155,19 @@ impl<S: Space> Share<S> {
                 let mut seers: Vec<u32> = all.filter(|&owner| owner as usize != me).collect();
                 seers.sort_unstable();
                 seers.dedup();
-                seers
+                let is_near = || around(grid, tile).any(|other| self.is_mine(other));
+                let margin = margin.filter(|_| !seers.is_empty() && is_near());
+                let seers = seers.into_iter().map(|rank| Seer {
+                    rank,
+                    cells: margin
+                        .filter(|_| self.owners[tile] != rank)
+                        .map(|margin| near_cells(grid, tile, margin, &self.owners, rank)),
+                });
+                seers.collect()
             })
+            .collect();
+        self.tells = (0..self.owners.len())
+            .map(|tile| around(grid, tile).any(|other| !self.seers[other].is_empty()))
             .collect();
         let sorted = |mut list: Vec<usize>| {
             list.sort_unstable();
@@ -168,7 +182,7 @@ impl<S: Space> Share<S> {
                     let owner = self.owners[tile as usize] as usize;
                     for other in around(grid, tile as usize) {
                         if owner == me {
-                            to.extend(self.seers[other].iter().map(|&rank| rank as usize));
+                            to.extend(self.seers[other].iter().map(|seer| seer.rank as usize));
                         } else if around(grid, other).any(|next| self.is_mine(next)) {
                             from.push(owner);
                         }
@@ -186,6 +200,36 @@ pub(crate) fn around<S: Space>(grid: &Grid<S>, tile: usize) -> impl Iterator<Ite
     (0..OFFSETS).map(move |number| grid.tile_number(grid.neighbour(place, offset(number))))
 }
 
+/// The cells of a tile that are at most `margin` cells from a tile of a process.
+fn near_cells<S: Space>(
+    grid: &Grid<S>,
+    tile: usize,
+    margin: usize,
+    owners: &[u32],
+    rank: u32,
+) -> Vec<bool> {
+    let place = grid.tile_place(grid.place_of(tile));
+    let sides = place.sides.map(|side| side as usize);
+    let mut near = vec![false; sides.iter().product()];
+    for step in (0..OFFSETS).map(offset) {
+        if owners[grid.tile_number(grid.neighbour(place.tile, step))] != rank {
+            continue;
+        }
+        let [columns, rows, layers] = [0, 1, 2].map(|axis| match step[axis] {
+            -1 => 0..margin.min(sides[axis]),
+            1 => sides[axis].saturating_sub(margin)..sides[axis],
+            _ => 0..sides[axis],
+        });
+        for z in layers {
+            for y in rows.clone() {
+                let line = sides[0] * (y + sides[1] * z);
+                near[line + columns.start..line + columns.end].fill(true);
+            }
+        }
+    }
+    near
+}
+
 impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
     fn content(&mut self, number: usize) -> Content<P, F> {
         Content {
@@ -193,6 +237,21 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             counts: self.counts_of_cells(),
             simulators: std::mem::take(&mut self.simulators),
         }
+    }
+
+    /// Some of its cells.
+    fn part(&self, number: usize, seer: &Seer) -> Content<P, F> {
+        let mut content = Content {
+            tile: number as u32,
+            counts: vec![0; self.cells()],
+            simulators: Vec::new(),
+        };
+        for cell in (0..self.cells()).filter(|&cell| seer.sees(cell as u32)) {
+            let members = self.members(cell);
+            content.counts[cell] = members.len() as u32;
+            content.simulators.extend_from_slice(members);
+        }
+        content
     }
 
     fn counts_of_cells(&self) -> Vec<u32> {
@@ -252,6 +311,26 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         self.share.as_ref().is_none_or(|share| share.is_united)
     }
 
+    /// How many cells from a tile work on it looks at, at most, where partners are sought across cells.
+    fn margin(&self) -> Option<usize> {
+        let Constants {
+            mean_radius,
+            partner_radius,
+            ..
+        } = self.constants;
+        let scheme = self.parameters.scheme;
+        let is_across = scheme.is_across();
+        is_across.then(|| {
+            margin::<P>(
+                scheme,
+                &self.grid,
+                self.scene.sizes(),
+                mean_radius,
+                partner_radius,
+            )
+        })
+    }
+
     /// Gives each process its tiles; all of them call it. Nothing happens if they have them.
     pub fn divide(&mut self) {
         let Some(mut share) = self.share.take_if(|share| share.is_united) else {
@@ -270,7 +349,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         let brief: Brief<P, F> = read(&broadcast(&*ranks, bytes));
         self.take_over(brief.gas);
         self.simulators = brief.simulators;
-        share.own(&self.grid, brief.owners);
+        share.own(&self.grid, brief.owners, self.margin());
         let others: Vec<usize> = (1..ranks.size()).collect();
         let came = if share.me() == 0 {
             let messages = others.iter().map(|&rank| {
@@ -382,7 +461,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             (rank, write(&contents))
         });
         let came = ranks.exchange(messages.collect(), &others);
-        share.own(&self.grid, owners);
+        share.own(&self.grid, owners, self.margin());
         for (number, tile) in self.tiles.iter_mut().enumerate() {
             tile.is_here = share.is_mine(number);
             if !tile.is_here {
@@ -394,128 +473,6 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
         {
             self.tiles[content.tile as usize].hold(content);
-        }
-    }
-
-    /// After a flight: sends what left own tiles to the owners of those it enters, and tells all what the next step follows.
-    pub(crate) fn exchange_with_others(&mut self) {
-        let Some(mut share) = self.share.take() else {
-            return;
-        };
-        let (grid, arriving) = (&self.grid, &mut self.arriving);
-        let came = share.with_near(|rank| {
-            let mut leaving: Vec<(u32, u8, u32, SimulatorOf<P, F>)> = Vec::new();
-            for (number, tile) in self.tiles.iter().enumerate() {
-                if !tile.is_here || arriving[number].near() == 0 {
-                    continue;
-                }
-                for step in 0..OFFSETS {
-                    let to = grid.tile_number(grid.neighbour(tile.place.tile, offset(step)));
-                    if share.owners[to] as usize == rank {
-                        let some = arriving[number].towards(step).iter();
-                        leaving.extend(
-                            some.map(|one| (number as u32, step as u8, one.source, one.simulator)),
-                        );
-                    }
-                }
-            }
-            leaving
-        });
-        // What left own tiles, and is still here.
-        let tiles = self.tiles.iter().zip(arriving.iter());
-        let own = tiles.filter(|(tile, _)| tile.is_here);
-        let simulators = own
-            .map(|(tile, outbox)| tile.simulators.len() + outbox.near())
-            .sum::<usize>()
-            + self.far.len();
-        for (tile, outbox) in self.tiles.iter().zip(arriving.iter_mut()) {
-            if !tile.is_here {
-                outbox.fill(&[]);
-            }
-        }
-        for leaving in came {
-            let mut rest = &leaving[..];
-            while let Some(&(number, ..)) = rest.first() {
-                let count = rest.iter().take_while(|one| one.0 == number).count();
-                let (of_tile, later) = rest.split_at(count);
-                rest = later;
-                let leavers = of_tile
-                    .iter()
-                    .map(|&(_, step, source, simulator)| (step, Left { source, simulator }));
-                let leavers: Vec<(u8, Traveller<P, F>)> = leavers.collect();
-                arriving[number as usize].fill(&leavers);
-            }
-        }
-        let mut stock = Stock::default();
-        self.tiles
-            .iter()
-            .filter(|tile| tile.is_here)
-            .for_each(|tile| stock.add(&tile.stock));
-        let far = self
-            .far
-            .iter()
-            .filter(|(to, _)| !share.is_mine(*to as usize));
-        let news = News::<P, F> {
-            stock,
-            simulators,
-            ends: self.stop.interrupt().is_raised(),
-            pauses: self.stop.is_paused(),
-            far: far
-                .map(|&(to, one)| (to, one.source, one.simulator))
-                .collect(),
-        };
-        self.far.retain(|(to, _)| share.is_mine(*to as usize));
-        let all = all_gather(&*share.ranks, write(&news));
-        let (mut stock, mut simulators) = (Stock::default(), 0);
-        for (rank, bytes) in all.iter().enumerate() {
-            let news: News<P, F> = read(bytes);
-            stock.add(&news.stock);
-            simulators += news.simulators;
-            share.ends |= news.ends;
-            share.pauses |= news.pauses;
-            let far = news
-                .far
-                .into_iter()
-                .filter(|(to, ..)| share.is_mine(*to as usize));
-            if rank != share.me() {
-                self.far
-                    .extend(far.map(|(to, source, simulator)| (to, Left { source, simulator })));
-            }
-        }
-        share.stock = stock;
-        if self.surroundings.is_some() {
-            self.simulators = simulators;
-        }
-        share.since += 1;
-        self.share = Some(share);
-    }
-
-    /// Gives the first process what tiles have counted in a step.
-    pub(crate) fn report(&mut self) {
-        let Some(share) = &self.share else {
-            return;
-        };
-        let me = share.me();
-        let own = self
-            .tiles
-            .iter_mut()
-            .enumerate()
-            .filter(|(_, tile)| tile.is_here && me > 0);
-        let counted: Vec<Counted<P>> = own
-            .map(|(number, tile)| Counted {
-                tile: number as u32,
-                tally: tile.tally,
-                ledgers: tile.ledgers.clone(),
-                log: tile.log.drain(..).collect(),
-            })
-            .collect();
-        for bytes in gather(&*share.ranks, write(&counted)).iter().skip(1) {
-            for one in read::<Vec<Counted<P>>>(bytes) {
-                let tile = &mut self.tiles[one.tile as usize];
-                tile.tally = one.tally;
-                tile.ledgers = one.ledgers;
-                tile.log.extend(one.log);
-            }
         }
     }
 }

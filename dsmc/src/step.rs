@@ -317,7 +317,6 @@ where
         for outbox in &mut self.arriving {
             self.far.append(&mut outbox.far);
         }
-        self.report();
         self.exchange_with_others();
         let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
         self.far.sort_by_key(order);

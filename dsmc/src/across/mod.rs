@@ -16,6 +16,7 @@ pub(crate) mod shared;
 mod tests;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
 pub(crate) use arm::{Arm, Distances};
@@ -32,8 +33,8 @@ use crate::tile::Tile;
 use extents::{Extents, Ranges};
 
 /// What the cells of a tile have in common, before the collisions of a step.
-#[derive(Clone, Copy)]
-struct Bounds {
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Bounds {
     /// Most simulators in a cell.
     crowd: u32,
     /// Largest chi of a cell.
@@ -74,11 +75,8 @@ where
         arm: &mut Arm,
         total: &mut Tally,
     ) -> Vec<Collision> {
-        if let Some(share) = share {
-            share.see_around(self.grid, tiles);
-        }
         let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
-        let bounds: Vec<_> = if parallel {
+        let mut bounds: Vec<_> = if parallel {
             tiles.par_iter_mut().map(bounds).collect()
         } else {
             tiles.iter_mut().map(bounds).collect()
@@ -88,6 +86,13 @@ where
         let scheme = self.density.scheme();
         let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
         let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius);
+        if let Some(share) = share {
+            for (number, known) in share.see_around(tiles, &bounds) {
+                // For the velocities in its cells; of the rest only its process knows all.
+                self.bounds(&mut tiles[number]);
+                bounds[number] = known;
+            }
+        }
         let mut reports = shared::sweep_around(parallel, grid, tiles, share, |number, around| {
             let worker = kernel::Worker {
                 kernel: self,
@@ -106,7 +111,7 @@ where
             worker.collide()
         });
         if let Some(share) = share {
-            reports = share.all_reports(grid, reports);
+            reports = share.all_reports(grid, reports, self.looks);
             see_no_more(tiles);
         }
         let mut reports: Vec<Report> = reports.into_iter().map(|(_, report)| report).collect();
@@ -157,6 +162,19 @@ where
         tile.stock = stock;
         bounds
     }
+}
+
+/// How many cells beyond those of a tile work on it looks at, at most, with the radius of partners that are equally likely. One more,
+/// as a coordinate at the edge of a cell may be rounded to either side.
+pub(crate) fn margin<P: Physics>(
+    scheme: Scheme,
+    grid: &Grid<P::Space>,
+    sizes: &P::Sizes,
+    mean_radius: f64,
+    radius: f64,
+) -> usize {
+    let ranges = ranges::<P>(scheme, grid, sizes, mean_radius, radius);
+    ranges.point + ranges.shift + ranges.far.max(ranges.near) + 1
 }
 
 /// How far from a simulator its partners are, in cells; `radius`: within which all are equally likely \[length\].

@@ -32,12 +32,12 @@ pub(super) struct Around<'a, 'b, P: Physics, F: Follow<P::Space>> {
     changes: Vec<ChangeOf<P>>,
 }
 
-/// A simulator of a tile has another velocity and spin: the number of the tile, of the simulator and of its cell there.
+/// A simulator of a tile has another velocity and spin: the number of the tile, of its cell there, and its place in the cell.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Change<V, W> {
     pub(crate) tile: u32,
-    index: u32,
-    cell: u32,
+    pub(crate) cell: u32,
+    place: u32,
     velocity: V,
     spin: W,
 }
@@ -131,10 +131,11 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
     #[inline]
     pub(super) fn set(&mut self, at: At, cell: [u32; 3], velocity: VectorOf<P>, spin: SpinOf<P>) {
         let slot = at.tile as usize;
+        let cell = self.tiles[slot].number(cell);
         let change = Change {
             tile: self.numbers[slot],
-            index: at.index,
-            cell: self.tiles[slot].number(cell) as u32,
+            cell: cell as u32,
+            place: at.index - self.tiles[slot].starts[cell],
             velocity,
             spin,
         };
@@ -146,7 +147,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
 }
 
 impl<V: Vector, W: Copy> Change<V, W> {
-    /// Makes it in the tile.
+    /// Makes it in the tile, if its cell is held here.
     #[inline]
     fn apply<P, F>(&self, tile: &mut Tile<P, F>)
     where
@@ -155,9 +156,14 @@ impl<V: Vector, W: Copy> Change<V, W> {
         P::Surface: Surface<P::Space, Spin = W>,
         F: Follow<P::Space>,
     {
-        let simulator = &mut tile.simulators[self.index as usize];
+        let cell = self.cell as usize;
+        let index = tile.starts[cell] + self.place;
+        if index >= tile.starts[cell + 1] {
+            return;
+        }
+        let simulator = &mut tile.simulators[index as usize];
         (simulator.velocity, simulator.spin) = (self.velocity, self.spin);
-        if let Some(extent) = tile.extents.get_mut(self.cell as usize) {
+        if let Some(extent) = tile.extents.get_mut(cell) {
             extent.note(self.velocity);
         }
     }
@@ -214,29 +220,77 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
         lock(&locks[*number as usize]).seconds += began.elapsed().as_secs_f64();
         (*number, result, changes)
     };
-    for (colour, group) in colours(grid).iter().enumerate() {
-        let own = group
-            .iter()
-            .copied()
-            .filter(|&number| here[number as usize]);
-        let own: Vec<u32> = own.collect();
-        let done: Vec<_> = if parallel && own.len() > 1 {
-            own.par_iter().map(one).collect()
+    let work_on = |some: &[u32]| -> Vec<_> {
+        if parallel && some.len() > 1 {
+            some.par_iter().map(one).collect()
         } else {
-            own.iter().map(one).collect()
-        };
-        let mut changes = Vec::new();
-        for (number, result, some) in done {
-            results.push((number, result));
-            changes.extend(some);
+            some.iter().map(one).collect()
         }
-        if let Some(share) = share {
-            for change in share.tell_changes::<P>(colour, &changes) {
-                change.apply(&mut lock(&locks[change.tile as usize]));
+    };
+    let colours: Vec<Vec<u32>> = colours(grid)
+        .into_iter()
+        .map(|group| {
+            let own = group.into_iter();
+            own.filter(|&number| here[number as usize]).collect()
+        })
+        .collect();
+    match share {
+        None => {
+            for own in &colours {
+                let done = work_on(own).into_iter();
+                results.extend(done.map(|(number, result, _)| (number, result)));
             }
+        }
+        Some(share) => {
+            let apply = |change: ChangeOf<P>| {
+                change.apply(&mut lock(&locks[change.tile as usize]));
+            };
+            colour_by_colour::<P, R, _>(share, &colours, 0, &work_on, &apply, &mut results);
         }
     }
     results
+}
+
+/// What work on a tile gives: its number, the result, and what other processes may have to know.
+type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
+
+/// Works on the tiles of a colour and of those that follow it. Each colour is done inside the exchange of the one before, so that
+/// nobody waits for a process that has not yet taken what it was told.
+fn colour_by_colour<P: Physics, R, W: Fn(&[u32]) -> Vec<Done<P, R>>>(
+    share: &Share<P::Space>,
+    colours: &[Vec<u32>],
+    colour: usize,
+    work_on: &W,
+    apply: &dyn Fn(ChangeOf<P>),
+    results: &mut Vec<(u32, R)>,
+) {
+    let Some(own) = colours.get(colour) else {
+        return;
+    };
+    // Others wait for what they see.
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = own
+        .iter()
+        .partition(|&&number| share.tells(number as usize));
+    let mut changes = Vec::new();
+    for (number, result, some) in work_on(&seen) {
+        results.push((number, result));
+        changes.extend(some);
+    }
+    let mut inner = Vec::new();
+    share.tell_changes::<P>(
+        colour,
+        &changes,
+        &mut || inner = work_on(&unseen),
+        &mut |elsewhere| {
+            elsewhere.into_iter().for_each(apply);
+            colour_by_colour::<P, R, _>(share, colours, colour + 1, work_on, apply, results);
+        },
+    );
+    results.extend(
+        inner
+            .into_iter()
+            .map(|(number, result, _)| (number, result)),
+    );
 }
 
 #[cfg(test)]

@@ -2,77 +2,60 @@
 
 /// The owner of each tile, for tiles in a block of `counts`, the first axis running fastest, among `ranks` processes.
 ///
-/// A block goes to a range of processes. It is cut across its longest axis where the costs are nearest to the shares of the two
-/// halves of the range, and so on with both parts (Berger & Bokhari, IEEE Trans. Comput. 36, 570 (1987),
-/// doi:10.1109/TC.1987.1676942). Each process has at least one tile, unless there are fewer.
+/// Tiles go to a range of processes. They are put in order along the axis that they extend farthest on, and cut where the
+/// costs are nearest to the shares of the two halves of the range; so on with both parts (Berger & Bokhari, IEEE Trans.
+/// Comput. 36, 570 (1987), doi:10.1109/TC.1987.1676942). A cut may be within a plane of tiles, so that parts differ by half of
+/// a tile, not of a plane. Each process has at least one tile, unless there are fewer.
 pub(crate) fn bisect(counts: [u32; 3], costs: &[f64], ranks: usize) -> Vec<u32> {
     let mut owners = vec![0; costs.len()];
-    let block = Block {
-        low: [0; 3],
-        high: counts.map(|count| count as usize),
-    };
-    cut(
-        &mut owners,
-        costs,
-        counts.map(|count| count as usize),
-        block,
-        [0, ranks.max(1)],
-    );
+    let mut tiles: Vec<usize> = (0..costs.len()).collect();
+    let counts = counts.map(|count| count as usize);
+    cut(&mut owners, costs, counts, &mut tiles, [0, ranks.max(1)]);
     owners
 }
 
-#[derive(Clone, Copy)]
-struct Block {
-    low: [usize; 3],
-    high: [usize; 3],
-}
-
-impl Block {
-    fn side(&self, axis: usize) -> usize {
-        self.high[axis] - self.low[axis]
-    }
-
-    fn tiles(&self, counts: [usize; 3]) -> impl Iterator<Item = usize> + use<> {
-        let Self { low, high } = *self;
-        (low[2]..high[2]).flat_map(move |z| {
-            (low[1]..high[1]).flat_map(move |y| {
-                (low[0]..high[0]).map(move |x| x + counts[0] * (y + counts[1] * z))
-            })
-        })
-    }
-}
-
-fn cut(owners: &mut [u32], costs: &[f64], counts: [usize; 3], block: Block, range: [usize; 2]) {
+fn cut(
+    owners: &mut [u32],
+    costs: &[f64],
+    counts: [usize; 3],
+    tiles: &mut [usize],
+    range: [usize; 2],
+) {
     let ranks = range[1] - range[0];
-    // The last of the longest, whose tiles are farthest apart in memory.
-    let axis = (0..3).max_by_key(|&axis| block.side(axis)).unwrap_or(0);
-    let planes = block.side(axis);
-    if ranks == 1 || planes == 1 {
-        for tile in block.tiles(counts) {
+    if ranks == 1 || tiles.len() < 2 {
+        for &mut tile in tiles {
             owners[tile] = range[0] as u32;
         }
         return;
     }
-    let mut costs_of_planes = vec![0.0; planes];
-    for (plane, cost) in costs_of_planes.iter_mut().enumerate() {
-        let mut slice = block;
-        slice.low[axis] += plane;
-        slice.high[axis] = slice.low[axis] + 1;
-        *cost = slice.tiles(counts).map(|tile| costs[tile]).sum();
-    }
-    let total: f64 = costs_of_planes.iter().sum();
+    let at = |tile: usize, axis: usize| match axis {
+        0 => tile % counts[0],
+        1 => tile / counts[0] % counts[1],
+        _ => tile / counts[0] / counts[1],
+    };
+    let extent = |axis: usize| {
+        let places = tiles.iter().map(|&tile| at(tile, axis));
+        places.clone().max().unwrap_or(0) - places.min().unwrap_or(0)
+    };
+    // The last of the longest, whose tiles are farthest apart in memory.
+    let axis = (0..3).max_by_key(|&axis| extent(axis)).unwrap_or(0);
+    tiles.sort_unstable_by_key(|&tile| (at(tile, axis), tile));
     let first = ranks / 2;
+    let total: f64 = tiles.iter().map(|&tile| costs[tile]).sum();
     let wanted = total * first as f64 / ranks as f64;
-    let (mut sum, mut best, mut error) = (0.0, 1, f64::INFINITY);
-    for plane in 1..planes {
-        sum += costs_of_planes[plane - 1];
-        if (sum - wanted).abs() < error {
-            (best, error) = (plane, (sum - wanted).abs());
+    let (fewest, most) = if tiles.len() >= ranks {
+        (first, tiles.len() - (ranks - first))
+    } else {
+        (1, tiles.len() - 1)
+    };
+    let (mut sum, mut best, mut error) = (0.0, fewest, f64::INFINITY);
+    for (count, &tile) in (1..=most).zip(tiles.iter()) {
+        sum += costs[tile];
+        if count >= fewest && (sum - wanted).abs() < error {
+            (best, error) = (count, (sum - wanted).abs());
         }
     }
-    let (mut low, mut high) = (block, block);
-    low.high[axis] = block.low[axis] + best;
-    high.low[axis] = low.high[axis];
+    let (low, high) = tiles.split_at_mut(best);
     let middle = range[0] + first;
     cut(owners, costs, counts, low, [range[0], middle]);
     cut(owners, costs, counts, high, [middle, range[1]]);
@@ -82,7 +65,7 @@ fn cut(owners: &mut [u32], costs: &[f64], counts: [usize; 3], block: Block, rang
 mod tests {
     use super::*;
 
-    /// Each process has tiles, and none has more than the mean and two planes of them, for equal costs.
+    /// Each process has tiles, and none has more than the mean and half of one for each cut, for equal costs.
     #[test]
     fn equal_tiles_are_shared_evenly() {
         for (counts, ranks) in [
@@ -96,13 +79,11 @@ mod tests {
             let tiles = counts.iter().product::<u32>() as usize;
             let owners = bisect(counts, &vec![1.0; tiles], ranks);
             let mean = tiles as f64 / ranks as f64;
-            let mut sides = counts;
-            sides.sort_unstable();
-            let plane = f64::from(sides[0] * sides[1]);
+            let cuts = f64::from(ranks as u32).log2().ceil();
             for rank in 0..ranks as u32 {
                 let own = owners.iter().filter(|&&owner| owner == rank).count() as f64;
                 assert!(
-                    own > 0.0 && own <= mean + 2.0 * plane,
+                    own > 0.0 && own <= mean + 0.5 * cuts,
                     "{counts:?} {ranks}: {own}"
                 );
             }

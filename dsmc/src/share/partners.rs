@@ -6,7 +6,7 @@ use stosszahl_model::{Collision, Physics, Space};
 
 use super::{Content, Share, all_gather, around, gather, read, write};
 use crate::across::shared::{ChangeOf, colours};
-use crate::across::{Distances, Report};
+use crate::across::{Bounds, Distances, Report};
 use crate::grid::Grid;
 use crate::simulator::Follow;
 use crate::tally::Tally;
@@ -62,59 +62,69 @@ impl<S: Space> Share<S> {
         !self.seers[tile].is_empty()
     }
 
-    /// Before the collisions of a step across cells: all processes see the arranged tiles next to their own.
-    pub(crate) fn see_around<P: Physics<Space = S>, F: Follow<S>>(
-        &self,
-        grid: &Grid<S>,
-        tiles: &mut [Tile<P, F>],
-    ) {
-        let came = self.with_near(|rank| {
-            let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
-            let seen = own.filter(|(number, _)| {
-                around(grid, *number).any(|other| self.owners[other] as usize == rank)
-            });
-            seen.map(|(number, tile)| Content {
-                tile: number as u32,
-                counts: tile.counts_of_cells(),
-                simulators: tile.simulators.clone(),
-            })
-            .collect::<Vec<Content<P, F>>>()
-        });
-        for content in came.into_iter().flatten() {
-            tiles[content.tile as usize].hold(content);
-        }
+    /// Whether work around a tile changes what another process sees.
+    pub(crate) fn tells(&self, tile: usize) -> bool {
+        self.tells[tile]
     }
 
-    /// Tells others what has changed in the tiles of a colour and around them, and returns what has changed elsewhere.
+    /// Before the collisions of a step across cells: all processes see the cells of others that their own tiles look at. Returns the
+    /// bounds of the tiles with those cells.
+    pub(crate) fn see_around<P: Physics<Space = S>, F: Follow<S>>(
+        &self,
+        tiles: &mut [Tile<P, F>],
+        bounds: &[Bounds],
+    ) -> Vec<(usize, Bounds)> {
+        let came = self.with_near(|rank| {
+            let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
+            let seen = own.filter_map(|(number, tile)| {
+                let seer = self.seer(number, rank)?;
+                Some((tile.part(number, seer), bounds[number]))
+            });
+            seen.collect::<Vec<(Content<P, F>, Bounds)>>()
+        });
+        let mut known = Vec::new();
+        for (content, bounds) in came.into_iter().flatten() {
+            let number = content.tile as usize;
+            known.push((number, bounds));
+            tiles[number].hold(content);
+        }
+        known
+    }
+
+    /// Tells others what has changed in the tiles of a colour and around them, does other work meanwhile, and then what needs the
+    /// changes elsewhere.
     pub(crate) fn tell_changes<P: Physics<Space = S>>(
         &self,
         colour: usize,
         changes: &[ChangeOf<P>],
-    ) -> Vec<ChangeOf<P>> {
-        let Some([to, from]) = self.colours.get(colour) else {
-            return Vec::new();
-        };
-        if to.is_empty() && from.is_empty() {
-            return Vec::new();
-        }
+        meanwhile: &mut dyn FnMut(),
+        then: &mut dyn FnMut(Vec<ChangeOf<P>>),
+    ) {
+        let [to, from] = &self.colours[colour];
         let messages = to.iter().map(|&rank| {
-            let seen = changes
-                .iter()
-                .filter(|change| self.seers[change.tile as usize].contains(&(rank as u32)));
+            let seen = changes.iter().filter(|change| {
+                let seer = self.seer(change.tile as usize, rank);
+                seer.is_some_and(|seer| seer.sees(change.cell))
+            });
             (rank, write(&seen.copied().collect::<Vec<_>>()))
         });
-        let came = self.ranks.exchange(messages.collect(), from);
-        came.iter()
-            .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes))
-            .collect()
+        let messages = messages.collect();
+        self.ranks
+            .exchange_around(messages, from, meanwhile, &mut |came| {
+                let all = came
+                    .iter()
+                    .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes));
+                then(all.collect());
+            });
     }
 
     /// The reports of all tiles, in the order of colours: all processes have those of the others but their logs, which the first
-    /// process has.
+    /// process has if somebody looks at them.
     pub(crate) fn all_reports(
         &self,
         grid: &Grid<S>,
         mine: Vec<(u32, Report)>,
+        looks: bool,
     ) -> Vec<(u32, Report)> {
         let counted: Vec<_> = mine
             .iter()
@@ -139,7 +149,12 @@ impl<S: Space> Share<S> {
                 });
             }
         }
-        for bytes in gather(&*self.ranks, write(&logs)).iter().skip(1) {
+        let came = if looks {
+            gather(&*self.ranks, write(&logs))
+        } else {
+            Vec::new()
+        };
+        for bytes in came.iter().skip(1) {
             for (tile, log) in read::<Vec<(u32, Vec<Collision>)>>(bytes) {
                 if let Some(report) = &mut all[tile as usize] {
                     report.log = log;

@@ -11,7 +11,21 @@ pub trait Ranks: Send + Sync {
     /// Sends messages to others, and returns those that come from the processes of a list, in its order. Each process that
     /// sends to another is in the list of that one. Messages may be of any length; none is lost, and those of a pair of
     /// processes come in order.
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>>;
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+        let mut all = Vec::new();
+        self.exchange_around(messages, from, &mut || (), &mut |came| all = came);
+        all
+    }
+
+    /// The same around other work: sends, does what there is to do meanwhile, and then what needs what came; other exchanges may be in
+    /// that. Both are called once. Only at the end is it waited for that others have taken the messages: they may be at work too.
+    fn exchange_around(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        meanwhile: &mut dyn FnMut(),
+        then: &mut dyn FnMut(Vec<Vec<u8>>),
+    );
 }
 
 /// The messages of all processes, by their number: in as many rounds as the number has bits (Bruck et al., IEEE Trans. Parallel

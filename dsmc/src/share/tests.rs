@@ -34,17 +34,24 @@ impl Ranks for Threads {
         self.to.len()
     }
 
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+    fn exchange_around(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        meanwhile: &mut dyn FnMut(),
+        then: &mut dyn FnMut(Vec<Vec<u8>>),
+    ) {
         for (to, message) in messages {
             assert_ne!(to, self.me);
             self.to[to].send(message).expect("it listens");
         }
+        meanwhile();
         let limit = Duration::from_mins(1);
         let receive = |&rank: &usize| {
             let from = self.from[rank].lock().expect("a lock");
             from.recv_timeout(limit).expect("a message in time")
         };
-        from.iter().map(receive).collect()
+        then(from.iter().map(receive).collect());
     }
 }
 

@@ -1,0 +1,177 @@
+//! Seconds of a step of one gas in several processes, and what they are spent on: nothing but steps, with no start, look or
+//! checkpoint.
+//!
+//!     cargo build --release -p stosszahl-mpi --features mpi --example steps
+//!     RAYON_NUM_THREADS=2 mpirun -n 1 target/release/examples/steps dilute 1000000 50 7
+//!     RAYON_NUM_THREADS=1 mpirun -n 2 target/release/examples/steps dilute 1000000 50 7
+//!
+//! Arguments: the gas (`dilute`, `contact`, `channel`), simulators, steps between two looks at the clock, and looks.
+
+#![allow(clippy::print_stdout, reason = "a program that says what it measured")]
+
+#[path = "../src/world.rs"]
+mod world;
+
+use std::env;
+use std::sync::Arc;
+use std::time::Instant;
+
+use mpi::Threading;
+use nalgebra::vector;
+use rand::RngExt as _;
+use stosszahl::dsmc::{
+    Boundaries, Copies, Displacement, Engine, Inflow, Parameters, Ranks, Scheme,
+};
+use stosszahl::model::random::{Purpose, Streams};
+use stosszahl::model::{
+    Body, Constant, Domain, Face, Free, Monodisperse, Physics, Plane, Rebound, Scene, Smooth,
+    Space, State, Volume, Wall, Walls,
+};
+
+use world::World;
+
+type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
+
+fn equal<S: Space>(radius: f64) -> Equal<S> {
+    Scene {
+        space: S::default(),
+        surface: Smooth,
+        restitution: Constant::new(0.9).expect("a coefficient"),
+        sizes: Monodisperse { radius, mass: 1.0 },
+        field: Free,
+    }
+}
+
+/// Uniform positions, and velocities of a temperature of about one.
+fn start<S: Space>(count: usize, domain: Domain<S>) -> State<Equal<S>> {
+    let mut stream = Streams::new(1, 0).at(Purpose::Placement, [0, 0]);
+    let mut body = || {
+        let (mut position, mut velocity) = (S::Vector::default(), S::Vector::default());
+        for axis in 0..S::DIMENSION {
+            position[axis] = domain.lengths()[axis] * stream.random::<f64>();
+            velocity[axis] = (0..12).map(|_| stream.random::<f64>()).sum::<f64>() - 6.0;
+        }
+        Body::new(position, velocity)
+    };
+    State {
+        time: 0.0,
+        domain,
+        bodies: (0..count).map(|_| body()).collect(),
+    }
+}
+
+fn parameters(scheme: Scheme, cell: Option<f64>) -> Parameters {
+    Parameters {
+        scheme,
+        displacement: Displacement::None,
+        cell_size: cell,
+        simulators_per_disk: 1,
+        copies: Copies::Independent,
+        steps_per_crossing: 4.0,
+        largest_contact_value: 10.0,
+    }
+}
+
+/// A square of disks at a packing fraction.
+fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> Engine<Equal<Plane>> {
+    let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
+    let domain = Domain::periodic(vector![side, side]).expect("a box");
+    let streams = Streams::new(1, 0);
+    let state = start(count, domain);
+    Engine::start(&equal(0.5), parameters(scheme, None), &state, streams).expect("an engine")
+}
+
+/// Spheres that flow in on the left, between two walls.
+fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
+    let side = (count as f64 / 2000.0).cbrt();
+    let sides = vector![8.0 * side, 4.0 * side, 0.25 * side];
+    let density = count as f64 / (sides[0] * sides[1] * sides[2]);
+    let wall = || Face::Wall(Wall::<Volume>::still(Rebound::Diffuse { temperature: 1.0 }));
+    let faces = [[Face::Open; 2], [wall(), wall()], [Face::Periodic; 2]];
+    let walls = Walls::new(&faces).expect("faces");
+    let domain = walls.domain(sides).expect("a box");
+    let boundaries = Boundaries {
+        walls,
+        inflows: vec![Inflow {
+            axis: 0,
+            side: 0,
+            density,
+            velocity: vector![3.0, 0.0, 0.0],
+            temperature: 1.0,
+            spin_temperature: 1.0,
+            like: 0,
+        }],
+        ..Boundaries::default()
+    };
+    // A mean free path of one.
+    let diameter = (density * std::f64::consts::PI * std::f64::consts::SQRT_2)
+        .sqrt()
+        .recip();
+    let mut state = start(count, domain);
+    for body in &mut state.bodies {
+        body.velocity[0] += 3.0;
+    }
+    let parameters = parameters(Scheme::Boltzmann, Some(0.25));
+    let (scene, streams) = (equal(0.5 * diameter), Streams::new(1, 0));
+    Engine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
+}
+
+/// Milliseconds of a step, look after look, in the process that says them.
+fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
+    if world.size() > 1 {
+        engine.share(world.clone());
+    }
+    engine.advance(f64::INFINITY, 3 * steps.min(20), &mut ());
+    let before = world.traffic();
+    let mut times: Vec<f64> = (0..looks)
+        .map(|_| {
+            let began = Instant::now();
+            engine.advance(f64::INFINITY, steps, &mut ());
+            1e3 * began.elapsed().as_secs_f64() / steps as f64
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let after = world.traffic();
+    let all = steps as f64 * looks as f64;
+    println!(
+        "rank {} of {}: {:.3} ms (least {:.3}, most {:.3}); in exchanges {:.3} ms, rounds {:.2}, bytes {:.0}",
+        world.rank(),
+        world.size(),
+        times[looks / 2],
+        times[0],
+        times[looks - 1],
+        1e3 * (after.seconds - before.seconds) / all,
+        (after.rounds - before.rounds) as f64 / all,
+        (after.bytes - before.bytes) as f64 / all,
+    );
+}
+
+fn main() {
+    let (_universe, _) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI");
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let number = |place: usize| arguments.get(place).and_then(|text| text.parse().ok());
+    let (count, steps, looks) = (number(1), number(2), number(3));
+    let (count, steps, looks) = (
+        count.unwrap_or(100_000),
+        steps.unwrap_or(50),
+        looks.unwrap_or(5),
+    );
+    let world = Arc::new(World::new());
+    match arguments.first().map(String::as_str) {
+        Some("contact") => {
+            measure(
+                in_a_box(count, 0.2, Scheme::CONTACT_POINT),
+                &world,
+                steps as u64,
+                looks,
+            );
+        }
+        Some("channel") => measure(in_a_channel(count), &world, steps as u64, looks),
+        _ => measure(
+            in_a_box(count, 0.01, Scheme::Boltzmann),
+            &world,
+            steps as u64,
+            looks,
+        ),
+    }
+}
