@@ -296,6 +296,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("broken-chaos", "gas.number=100 run.until=1 engine.dsmc-contact-point.simulators_per_particle=4"),
     ("channel-disks", "gas.number=100 box.size=[20,20] run.until=5 run.samples=20 measure.fields.blocks=10"),
     ("dense-240", "start.equilibration=1 run.until=0.5"),
+    ("density-ladder", "replicas=2 box.critical_lengths=0.8 box.packing_fraction=0.25 engine.dsmc-contact-point.simulators_per_particle=1 run.until=0.5"),
     ("driven", "gas.number=100 run.until=1"),
     ("elastic", "gas.number=100 run.until=1"),
     ("flow-past-disc", "gas.number=400 run.until=2 run.samples=20 measure.fields.blocks=10"),
