@@ -206,7 +206,7 @@ fn every_key_takes_odd_values_or_refuses_them() {
 
 /// `cargo test --test fuzz -- --ignored`.
 #[test]
-#[ignore = "takes some minutes"]
+#[ignore = "takes some minutes: cargo long-tests"]
 fn every_key_of_every_small_case_takes_odd_values() {
     odd_values(1);
 }

@@ -258,7 +258,7 @@ fn damaged_checkpoints_are_refused_by_the_program() {
 
 /// The long form: fifty chains for each bundled case. `cargo test --release --test resume -- --ignored`.
 #[test]
-#[ignore = "takes an hour of a core"]
+#[ignore = "takes an hour of a core: cargo long-tests"]
 fn every_bundled_case_resumes_from_fifty_chains() {
     for (name, set) in SHRUNKEN {
         let stops = assert_resumes(name, &small(name, set), 1000..1050);

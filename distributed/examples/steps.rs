@@ -149,29 +149,22 @@ fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, lo
 fn main() {
     let (_universe, _) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI");
     let arguments: Vec<String> = env::args().skip(1).collect();
-    let number = |place: usize| arguments.get(place).and_then(|text| text.parse().ok());
-    let (count, steps, looks) = (number(1), number(2), number(3));
-    let (count, steps, looks) = (
-        count.unwrap_or(100_000),
-        steps.unwrap_or(50),
-        looks.unwrap_or(5),
-    );
+    let number = |place: usize, otherwise: u64| {
+        let given = arguments.get(place).and_then(|text| text.parse().ok());
+        given.unwrap_or(otherwise)
+    };
+    let (count, steps, looks) = (number(1, 100_000), number(2, 50), number(3, 5));
+    let (count, looks) = (count as usize, looks as usize);
     let world = Arc::new(World::new());
     match arguments.first().map(String::as_str) {
         Some("contact") => {
-            measure(
-                in_a_box(count, 0.2, Scheme::CONTACT_POINT),
-                &world,
-                steps as u64,
-                looks,
-            );
+            let engine = in_a_box(count, 0.2, Scheme::CONTACT_POINT);
+            measure(engine, &world, steps, looks);
         }
-        Some("channel") => measure(in_a_channel(count), &world, steps as u64, looks),
-        _ => measure(
-            in_a_box(count, 0.01, Scheme::Boltzmann),
-            &world,
-            steps as u64,
-            looks,
-        ),
+        Some("channel") => measure(in_a_channel(count), &world, steps, looks),
+        _ => {
+            let engine = in_a_box(count, 0.01, Scheme::Boltzmann);
+            measure(engine, &world, steps, looks);
+        }
     }
 }

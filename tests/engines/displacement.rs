@@ -1,12 +1,13 @@
 //! Displacements across the periodic box: both engines against closed forms and against the diffusion of Enskog.
 
-use crate::support::{Disks, disks, gas, mean_and_error};
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
 use stosszahl_ed::{Checkpoint, Dissipation, Engine as EventDriven};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Body, Domain, State, kinetic};
+
+use crate::support::{Disks, disks, gas, mean_and_error};
 
 fn tracked(state: State<Disks>) -> Checkpoint<Disks> {
     let windings = vec![[0; 2]; state.bodies.len()];

@@ -1,13 +1,16 @@
 //! The event-driven engine: against its oracles, and against what must be conserved.
 
-use crate::support::{Disks, disks, gas};
 use nalgebra::{Vector2, Vector3};
 use rand::RngExt;
 use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, plain};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::snapshot;
-use stosszahl_model::{Collision, Domain, Observer, Polydisperse, Scene, State};
+use stosszahl_model::{
+    Collision, Constant, Domain, Free, Observer, Plane, Polydisperse, Scene, Smooth, State,
+};
+
+use crate::support::{Disks, disks, gas};
 
 /// Keeps the times and lines of all collisions.
 #[derive(Default)]
@@ -205,6 +208,18 @@ fn contacts_without_rebound_happen_once() {
     assert!(central > 1000, "{central} of 2000 met");
 }
 
+/// Smooth elastic disks of these radii and masses.
+fn unequal(sizes: Vec<(f64, f64)>) -> Scene<Plane, Smooth, Constant, Polydisperse, Free> {
+    let unit = disks(1.0);
+    Scene {
+        space: unit.space,
+        surface: unit.surface,
+        restitution: unit.restitution,
+        sizes: Polydisperse::new(sizes).expect("sizes"),
+        field: unit.field,
+    }
+}
+
 /// Different sizes and masses: against all pairs, and energy and momentum.
 #[test]
 fn mixture_follows_all_pairs_and_conserves() {
@@ -219,14 +234,7 @@ fn mixture_follows_all_pairs_and_conserves() {
             }
         })
         .collect();
-    let unit = disks(1.0);
-    let scene = Scene {
-        space: unit.space,
-        surface: unit.surface,
-        restitution: unit.restitution,
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        field: unit.field,
-    };
+    let scene = unequal(sizes);
     let bodies = base
         .bodies
         .iter()
@@ -363,14 +371,7 @@ fn very_unequal_disks_follow_all_pairs() {
         .find(free);
         positions.push(at.expect("a place"));
     }
-    let unit = disks(1.0);
-    let scene = Scene {
-        space: unit.space,
-        surface: unit.surface,
-        restitution: unit.restitution,
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        field: unit.field,
-    };
+    let scene = unequal(sizes);
     let bodies = positions
         .iter()
         .map(|&at| stosszahl_model::Body::new(at, Vector2::zeros()))

@@ -4,6 +4,8 @@ mod checkpoints;
 #[path = "../support/damage.rs"]
 mod damage;
 mod displacement;
+#[path = "../support/draws.rs"]
+mod draws;
 mod event_driven;
 mod monte_carlo;
 mod properties;

@@ -1,12 +1,13 @@
 //! The Monte Carlo engine against kinetic theory and against what must be conserved.
 
-use crate::support::{Disks, disks, gas};
 use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Body, Collision, Constant, Free, Observer, Plane, Polydisperse, Scene, Smooth, State, kinetic,
 };
+
+use crate::support::{Disks, disks, gas};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 use nalgebra::{Vector2, vector};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use rand::{RngExt, SeedableRng};
 use stosszahl::ed::{Checkpoint, Dissipation, Engine, EngineError, plain};
 use stosszahl::model::random::Stream;
@@ -15,6 +15,8 @@ use stosszahl::model::{
     Body, Collision, Constant, Domain, Free, Observer, Plane, Polydisperse, Scene, Sizes, Smooth,
     State,
 };
+
+use crate::draws::drawn;
 
 type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
 
@@ -53,16 +55,7 @@ fn recipes() -> impl Strategy<Value = Recipe> {
 
 /// Runs a property on a number of gases, always the same ones.
 fn check(gases: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
-    let config = Config {
-        cases: gases,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(1),
-        ..Config::default()
-    };
-    let stream = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    TestRunner::new_with_rng(config, stream)
-        .run(&recipes(), property)
-        .unwrap_or_else(|failure| panic!("{failure}"));
+    drawn(gases, 1, &recipes(), property);
 }
 
 /// A gas without overlap: disks grow together from random points while overlapping ones push each other away, to the

@@ -1,10 +1,12 @@
 //! Damages valid files: cuts them, splices them with each other, peppers them with bytes and with words that readers trip over.
-//! proptest draws the damage from a fixed seed, keeps no files, and shrinks what fails to the fewest changes.
+//! What fails is shrunk to the fewest changes.
 
 use std::path::Path;
 
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
+
+use super::draws::drawn;
 
 /// One change to the bytes of a file; places are shares of its length.
 #[derive(Clone, Debug)]
@@ -96,18 +98,12 @@ fn apply(valid: &[Vec<u8>], which: usize, damages: &[Damage]) -> Vec<u8> {
 
 /// Damages valid files a number of times and looks at each.
 pub fn fuzz(times: u32, valid: &[Vec<u8>], look: impl Fn(&[u8]) -> Result<(), TestCaseError>) {
-    let config = Config {
-        cases: times,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(2),
-        ..Config::default()
-    };
-    let stream = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    TestRunner::new_with_rng(config, stream)
-        .run(&(0..valid.len(), damages()), |(which, damages)| {
-            look(&apply(valid, which, &damages))
-        })
-        .unwrap_or_else(|failure| panic!("{failure}"));
+    drawn(
+        times,
+        2,
+        &(0..valid.len(), damages()),
+        |(which, damages)| look(&apply(valid, which, &damages)),
+    );
 }
 
 /// An error names the file, says something, and is no flood.

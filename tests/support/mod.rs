@@ -1,4 +1,5 @@
 //! What several tests need.
 
 pub mod damage;
+pub mod draws;
 pub mod program;

@@ -1,10 +1,11 @@
 //! Disks with partners around the point of contact between walls: their collision rate against exact disks.
 
-use crate::support::{Grains, PARAMETERS, gas, grains};
 use nalgebra::vector;
 use stosszahl_dsmc::{Boundaries, Clearance, Engine, EngineError, Parameters, Scheme};
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Face, Free, Plane, Smooth, Space, State, Wall, Walls};
+
+use crate::support::{Grains, PARAMETERS, gas, grains};
 
 type Disks = Grains<Plane, Smooth, Free>;
 

@@ -4,7 +4,6 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
     Boundaries, Clearance, Engine, Inflow, Neighbourhood, Parameters, Scheme, Weights,
@@ -14,6 +13,8 @@ use stosszahl_model::{
     Body, Constant, Domain, Face, Free, Interrupt, Plane, Polydisperse, Restitution, Scene, Smooth,
     State, Wall, Walls,
 };
+
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 
 type Disks = Grains<Plane, Smooth, Free>;
 

@@ -1,6 +1,5 @@
 //! Gases that flow through open faces, and simulators whose weight depends on the place.
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, sphere_for_unit_path};
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{Boundaries, Engine, EngineError, Followed, Inflow, Parameters, Weights};
 use stosszahl_model::random::Streams;
@@ -9,6 +8,8 @@ use stosszahl_model::{
     Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Smooth,
     Space, Species, State, Volume, Wall, Walls,
 };
+
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, sphere_for_unit_path};
 
 type Disks = Grains<Plane, Smooth, Free>;
 

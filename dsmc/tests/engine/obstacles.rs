@@ -1,6 +1,5 @@
 //! Gases around obstacles, and what is counted in cells.
 
-use crate::support::{Grains, PARAMETERS, gas, grains, sphere_for_unit_path};
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Engine, Parameters, Scheme};
 use stosszahl_model::random::Streams;
@@ -8,6 +7,8 @@ use stosszahl_model::walls::{Obstacle, Outline};
 use stosszahl_model::{
     Body, Domain, Face, Free, Gravity, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
 };
+
+use crate::support::{Grains, PARAMETERS, gas, grains, sphere_for_unit_path};
 
 type Disks = Grains<Plane, Smooth, Free>;
 

@@ -1,7 +1,6 @@
 //! Grains that fall in a closed box: what they come to, against the barometric solution (Kawasaki 1985, section 3.1 and
 //! appendices A and B).
 
-use crate::support::{PARAMETERS, gas, sphere_for_unit_path};
 use nalgebra::vector;
 use stosszahl_dsmc::{Boundaries, Engine, Parameters};
 use stosszahl_model::random::{Purpose, Streams};
@@ -9,6 +8,8 @@ use stosszahl_model::{
     Constant, Face, Gravity, Physics, Polydisperse, Rough, Scene, Sizes, State, Surface, Volume,
     Wall, Walls,
 };
+
+use crate::support::{PARAMETERS, gas, sphere_for_unit_path};
 
 type Column = Scene<Volume, Rough, Constant, Polydisperse, Gravity<Volume>>;
 

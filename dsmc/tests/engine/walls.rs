@@ -1,6 +1,5 @@
 //! Walls around the gas: what they keep, what they give, and hard cases.
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
     Boundaries, Clearance, Displacement, Engine, EngineError, Neighbourhood, Parameters, Scheme,
@@ -11,6 +10,8 @@ use stosszahl_model::walls::Vibration;
 use stosszahl_model::{
     Body, Domain, Face, Free, Gravity, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
 };
+
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
 
 type Disks = Grains<Plane, Smooth, Free>;
 type Falling = Grains<Plane, Smooth, Gravity<Plane>>;

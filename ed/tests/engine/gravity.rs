@@ -1,15 +1,14 @@
 //! Disks under gravity: energy, profiles, and disks that come to rest.
 
-use crate::support::{
-    Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
-};
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Outline, Wall};
-use stosszahl_model::{Body, Field, Gravity, Physics, Plane, Smooth, State};
+use stosszahl_model::{Field, Gravity, Physics, Plane, Smooth, State};
 
-type Falling = Grains<Smooth, Gravity<Plane>>;
+use crate::support::{
+    alone, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
+};
 
 /// Kinetic energy, of rotation too, and that of the place in the field.
 fn energy<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
@@ -20,19 +19,6 @@ fn energy<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
         .map(|body| -pull.dot(&body.position))
         .sum();
     state.kinetic_energy(scene) + state.spin_energy(scene) + place
-}
-
-fn alone(
-    boundaries: &Boundaries,
-    lengths: [f64; 2],
-    at: [f64; 2],
-    velocity: [f64; 2],
-) -> State<Falling> {
-    State {
-        time: 0.0,
-        domain: boundaries.walls.domain(lengths.into()).expect("a box"),
-        bodies: vec![Body::new(at.into(), velocity.into())],
-    }
 }
 
 /// Elastic disks, smooth and perfectly rough, between specular walls and around obstacles: the energy after some hundred

@@ -1,30 +1,13 @@
 //! Disks around obstacles: their description, and hard cases.
 
-use crate::support::{
-    Grains, bounces, closed, down, follow_plain, gas, grains, obstacle, rough, walled,
-};
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::walls::{Obstacle, Outline, Wall};
-use stosszahl_model::{
-    Body, Constant, Free, Gravity, Plane, Polydisperse, Rebound, Scene, Smooth, State,
+use stosszahl_model::{Constant, Free, Plane, Polydisperse, Rebound, Scene, Smooth};
+
+use crate::support::{
+    alone, bounces, closed, down, follow_plain, gas, grains, obstacle, rough, walled,
 };
-
-type Falling = Grains<Smooth, Gravity<Plane>>;
-
-/// A single disk in a periodic box with obstacles.
-fn alone(
-    boundaries: &Boundaries,
-    lengths: [f64; 2],
-    at: [f64; 2],
-    velocity: [f64; 2],
-) -> State<Falling> {
-    State {
-        time: 0.0,
-        domain: boundaries.walls.domain(lengths.into()).expect("a box"),
-        bodies: vec![Body::new(at.into(), velocity.into())],
-    }
-}
 
 /// An obstacle that reaches to the edge of a periodic box stands on the other side too, for disks that come from there.
 #[test]

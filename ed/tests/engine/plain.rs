@@ -1,12 +1,13 @@
 //! The engine against its oracle: rough disks, walls, gravity and obstacles, alone and together.
 
-use crate::support::{
-    bounces, closed, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
-};
 use nalgebra::vector;
 use stosszahl_ed::Boundaries;
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{Free, Rebound, Smooth};
+
+use crate::support::{
+    bounces, closed, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
+};
 
 #[test]
 fn rough_disks() {

@@ -2,13 +2,14 @@
 //!
 //! The scenes are the same in every run: proptest draws them from a fixed seed and keeps no files.
 
-use crate::support::{Grains, follow_plain, gas, grains, rough, vibrates, walled};
 use nalgebra::vector;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine};
 use stosszahl_model::walls::{Obstacle, Outline, Wall};
 use stosszahl_model::{Field, Gravity, Physics, Plane, Rebound, Rough, State};
+
+use crate::support::{Grains, follow_plain, gas, grains, rough, vibrates, walled};
 
 type Disks = Grains<Rough, Gravity<Plane>>;
 

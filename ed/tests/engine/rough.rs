@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::support::{Grains, gas, grains, rough};
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::{Free, State, Surface};
+
+use crate::support::{Grains, gas, grains, rough};
 
 type Disks = Grains<stosszahl_model::Rough, Free>;
 

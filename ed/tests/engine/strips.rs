@@ -1,6 +1,5 @@
 //! One gas on many threads: the bytes of one engine, whatever the gas and however it is cut.
 
-use crate::support::{bounces, down, grains, obstacle, rough, vibrates, walled};
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, Spread, simulate};
@@ -11,6 +10,8 @@ use stosszahl_model::{
     Body, Budget, Collision, Constant, EachCollision, Free, Grains, Interrupt, Particle, Particles,
     Physics, Plane, Rebound, Smooth, State,
 };
+
+use crate::support::{bounces, down, grains, obstacle, rough, vibrates, walled};
 
 /// A gas of this many unit disks, at least, on a jittered lattice, without those that overlap obstacles; as wide as it is high over `aspect`.
 fn lattice<P: Physics<Space = Plane>>(

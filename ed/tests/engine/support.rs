@@ -73,6 +73,20 @@ pub fn closed() -> Boundaries {
     walled([Some([Wall::specular(); 2]), Some([Wall::specular(); 2])])
 }
 
+/// A single disk of diameter one in a box, at a place with a velocity.
+pub fn alone<P: Physics<Space = Plane>>(
+    boundaries: &Boundaries,
+    lengths: [f64; 2],
+    at: [f64; 2],
+    velocity: [f64; 2],
+) -> State<P> {
+    State {
+        time: 0.0,
+        domain: boundaries.walls.domain(lengths.into()).expect("a box"),
+        bodies: vec![Body::new(at.into(), velocity.into())],
+    }
+}
+
 /// A Maxwellian gas at random places without overlap.
 pub fn gas<P: Physics<Space = Plane>>(
     scene: &P,

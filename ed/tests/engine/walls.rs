@@ -1,13 +1,14 @@
 //! Disks between walls: conservation, restarts, pressure, what is refused, and hard cases.
 
-use crate::support::{
-    Grains, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
-};
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Face, Ledger, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{Body, Domain, Free, Physics, Plane, Rebound, Smooth, State};
+
+use crate::support::{
+    Grains, alone, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
+};
 
 type Disks = Grains<Smooth, Free>;
 
@@ -20,20 +21,6 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
     (mean, (variance / n).sqrt())
-}
-
-/// A single disk of diameter one in a box, at a place with a velocity.
-fn alone(
-    boundaries: &Boundaries,
-    lengths: [f64; 2],
-    at: [f64; 2],
-    velocity: [f64; 2],
-) -> State<Disks> {
-    State {
-        time: 0.0,
-        domain: boundaries.walls.domain(lengths.into()).expect("a box"),
-        bodies: vec![Body::new(at.into(), velocity.into())],
-    }
 }
 
 /// Specular walls keep the energy, and give what momentum the disks have gained.

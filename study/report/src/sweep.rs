@@ -257,9 +257,12 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
             .collect::<BTreeSet<_>>()
             .len()
     };
-    // How long a point runs and the shape of its box go along with what it is.
-    let along =
-        |key: &str| key.starts_with("run.") || ["box.size", "box.aspect_ratio"].contains(&key);
+    // How long and how often a point runs, what is measured, and the shape of its box go along with what it is.
+    let along = |key: &str| {
+        key.starts_with("run.")
+            || key.starts_with("measure.")
+            || ["box.size", "box.aspect_ratio", "replicas", "seed"].contains(&key)
+    };
     let varied = keys.iter().filter(|key| !along(key) && distinct(key) > 1);
     let varied: Vec<&str> = varied.map(|key| key.as_str()).collect();
     let swept = *varied.iter().max_by_key(|key| distinct(key))?;

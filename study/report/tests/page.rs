@@ -506,12 +506,15 @@ fn a_folder_without_results_is_an_error() {
 #[test]
 fn the_page_of_a_sweep_compares_its_points() {
     let place = tempfile::tempdir().unwrap();
-    let points: Vec<SweepPoint> = [(0.9, 100), (0.8, 100), (0.7, 200), (0.6, 200)]
+    // Replicas and what is measured differ from point to point too, but are not what a curve is drawn against.
+    let points: Vec<SweepPoint> = [(0.9, 100, 4), (0.8, 100, 8), (0.7, 200, 16), (0.6, 200, 32)]
         .iter()
-        .map(|(r, n)| SweepPoint {
+        .map(|(r, n, replicas)| SweepPoint {
             name: format!("r {r}"),
             values: [
                 ("gas.restitution".to_owned(), json!(r)),
+                ("measure.frames.number".to_owned(), json!(replicas)),
+                ("replicas".to_owned(), json!(replicas)),
                 ("species.1.number".to_owned(), json!(n)),
             ]
             .into(),
