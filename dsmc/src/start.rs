@@ -5,7 +5,7 @@ use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
-use crate::across::{self, Arm, Rates, Spread};
+use crate::across::{self, Arm, Rates, Spread, Window};
 use crate::boundary::{
     Boundaries, Inflow, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter,
 };
@@ -370,8 +370,19 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
-        let rates = (parameters.scheme.is_across())
-            .then(|| Rates::new(density.unit(), ball, gas.limit, means.spread::<P>()));
+        let rates = parameters.scheme.is_across().then(|| {
+            let cells: usize = density.reach().iter().map(|reach| 2 * reach + 1).product();
+            let window = Window {
+                volume: cells as f64 * grid.cell_volume(),
+                cell: grid.cell_volume(),
+                whole: domain.volume(),
+                diameter: mean_diameter,
+                radius,
+                copies: copies as f64,
+            };
+            let spread = means.spread::<P>();
+            Rates::new(density.unit(), ball, gas.limit, spread, &window)
+        });
         let mut engine = Self {
             density,
             rates,

@@ -7,6 +7,7 @@
 mod arm;
 mod extents;
 mod kernel;
+mod missing;
 mod overlap;
 mod partners;
 mod rate;
@@ -21,6 +22,7 @@ use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
 pub(crate) use arm::{Arm, Distances};
 pub(crate) use extents::Extent;
+pub(crate) use missing::Window;
 pub(crate) use rate::{Rates, Spread};
 
 use crate::collide::Kernel;

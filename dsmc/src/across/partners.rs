@@ -165,9 +165,11 @@ impl<'a, P: Physics> Search<'a, P> {
         if number > FEW {
             return None;
         }
+        // Itself is as far as a number can be; and if there is nobody at all, so is the word.
+        let is_nobody = best >= f64::MAX.to_bits() & !(FEW - 1);
         let mut skip = if near > 1 {
             stream.random_range(0..near)
-        } else if f64::from_bits(best) > reach * reach {
+        } else if is_nobody || f64::from_bits(best) > reach * reach {
             return None;
         } else {
             // The one that is within the radius, or the nearest.

@@ -2,10 +2,9 @@
 //!
 //! The number in a neighbourhood of a simulator is a noisy measure of the density there, in two ways. It counts the
 //! simulator itself, and the others around it are fewer than the mean, as particles that collide with momentum transfer over
-//! a distance keep apart: on average n V - 1 + S(0), with the structure factor S at long waves, which is the isothermal
-//! compressibility. So S(0), and not 1, is to be taken off the count to be right on average. And n chi(n) is convex: its mean
-//! exceeds that of the mean density by (n chi)''/2 times the variance n S(0)/V, which is taken off too. Both corrections
-//! vanish with many simulators in the neighbourhood.
+//! a distance keep apart: on average n V - H ([`super::missing`]). So 1 - H is to be taken off the count to be right on average. And
+//! n chi(n) is convex: its mean exceeds that of the mean density by (n chi)''/2 times the variance, which is taken off too. Both
+//! corrections vanish with many simulators in the neighbourhood.
 //!
 //! Beside walls a neighbourhood holds fewer simulators for the same density, so each counts for more of it. chi there is that
 //! of the packing fraction, of bodies in the room for bodies; and n the density of centres in the room for centres, which is
@@ -13,11 +12,12 @@
 //!
 //! Where sizes differ, what is counted is the area or volume a. A simulator i thins what is around it by as much as
 //! it collides, `c w_i` with `w_i = <a_j (r_i + r_j)^D>_j`, small ones by more than their own a. The variance of a in a
-//! neighbourhood being S(0) of that of independent ones, `<a_i (a_i - c w_i)> = S(0) <a^2>`: so `a_i - c w_i` is taken off
-//! with `c = (1 - S(0)) <a^2>/<a w>`, and `<a^2>/<a>` is the unit of the variance.
+//! neighbourhood being 1 - H of that of independent ones, `<a_i (a_i - c w_i)> = (1 - H) <a^2>`: so `a_i - c w_i` is taken off
+//! with `c = H <a^2>/<a w>`, and `<a^2>/<a>` is the unit of the variance.
 
 use stosszahl_model::Space;
 
+use super::missing::{Missing, Window};
 use crate::density::Crowding;
 
 /// Most entries of the table.
@@ -35,6 +35,7 @@ pub(crate) struct Rates<S: Space> {
     ball: f64,
     /// Where sizes differ.
     spread: Option<Spread>,
+    missing: Missing,
     table: Vec<f64>,
     space: std::marker::PhantomData<S>,
 }
@@ -78,12 +79,19 @@ impl Spread {
 impl<S: Space> Rates<S> {
     /// `unit`: packing fraction of one simulator, of the largest size, in the neighbourhood; `ball`: mean area or volume of a
     /// particle; `limit`: on chi; `spread`: none if all are alike, so that their number is a whole one.
-    pub(crate) fn new(unit: f64, ball: f64, limit: f64, spread: Option<Spread>) -> Self {
+    pub(crate) fn new(
+        unit: f64,
+        ball: f64,
+        limit: f64,
+        spread: Option<Spread>,
+        window: &Window,
+    ) -> Self {
         let mut rates = Self {
             limit,
             unit,
             ball,
             spread,
+            missing: Missing::new::<S>(window),
             table: Vec::new(),
             space: std::marker::PhantomData,
         };
@@ -101,13 +109,13 @@ impl<S: Space> Rates<S> {
         packing * S::contact_value(packing.min(DENSEST)).min(self.limit)
     }
 
-    /// Of a simulator of `own` units that thins what is around it by `thinned` units times 1 - S(0).
+    /// Of a simulator of `own` units that thins what is around it by `thinned` units times H.
     fn compute(&self, units: f64, crowding: Crowding, [own, thinned]: [f64; 2]) -> f64 {
         let unit = self.unit * crowding.bodies;
         let raw = units * unit;
-        let structure = S::structure_factor_at_zero(raw.clamp(1e-6, 0.7));
-        let off = structure * own + (1.0 - structure) * (own - thinned);
-        let packing = (raw - off * unit).max(0.0);
+        let others = (raw - own * unit).max(0.0);
+        let [missing, varies] = self.missing.at(others);
+        let packing = others + missing * thinned * unit;
         let near = 0.02_f64.min(0.5 * packing);
         let curvature = if near > 0.0 {
             let around = self.covered_chi(packing + near) + self.covered_chi(packing - near);
@@ -116,7 +124,7 @@ impl<S: Space> Rates<S> {
             0.0
         };
         let each = self.spread.map_or(1.0, |spread| spread.variance);
-        let variance = each * unit * packing * structure;
+        let variance = each * unit * packing * varies;
         let covered_chi = (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0);
         crowding.centres * covered_chi / self.ball
     }

@@ -19,12 +19,13 @@ use super::schemes::Quantity::{
     CollisionRate, Compressibility, Diffusion, Longitudinal, Pressure, Transverse, Viscosity,
 };
 use super::schemes::{Method, Setting};
-use crate::gas::{Disks, particles_of};
+use crate::gas::{Disks, particles_of, square};
 use crate::table::{Place, Row, mean as over_gases, over};
 use crate::{Done, Effort, Findings, Trouble};
 
-/// Packing fractions.
-pub const PACKINGS: [f64; 4] = [0.05, 0.1, 0.25, 0.5];
+/// Packing fractions. In thin gases only cells that a scheme chooses itself have a meaning.
+pub const PACKINGS: [f64; 6] = [0.0025, 0.01, 0.05, 0.1, 0.25, 0.5];
+const THIN: f64 = 0.05;
 
 /// Smallest wave number times d of the modes that S(k → 0) is taken from, and the largest: below, the structure of hard disks
 /// changes S by less than a tenth.
@@ -210,23 +211,41 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
 fn extent(effort: &Effort, setting: Setting) -> (usize, [u64; 2]) {
     match (effort.quick, setting) {
         (true, Setting::Single) => (2_000, [4, 4]),
+        (true, Setting::Own) => (1_000, [4, 4]),
         (true, _) => (500, [4, 4]),
         (false, Setting::Single) => (20_000, [4, 64]),
         (false, Setting::Eight) => (2_000, [8, 128]),
         (false, Setting::Refined) => (500, [8, 64]),
+        (false, Setting::Own) => (5_000, [8, 64]),
     }
+}
+
+/// At which settings a gas of this packing is measured.
+fn settings(packing: f64) -> Vec<Setting> {
+    let fixed: &[Setting] = if packing < THIN { &[] } else { &Setting::ALL };
+    [fixed, &[Setting::Own]].concat()
 }
 
 /// All settings of the schemes at all packings. Gases are added until every claim is decided, or there are the most.
 pub(super) fn run(log: &mut Findings) -> Done {
     for packing in PACKINGS {
-        for setting in Setting::ALL {
+        for setting in settings(packing) {
+            let methods = log.effort.methods.iter();
+            let methods: Vec<Method> = methods
+                .filter(|method| setting != Setting::Own || method.default)
+                .copied()
+                .collect();
+            if methods.is_empty() {
+                continue;
+            }
             let (disks, gases) = extent(&log.effort, setting);
             let make = |seed| start(disks, packing, seed, 20.0);
             let mut starts = over_seeds(0..gases[0], make)?.0;
-            for method in log.effort.methods.clone() {
+            for method in methods {
                 let parameters = method.at(setting);
-                let cell = parameters.cell_size.unwrap_or(2.0);
+                let domain = square(disks, packing)?;
+                let columns = parameters.cells(&domain, packing, 1.0)[0];
+                let cell = domain.lengths()[0] / columns as f64;
                 let plan = Plan::new(packing, cell, &starts[0])?;
                 let (mut found, mut seconds) = (Vec::new(), 0.0);
                 let mut count = gases[0];
@@ -276,10 +295,10 @@ fn table(
     let series: Vec<_> = found.iter().map(|gas| gas.waves.clone()).collect();
     let decay = decay_rate(&series, plan.spacing)?;
     let theory = transport::kinematic_viscosity(packing, chi) * plan.wave * plan.wave;
-    let rate = if setting == Setting::Single {
-        0.01
-    } else {
-        0.005
+    let rate = match setting {
+        Setting::Single => 0.01,
+        Setting::Own => 0.0075,
+        Setting::Eight | Setting::Refined => 0.005,
     };
     let z = kinetic::compressibility_factor(packing, 1.0);
     let mut rows = Vec::new();

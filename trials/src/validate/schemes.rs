@@ -42,10 +42,12 @@ pub enum Setting {
     Eight,
     /// As finely as the scheme says.
     Refined,
+    /// Cells and time steps of a run that says nothing of them, four simulators for each disk.
+    Own,
 }
 
 impl Setting {
-    /// All of them.
+    /// Those of all schemes, one finer than the other.
     pub const ALL: [Self; 3] = [Self::Single, Self::Eight, Self::Refined];
 
     /// Its name in tables.
@@ -54,6 +56,7 @@ impl Setting {
             Self::Single => "single",
             Self::Eight => "eight",
             Self::Refined => "refined",
+            Self::Own => "own",
         }
     }
 }
@@ -69,7 +72,7 @@ pub struct Method {
     pub parameters: Parameters,
     /// Side of a cell over the diameter, and simulators for each disk, at the refined setting.
     pub refined: (f64, u32),
-    /// What it claims at each setting, in the order of [`Setting::ALL`].
+    /// What it claims at each setting, in the order of [`Setting::ALL`]; in its own cells, what it does with eight simulators.
     pub claims: [&'static [Quantity]; 3],
 }
 
@@ -80,6 +83,12 @@ impl Method {
             Setting::Single => (2.0, 1),
             Setting::Eight => (2.0, 8),
             Setting::Refined => self.refined,
+            Setting::Own => {
+                return Parameters {
+                    simulators_per_disk: 4,
+                    ..Parameters::for_scheme(self.parameters.scheme)
+                };
+            }
         };
         Parameters {
             cell_size: Some(cell),
@@ -90,7 +99,12 @@ impl Method {
 
     /// Whether it claims a quantity at a setting.
     pub fn claims(&self, setting: Setting, quantity: Quantity) -> bool {
-        self.claims[setting as usize].contains(&quantity)
+        let place = match setting {
+            Setting::Single => 0,
+            Setting::Eight | Setting::Own => 1,
+            Setting::Refined => 2,
+        };
+        self.claims[place].contains(&quantity)
     }
 
     /// A scheme that claims nothing, in cells of two diameters or finer ones.

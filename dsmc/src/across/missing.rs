@@ -1,0 +1,252 @@
+//! How many others a neighbourhood lacks around a simulator, and how much their number varies.
+//!
+//! Particles that collide with momentum transfer over a distance keep apart: of a gas with the structure factor S, the
+//! neighbourhood of one, of volume V and transform w(k), holds on average `n V - H` others, with
+//!
+//! `H = -V/(2 pi)^D ∫ (S(k) - 1) w(k) dk`,
+//!
+//! and the variance of the number in a neighbourhood anywhere is `n V (1 + V/(2 pi)^D ∫ (S(k) - 1) w²(k) dk)`. Only of one that is wide
+//! against what partners come from are these 1 - S(0) and n V S(0). In a thin gas partners come from a quarter of a mean free path,
+//! and a neighbourhood of one or two simulators is no wider.
+//!
+//! S is that of the scheme itself in linear response: partners of a contact distance d, drawn from balls of radius s around the point of
+//! contact, at a rate that follows the number in the neighbourhood, have
+//!
+//! `1/S = 1 + (Z - 1) [1 + (1 + d ln chi/d ln phi) w(k)] f(k d) f(k s)`,
+//!
+//! where f is the transform of a ball over its volume, 2 J1(x)/x in the plane (`docs/development/monte-carlo.md`). The block of cells
+//! counts as a ball of its volume, and so does the cell in which the simulator may be anywhere: H is then right to 0.01.
+
+use std::f64::consts::PI;
+
+use stosszahl_model::Space;
+
+/// Packing fractions of the table, evenly spaced in their roots, and the largest; between them values are interpolated.
+const PACKINGS: usize = 24;
+const LARGEST: f64 = 0.7;
+
+/// Wave numbers up to this many over the longer of d and s, and so many for each lobe of the widest length.
+const LOBES: f64 = 30.0;
+const EACH: f64 = 8.0;
+
+/// Simulators in the ball whose transform is about that of the nearest: its mean square distance is that of this ball within 4 %.
+const NEAREST: f64 = 2.0;
+
+/// Largest S, about that of a fluid that begins to freeze: where linear response says more, or that waves grow, it does not hold.
+const HIGHEST: f64 = 5.0;
+
+/// A neighbourhood: the block of cells around the cell of a simulator.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window {
+    /// Its volume, that of a cell, and that of the box: among few, what is here is not elsewhere \[length^D\].
+    pub(crate) volume: f64,
+    pub(crate) cell: f64,
+    pub(crate) whole: f64,
+    /// Contact distance, and radius around the point of contact within which partners are drawn \[length\].
+    pub(crate) diameter: f64,
+    pub(crate) radius: f64,
+    /// Simulators for each particle.
+    pub(crate) copies: f64,
+}
+
+/// What neighbourhoods lack, by their packing fraction.
+#[derive(Clone, Debug)]
+pub(crate) struct Missing {
+    table: Vec<[f64; 2]>,
+}
+
+/// A wave number, and its share of the integral over all.
+struct Wave {
+    k: f64,
+    weight: f64,
+    /// w(k), and the square of the transform of the neighbourhood alone.
+    window: f64,
+    square: f64,
+}
+
+impl Missing {
+    pub(crate) fn new<S: Space>(window: &Window) -> Self {
+        let waves = window.waves::<S>();
+        let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing(entry), &waves));
+        Self {
+            table: table.collect(),
+        }
+    }
+
+    /// Others that are missing around one, and the variance of a number over its mean.
+    #[inline]
+    pub(crate) fn at(&self, packing: f64) -> [f64; 2] {
+        let place = (packing / LARGEST).clamp(0.0, 1.0).sqrt() * PACKINGS as f64;
+        let entry = (place as usize).min(PACKINGS - 1);
+        let ends = [entry, entry + 1].map(self::packing);
+        let part = (packing.clamp(0.0, LARGEST) - ends[0]) / (ends[1] - ends[0]);
+        let [low, high] = [self.table[entry], self.table[entry + 1]];
+        [0, 1].map(|which| low[which] + part * (high[which] - low[which]))
+    }
+}
+
+/// The packing fraction of an entry of the table.
+fn packing(entry: usize) -> f64 {
+    LARGEST * (entry as f64 / PACKINGS as f64).powi(2)
+}
+
+/// Radius of a ball of this volume.
+fn radius<S: Space>(volume: f64) -> f64 {
+    (volume / S::ball(1.0)).powf(1.0 / S::DIMENSION as f64)
+}
+
+impl Window {
+    /// The wave numbers of the integrals, evenly spaced.
+    fn waves<S: Space>(&self) -> Vec<Wave> {
+        let [block, cell] = [self.volume, self.cell].map(radius::<S>);
+        let longest = self.diameter.max(self.radius);
+        let step = PI / (EACH * longest.max(2.0 * block));
+        let count = (LOBES / longest / step).ceil() as usize;
+        let wave = |number: usize| {
+            let k = (number as f64 + 0.5) * step;
+            let around = ball::<S>(k * block);
+            Wave {
+                k,
+                // The surface of a sphere of radius k over (2 pi)^D.
+                weight: S::SOLID_ANGLE * (k / (2.0 * PI)).powi(S::DIMENSION as i32) / k * step,
+                window: around * ball::<S>(k * cell),
+                square: around * around,
+            }
+        };
+        (0..count).map(wave).collect()
+    }
+
+    /// What a neighbourhood of a packing fraction lacks, as [`Missing::at`].
+    fn lacks<S: Space>(&self, packing: f64, waves: &[Wave]) -> [f64; 2] {
+        if packing == 0.0 {
+            return [0.0, 1.0];
+        }
+        let chi = S::contact_value(packing);
+        // Z - 1 = 2^(D - 1) phi chi, and both together d(phi Z)/d phi = 1/S(0).
+        let excess = 2_f64.powi(S::DIMENSION as i32 - 1) * packing * chi;
+        let zero = S::structure_factor_at_zero(packing);
+        let slope = (1.0 / zero - 1.0) / excess - 1.0;
+        let simulators = self.copies * packing / S::ball(0.5 * self.diameter);
+        let spread = self.radius.max(radius::<S>(NEAREST / simulators));
+        let [mut missing, mut variance] = [0.0; 2];
+        for wave in waves {
+            let carried = ball::<S>(wave.k * self.diameter) * ball::<S>(wave.k * spread);
+            let response = 1.0 + excess * (1.0 + slope * wave.window) * carried;
+            let structure = 1.0 / response.max(1.0 / HIGHEST);
+            missing += (1.0 - structure) * wave.window * wave.weight;
+            variance += (1.0 - structure) * wave.square * wave.weight;
+        }
+        // Their number in the whole box does not vary: the wave k = 0 has no amplitude.
+        let fixed = zero / self.whole;
+        let lacking = [missing + fixed, variance + fixed].map(|each| each * self.volume);
+        [lacking[0], (1.0 - lacking[1]).max(0.0)]
+    }
+}
+
+/// The transform of a ball over its volume, at the wave number times the radius.
+fn ball<S: Space>(x: f64) -> f64 {
+    if x < 1e-2 {
+        // The next term is below 1e-9.
+        1.0 - x * x / (2.0 * (S::DIMENSION as f64 + 2.0))
+    } else if S::DIMENSION == 2 {
+        2.0 * libm::j1(x) / x
+    } else {
+        3.0 * (x.sin() - x * x.cos()) / (x * x * x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stosszahl_model::{Plane, Volume};
+
+    use super::*;
+
+    fn sinc(x: f64) -> f64 {
+        x.sin() / x
+    }
+
+    /// Of blocks of cells, by a plain sum over a grid of wave vectors: what is missing, and the variance over its mean.
+    fn of_a_block(packing: f64, side: f64, cell: f64, spread: f64) -> [f64; 2] {
+        const GRID: i32 = 300;
+        let step = 12.0 / f64::from(GRID);
+        let (zero, chi) = (
+            Plane::structure_factor_at_zero(packing),
+            Plane::contact_value(packing),
+        );
+        let near = 2.0 * packing * chi;
+        let [mut missing, mut variance] = [0.0; 2];
+        let along = |at: i32| (f64::from(at) + 0.5) * step;
+        for (x, y) in (-GRID..GRID).flat_map(|x| (-GRID..GRID).map(move |y| (x, y))) {
+            let k = [along(x), along(y)];
+            let size = k[0].hypot(k[1]);
+            let block: f64 = k.map(|k| sinc(0.5 * k * side)).iter().product();
+            let w: f64 = block * k.map(|k| sinc(0.5 * k * cell)).iter().product::<f64>();
+            let f = ball::<Plane>(size) * ball::<Plane>(size * spread);
+            let structure = 1.0 / (1.0 + (near + (1.0 / zero - 1.0 - near) * w) * f);
+            let each = (1.0 - structure) * (step * side / (2.0 * PI)).powi(2);
+            missing += each * w;
+            variance += each * block * block;
+        }
+        [missing, 1.0 - variance]
+    }
+
+    /// A block of cells against a ball of its volume: what is missing to 0.01 of a simulator, and the variance to 0.02 of that of as many
+    /// independent ones (the largest differences here are 0.004 and 0.013); where all partners are near, and where they are as far as
+    /// the block is wide.
+    #[test]
+    fn blocks_are_much_like_balls() {
+        for (packing, copies, side, cell, radius) in [
+            (0.01, 1.0, 10.9, 10.9, 6.83),
+            (0.01, 4.0, 6.9, 6.9, 6.83),
+            (0.1, 4.0, 5.16, 1.72, 0.6),
+            (0.25, 1.0, 10.9, 2.18, 0.5),
+            (0.25, 64.0, 3.5, 0.5, 0.5),
+        ] {
+            let window = Window {
+                volume: side * side,
+                cell: cell * cell,
+                whole: f64::INFINITY,
+                diameter: 1.0,
+                radius,
+                copies,
+            };
+            let found = window.lacks::<Plane>(packing, &window.waves::<Plane>());
+            let simulators = copies * packing / Plane::ball(0.5);
+            let nearest = (2.0 / (std::f64::consts::PI * simulators)).sqrt();
+            let plain = of_a_block(packing, side, cell, radius.max(nearest));
+            let what = format!("{packing} {copies}: {found:?} {plain:?}");
+            println!("{what}");
+            assert!((found[0] - plain[0]).abs() < 0.01, "{what}");
+            assert!((found[1] - plain[1]).abs() < 0.02, "{what}");
+            assert!(plain[0] > 0.0 && plain[1] < 1.0, "{what}");
+        }
+    }
+
+    /// Between its entries the table is right to 0.02 of a simulator, in the plane and in space.
+    #[test]
+    fn the_table_is_what_it_interpolates() {
+        fn check<S: Space>() {
+            for (side, radius, copies, densest) in [(10.0, 7.0, 1.0, 0.1), (5.0, 0.5, 8.0, 0.45)] {
+                let window = Window {
+                    volume: S::ball(0.5 * side),
+                    cell: S::ball(0.5),
+                    whole: 1e4,
+                    diameter: 1.0,
+                    radius,
+                    copies,
+                };
+                let mut worst = [0.0_f64; 2];
+                let (waves, table) = (window.waves::<S>(), Missing::new::<S>(&window));
+                for step in 1..=100 {
+                    let packing = 0.01 * densest * f64::from(step);
+                    let [one, other] = [window.lacks::<S>(packing, &waves), table.at(packing)];
+                    let apart = [0, 1].map(|which| (one[which] - other[which]).abs());
+                    worst = [0, 1].map(|which| apart[which].max(worst[which]));
+                }
+                assert!(worst[0] < 0.02 && worst[1] < 0.02, "{side} {worst:?}");
+            }
+        }
+        check::<Plane>();
+        check::<Volume>();
+    }
+}
