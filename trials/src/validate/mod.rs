@@ -46,7 +46,7 @@ pub mod parts {
 
     trials! {
         "elastic" => elastic::run,
-            "are rate, pressure, transport, noise and structure of elastic gases at four packings those of Enskog's theory?",
+            "are rate, pressure, transport, noise and structure of elastic gases at six packings those of Enskog's theory?",
             "what each scheme claims", ENDLESS;
         "structure" => structure::run,
             "what is S(k) of an elastic gas at k d = 0.2, 0.5 and 1, over exact disks, with 1, 4, 16 and 64 simulators for each?",
