@@ -14,13 +14,20 @@ const MIB: f64 = 1_048_576.0;
 
 /// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas, threads and
 /// the case.
-const LARGE: [(&str, usize, usize, &str); 6] = [
+const LARGE: [(&str, usize, usize, &str); 7] = [
     (
         "exact dynamics",
         1,
         1,
         "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
          [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.ed]\n",
+    ),
+    (
+        "lattices of a wide box",
+        3,
+        1,
+        "[gas]\nnumber = 20000\nrestitution = 0.9\n[box]\npacking_fraction = 0.001\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 0.001\n[engine.ed]\n",
     ),
     (
         "several simulators for each particle",

@@ -91,6 +91,10 @@ use crate::error::{check_lengths, check_positions, is_positive};
 /// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
 pub const LARGEST_LATTICE: usize = 1 << 26;
 
+/// Sites in the shortest wave, at most: of a finer lattice the corrections are below 1e-3, and a wide box of few disks would take
+/// gibibytes.
+const SITES_IN_WAVE: usize = 32;
+
 /// Edge of the blocks of the transpose: 16 complex numbers are four cache lines.
 const BLOCK: usize = 16;
 
@@ -249,7 +253,8 @@ impl StructureFactorPlan {
     ///
     /// Along each axis the number of sites is the power of two whose spacing is nearest to the diameter, the
     /// finer of two equally near; doubled while the largest wave number is not below M / 2, where a mode could
-    /// not be distinguished from its mirror image. 560 diameters become 512 sites, 1.094 diameters apart.
+    /// not be distinguished from its mirror image, and no more than 32 for the shortest wave. 560 diameters become 512 sites,
+    /// 1.094 diameters apart.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::WaveNumberInvalid`], and
@@ -321,6 +326,14 @@ impl StructureFactorPlan {
     /// Sites of the density lattice along x and y.
     pub fn lattice(&self) -> [usize; 2] {
         self.sites
+    }
+
+    /// Memory of the lattice in a box with sides `lengths` \[bytes\].
+    pub fn bytes(lengths: [f64; 2], options: Options) -> f64 {
+        let indices = largest_indices(lengths, options.largest_wave_number);
+        let [x, y] =
+            [0, 1].map(|axis| sites(lengths[axis], options.diameter, indices[axis]) as f64);
+        size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (indices[1] + 1) as f64 * x)
     }
 
     /// Measures the shells of one configuration; `weight` is the number w of physical disks per point.
@@ -423,14 +436,15 @@ impl StructureFactorPlan {
     }
 }
 
-/// The power of two whose spacing is nearest to the diameter, doubled until it exceeds twice `largest_index`.
+/// The power of two whose spacing is nearest to the diameter, doubled until it exceeds twice `largest_index`; no more than
+/// [`SITES_IN_WAVE`] for a wave of that index.
 fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
     let needed = largest_index.saturating_mul(2).saturating_add(1);
+    let enough = largest_index.saturating_mul(SITES_IN_WAVE).max(needed);
     let mut sites: usize = 2;
     // Halving the spacing h helps while h - d >= d - h/2.
-    while sites <= LARGEST_LATTICE
-        && (sites < needed || 1.5 * length / sites as f64 >= 2.0 * diameter)
-    {
+    let is_coarse = |sites: usize| 1.5 * length / sites as f64 >= 2.0 * diameter;
+    while sites <= LARGEST_LATTICE && (sites < needed || sites < enough && is_coarse(sites)) {
         sites *= 2;
     }
     sites

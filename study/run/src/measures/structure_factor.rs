@@ -64,8 +64,8 @@ pub(super) fn require_periodic(plan: &Plan) -> Result<(), BadOption> {
 }
 
 impl StructureFactors {
-    fn grid(options: &Options, plan: &Plan) -> Result<StructureFactorPlan, BadOption> {
-        let grid = GridOptions {
+    fn options(options: &Options, plan: &Plan) -> GridOptions {
+        GridOptions {
             largest_wave_number: options.largest_wave_number as usize,
             assignment: match options.assignment {
                 Sharing::NearestGridPoint => Assignment::NearestGridPoint,
@@ -73,9 +73,13 @@ impl StructureFactors {
             },
             correction: options.correction,
             diameter: mean_diameter(plan),
-        };
+        }
+    }
+
+    fn grid(options: &Options, plan: &Plan) -> Result<StructureFactorPlan, BadOption> {
         let [x, y, _] = plan.lengths;
-        StructureFactorPlan::new([x, y], grid).map_err(|error| BadOption {
+        let grid = StructureFactorPlan::new([x, y], Self::options(options, plan));
+        grid.map_err(|error| BadOption {
             key: "largest_wave_number".into(),
             allowed: error.to_string(),
         })
@@ -154,16 +158,25 @@ impl Measure for StructureFactors {
         structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
     }
 
+    fn working(&self, plan: &Plan) -> f64 {
+        let [x, y, _] = plan.lengths;
+        let options = Self::options(&measure::chosen(plan, self.name()), plan);
+        StructureFactorPlan::bytes([x, y], options)
+    }
+
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let mut grid = Self::grid(&measure::chosen(plan, self.name()), plan).ok();
+        let [x, y, _] = plan.lengths;
+        let options = Self::options(&measure::chosen(plan, self.name()), plan);
         let record = ByTime::<StructureFactor>::new();
         Box::new(Recorder::new(record, move |record, moment| {
             let weight = moment.simulation.weight();
             let all = moment.particles().all.iter();
             let positions: Vec<_> = all.map(|one| one.position.xy()).collect();
+            // The lattice, which may be larger than the gas, is there only meanwhile.
+            let grid = StructureFactorPlan::new([x, y], options);
             let found = grid
-                .as_mut()
-                .and_then(|grid| grid.measure(&positions, weight).ok());
+                .and_then(|mut grid| grid.measure(&positions, weight))
+                .ok();
             record.push((moment.time, found));
         }))
     }
