@@ -21,10 +21,11 @@ True
 from importlib.metadata import version as _version
 
 from .cases import Case, check, report, run, schema, sweep
-from .engines import COLLISION, CollisionLog, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
-from .errors import CaseError, EngineError, Error, GasError, ResultsError, RunError
+from .engines import COLLISION, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
+from .errors import CaseError, EngineError, Error, GasError, PackageError, ResultsError, RunError
 from .files import Trajectory, trajectory, write_fields
 from .gas import Gas, Viscoelastic, Wall
+from .log import CollisionLog
 from .results import Results, Snapshot, Verdict
 
 __version__ = _version("stosszahl")
@@ -41,6 +42,7 @@ __all__ = [
     "GasError",
     "ImpactParameters",
     "MonteCarlo",
+    "PackageError",
     "Results",
     "ResultsError",
     "RunError",

@@ -15,6 +15,7 @@ from .engines import Engine
 from .errors import ResultsError
 from .gas import Gas
 from .results import Results, Snapshot
+from .writing import optional, replacing, write_text, writer_of
 
 __all__ = ["Trajectory", "trajectory", "write_fields"]
 
@@ -63,19 +64,17 @@ class Trajectory(Sequence[Snapshot]):
         Raises
         ------
         ResultsError
-            There is no snapshot, or the ending is not known, or snapshots differ where the format does not let them.
+            There is no snapshot, or the ending is not known, or snapshots differ where the format does not let them, or the
+            file cannot be written.
+        PackageError
+            The package that the format needs is not installed.
         """
         path = Path(path)
-        if path.suffix not in WRITERS:
-            raise ResultsError(f"{path}: no format has the ending {path.suffix!r}; allowed: {', '.join(WRITERS)}")
+        write = writer_of(WRITERS, path)
         if not self._all:
             raise ResultsError(f"{path}: there is no snapshot to write; allowed: one or more")
-        partial = path.with_name(f".partial-{path.name}")
-        try:
-            WRITERS[path.suffix](partial, self._all)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+        with replacing(path) as partial:
+            write(partial, self._all)
         return path
 
 
@@ -142,14 +141,14 @@ def write_xyz(path: Path, all_: list[Snapshot]) -> None:
                 file.write(f"{number} {' '.join(map(repr, row))}\n")
 
 
-def alike(path: Path, all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
+def alike(all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
     if any(not np.array_equal(of(one), of(all_[0])) for one in all_):
-        raise ResultsError(f"{path}: snapshots differ in {what}; allowed: the same in all of them")
+        raise ResultsError(f"snapshots differ in {what}; allowed in this format: the same in all of them")
 
 
-def stacked(path: Path, all_: list[Snapshot]) -> dict[str, Any]:
+def stacked(all_: list[Snapshot]) -> dict[str, Any]:
     """All snapshots as arrays with the time in front; particles do not come and go."""
-    alike(path, all_, "the number of particles", len)
+    alike(all_, "the number of particles", len)
     arrays: dict[str, Any] = {
         "time": np.array([one.time for one in all_]),
         "box": np.array([one.box for one in all_]),
@@ -166,15 +165,14 @@ def stacked(path: Path, all_: list[Snapshot]) -> dict[str, Any]:
 
 def write_npz(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "wb") as file:
-        np.savez_compressed(file, **stacked(path, all_))
+        np.savez_compressed(file, **stacked(all_))
 
 
 def write_gsd(path: Path, all_: list[Snapshot]) -> None:
-    import gsd.hoomd
-
-    with gsd.hoomd.open(name=str(path), mode="w") as file:
+    hoomd = optional("gsd.hoomd", ".gsd")
+    with hoomd.open(name=str(path), mode="w") as file:
         for step, one in enumerate(all_):
-            frame = gsd.hoomd.Frame()
+            frame = hoomd.Frame()
             sides = np.array(one.box)
             flat = not np.any(one.positions[:, 2]) and not one.periodic[2]
             frame.configuration.step = step
@@ -191,13 +189,12 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
 
 
 def write_h5md(path: Path, all_: list[Snapshot]) -> None:
-    import h5py
-
     from . import __version__
 
-    arrays = stacked(path, all_)
-    alike(path, all_, "radii", lambda one: one.radii)
-    alike(path, all_, "masses", lambda one: one.masses)
+    h5py = optional("h5py", ".h5")
+    arrays = stacked(all_)
+    alike(all_, "radii", lambda one: one.radii)
+    alike(all_, "masses", lambda one: one.masses)
     steps = np.arange(len(all_))
     with h5py.File(path, "w") as file:
         head = file.create_group("h5md")
@@ -271,16 +268,16 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
             for name in names
         )
         file = f"fields-{engine}-{number}.vti"
-        (folder / file).write_text(
+        text = (
             f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian">\n'
             f'<ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{steps[0]!r} {steps[1]!r} 1">\n<Piece Extent="{extent}">\n'
-            f"<CellData>\n{arrays}</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n",
-            encoding="utf-8",
+            f"<CellData>\n{arrays}</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n"
         )
+        write_text(folder / file, text)
         sets.append(f'<DataSet timestep="{float(end)!r}" file={quoteattr(file)}/>\n')
     collection = folder / "fields.pvd"
-    collection.write_text(
+    write_text(
+        collection,
         f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n<Collection>\n{"".join(sets)}</Collection>\n</VTKFile>\n',
-        encoding="utf-8",
     )
     return collection

@@ -1,5 +1,7 @@
 """Files, each opened by the program that it is for; those that are not installed are skipped."""
 
+import sys
+
 import numpy as np
 import pytest
 import stosszahl
@@ -152,6 +154,28 @@ def test_files_that_cannot_be_written(frames, quick, tmp_path):
     with pytest.raises(stosszahl.ResultsError, match="no snapshots of 'dsmc-esmc'; there are some of: ed"):
         trajectory(quick, engine="dsmc-esmc")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("ending", "module"), [("gsd", "gsd.hoomd"), ("h5", "h5py")])
+def test_packages_that_are_missing(frames, tmp_path, monkeypatch, ending, module):
+    monkeypatch.setitem(sys.modules, module, None)
+    package = module.partition(".")[0]
+    with pytest.raises(stosszahl.PackageError, match=f"files .{ending} need the package {package}: .*; pip install {package}") as caught:
+        frames.write(tmp_path / f"x.{ending}")
+    assert isinstance(caught.value, ImportError) and caught.value.name == package and list(tmp_path.iterdir()) == []
+
+
+def test_fields_are_replaced_whole_or_not_at_all(flow, tmp_path, monkeypatch):
+    stosszahl.write_fields(flow, tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    def fail(source, target):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", fail)
+    with pytest.raises(stosszahl.ResultsError, match="vti: cannot be written: .*No space left.*; allowed: a file in a folder"):
+        stosszahl.write_fields(flow, tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_neighbours_with_ovito(frames, tmp_path):
