@@ -55,6 +55,28 @@ def test_h5md(frames, tmp_path):
         assert np.array_equal(group["velocity/step"][:], group["box/edges/step"][:])
 
 
+@pytest.fixture(scope="module")
+def mixture():
+    """Rough disks of two species, of which none spins in the first frame."""
+    gas = Gas.disks(80, species=[(40, 0.8, 2.0)], box_size=(30, 20), restitution=0.9, tangential_restitution=0.4)
+    frames = trajectory(EventDriven(gas), TIMES)
+    assert not np.any(frames[0].spins) and np.any(frames[2].spins) and set(frames[0].species) == {0, 1}
+    return frames
+
+
+def test_species_and_spins_in_all_formats(mixture, tmp_path):
+    last = mixture[2]
+    arrays = np.load(mixture.write(tmp_path / "x.npz"))
+    assert np.array_equal(arrays["species"][2], last.species) and np.array_equal(arrays["spins"][2], last.spins)
+    atoms = pytest.importorskip("ase.io").read(mixture.write(tmp_path / "x.xyz"), index=2)
+    assert np.array_equal(atoms.arrays["type"], last.species) and np.array_equal(atoms.arrays["angular_velocity"], last.spins)
+    with pytest.importorskip("gsd.hoomd").open(mixture.write(tmp_path / "x.gsd")) as file:
+        assert np.array_equal(file[2].particles.typeid, last.species) and file[2].particles.types == ["0", "1"]
+    with pytest.importorskip("h5py").File(mixture.write(tmp_path / "x.h5")) as file:
+        group = file["particles/all"]
+        assert np.array_equal(group["species"], last.species) and np.array_equal(group["angular_velocity/value"][2], last.spins)
+
+
 def test_neighbours_with_freud(tmp_path):
     freud = pytest.importorskip("freud")
     hoomd = pytest.importorskip("gsd.hoomd")
@@ -111,37 +133,6 @@ def test_snapshots_of_a_run_with_ase(quick, tmp_path):
     assert read.pbc.tolist() == list(ours.periodic) == [True, True, False]
 
 
-@pytest.fixture(scope="module")
-def flow(root, tmp_path_factory):
-    keys = {"measure.fields.cells": [12, 8], "measure.fields.blocks": 10, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
-    out = tmp_path_factory.mktemp("results") / "flow"
-    return stosszahl.run(root / "cases/channel-disks.toml", keys, out=out, replicas=1, until=5, progress=False)
-
-
-def test_fields_with_vtk(flow, tmp_path):
-    vtk = pytest.importorskip("vtk")
-    from vtk.util.numpy_support import vtk_to_numpy
-
-    collection = stosszahl.write_fields(flow, tmp_path / "fields")
-    table = flow["fields"]
-    table = table[table["engine"] == table["engine"].iloc[0]]
-    files = sorted(collection.parent.glob("*.vti"))
-    assert len(files) == table["window_end"].nunique() and all(file.name in collection.read_text() for file in files)
-    reader = vtk.vtkXMLImageDataReader()
-    reader.SetFileName(str(files[-1]))
-    reader.Update()
-    image = reader.GetOutput()
-    last = table[table["window_end"] == table["window_end"].max()]
-    assert image.GetNumberOfCells() == len(last) > 1
-    values = vtk_to_numpy(image.GetCellData().GetArray("number_density"))
-    for cell in range(image.GetNumberOfCells()):
-        low, high = np.reshape(image.GetCell(cell).GetBounds(), (3, 2)).T
-        middle = 0.5 * (low + high)
-        nearest = last.iloc[np.hypot(last["x"] - middle[0], last["y"] - middle[1]).argmin()]
-        assert abs(nearest["x"] - middle[0]) + abs(nearest["y"] - middle[1]) < 1e-9
-        assert values[cell] == nearest["number_density"]
-
-
 def test_files_that_cannot_be_written(frames, quick, tmp_path):
     with pytest.raises(stosszahl.ResultsError, match="no format has the ending '.pdb'; allowed: .xyz"):
         frames.write(tmp_path / "x.pdb")
@@ -163,19 +154,6 @@ def test_packages_that_are_missing(frames, tmp_path, monkeypatch, ending, module
     with pytest.raises(stosszahl.PackageError, match=f"files .{ending} need the package {package}: .*; pip install {package}") as caught:
         frames.write(tmp_path / f"x.{ending}")
     assert isinstance(caught.value, ImportError) and caught.value.name == package and list(tmp_path.iterdir()) == []
-
-
-def test_fields_are_replaced_whole_or_not_at_all(flow, tmp_path, monkeypatch):
-    stosszahl.write_fields(flow, tmp_path)
-    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-
-    def fail(source, target):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.replace", fail)
-    with pytest.raises(stosszahl.ResultsError, match="vti: cannot be written: .*No space left.*; allowed: a file in a folder"):
-        stosszahl.write_fields(flow, tmp_path)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_neighbours_with_ovito(frames, tmp_path):
