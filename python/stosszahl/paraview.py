@@ -30,8 +30,8 @@ def write_particles(frames: Iterable[Snapshot | Gas], folder: str | os.PathLike[
     """Writes particles for ParaView: one ``.vtu`` of points for each snapshot, and a ``.pvd`` in time.
 
     Points have the arrays ``id``, ``velocity``, ``diameter``, ``mass``, ``species`` (where it is known) and
-    ``angular_velocity`` (where there is one). In ParaView, *Point Gaussian* or *Glyph* with the scale array ``diameter`` and the
-    scale factor 1 shows disks. Snapshots may differ in their number of particles, and are written one by one as they come.
+    ``angular_velocity`` (where there is one). In ParaView the filter *Glyph* with spheres, the scale array ``diameter`` and the
+    scale factor 1 shows them in their size. Snapshots may differ in their number of particles, and are written one by one as they come.
 
     Parameters
     ----------

@@ -73,6 +73,17 @@ def test_snapshots_at_an_interval_of_chosen_engines(root, tmp_path):
             stosszahl.check(root / "cases/quick.toml", keys)
 
 
+def test_snapshots_name_the_species(root, tmp_path):
+    options = {"out": tmp_path / "binary", "replicas": 1, "until": 1, "progress": False}
+    keys = {"measure.impact_parameters.windows": [[0, 1]], "engine.dsmc-contact-point.simulators_per_particle": 1}
+    results = stosszahl.run(root / "cases/binary-disks.toml", keys, **options)
+    assert {one.engine for one in results.snapshots} == {"ed", "dsmc-contact-point"}
+    for snapshot in results.snapshots:
+        assert np.bincount(snapshot.species).tolist() == [200, 200]
+        assert np.array_equal(snapshot.masses, np.array([1, 4])[snapshot.species])
+        assert np.array_equal(snapshot.radii, np.array([0.5, 1])[snapshot.species])
+
+
 def test_the_manifest_names_the_commit(quick, root):
     head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], cwd=root, capture_output=True, text=True)
     if head.returncode == 0:
