@@ -70,7 +70,7 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
     Returns
     -------
     Path
-        The ``.pvd`` file. Times in it are the ends of windows, in the unit of time of the case.
+        The ``.pvd`` file. Times in it are the middles of windows, in the unit of time of the case.
 
     Raises
     ------
@@ -82,8 +82,10 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
     rows = table[table["engine"] == engine]
     if rows.empty:
         raise ResultsError(f"{results.folder}: no fields of {engine!r}; there are some of: {', '.join(table['engine'].unique())}")
-    windows = ((float(end), image(results, window)) for end, window in rows.groupby("window_end"))
-    return write_series(folder, "fields", ".vti", windows, f"fields-{engine}")
+    # The steady state may end with a window that is listed.
+    windows = sorted(rows.groupby(["window_start", "window_end"]), key=lambda one: sum(one[0]))
+    images = ((0.5 * float(start + end), image(results, window)) for (start, end), window in windows)
+    return write_series(folder, "fields", ".vti", images, f"fields-{engine}")
 
 
 def write_series(folder: str | os.PathLike[str], name: str, ending: str, texts: Iterable[tuple[float, str]], stem: str | None = None) -> Path:

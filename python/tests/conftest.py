@@ -42,6 +42,7 @@ def flow(root, tmp_path_factory):
     """Results of a flow in a channel, with fields."""
     import stosszahl
 
-    keys = {"measure.fields.cells": [12, 8], "measure.fields.blocks": 10, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
+    fields = {"cells": [12, 8], "blocks": 20, "windows": [[0, 2.5], [2.5, 5]]}
+    keys = {"measure.fields": fields, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
     out = tmp_path_factory.mktemp("results") / "flow"
     return stosszahl.run(root / "cases/channel-disks.toml", keys, out=out, replicas=1, until=5, progress=False)

@@ -157,10 +157,10 @@ def test_packages_that_are_missing(frames, tmp_path, monkeypatch, ending, module
 
 
 def test_neighbours_with_ovito(frames, tmp_path):
-    ovito = pytest.importorskip("ovito.data")
+    ovito = pytest.importorskip("ovito.data", exc_type=ImportError)
     from ovito.io import import_file
 
-    data = import_file(str(frames.write(tmp_path / "x.xyz"))).compute(2)
+    data = import_file(str(frames.write(tmp_path / "x.xyz")), multiple_frames=True).compute(2)
     one = frames[2]
     # It reads decimal numbers to a few units of the last place.
     assert np.abs(data.particles.positions - one.positions).max() < 30 * 2**-50
@@ -170,3 +170,12 @@ def test_neighbours_with_ovito(frames, tmp_path):
     away = one.positions[:, None] - one.positions[None]
     away[..., 0] -= 30 * np.round(away[..., 0] / 30)
     assert found == (np.linalg.norm(away, axis=2) < 1.5).sum() - len(one) > 100
+
+
+def test_species_with_ovito(mixture, tmp_path):
+    pytest.importorskip("ovito.data", exc_type=ImportError)
+    from ovito.io import import_file
+
+    for ending in ("xyz", "gsd"):
+        particles = import_file(str(mixture.write(tmp_path / f"x.{ending}")), multiple_frames=True).compute(2).particles
+        assert np.array_equal(particles.particle_types, mixture[2].species)
