@@ -1,10 +1,11 @@
 """What Python costs: collisions per second of exact disks in Rust, from Python, and through observers.
 
     cargo build --release -p stosszahl-python --features states --example speed
-    chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed [DISKS] [TURNS]
+    chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed [DISKS] [TURNS] [WAYS]
 
 All do the same gas to the same end, elastic disks at packing 0.25, by turns and in an order that changes from turn to turn, so that what
-else goes on on the machine meets all of them. Times are of the advance alone. Said are medians over the turns, with quartiles.
+else goes on on the machine meets all of them; with WAYS, only the first so many ways. Times are of the advance alone. Said are medians over
+the turns, with quartiles.
 """
 
 import subprocess
@@ -71,7 +72,8 @@ def binned():
 
 def main():
     program = sys.argv[1]
-    disks, turns = (int(word) if word else default for word, default in zip((*sys.argv[2:], "", "")[:2], (5000, 15)))
+    given = [int(word) for word in sys.argv[2:]]
+    disks, turns, most = given + [5000, 15, 7][len(given) :]
     until = end_of(disks)
     ways = {
         "Rust": lambda: in_rust(program, disks, until),
@@ -82,8 +84,8 @@ def main():
         "a histogram in NumPy": lambda: in_python(disks, until, binned()),
         "CollisionLog": lambda: in_python(disks, until, CollisionLog(COLLISIONS)),
     }
-    seconds = {name: [] for name in ways}
-    order, counts = list(ways), {}
+    order, counts = list(ways)[:most], {}
+    seconds = {name: [] for name in order}
     for turn in range(turns + 1):
         for name in order:
             collisions, took = ways[name]()
