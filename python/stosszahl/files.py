@@ -161,7 +161,7 @@ def write_npz(path: Path, all_: list[Snapshot]) -> None:
 
 
 def write_gsd(path: Path, all_: list[Snapshot]) -> None:
-    hoomd = optional("gsd.hoomd", ".gsd")
+    hoomd = optional("gsd.hoomd", "files .gsd")
     with hoomd.open(name=str(path), mode="w") as file:
         for step, one in enumerate(all_):
             frame = hoomd.Frame()
@@ -186,7 +186,7 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
 def write_h5md(path: Path, all_: list[Snapshot]) -> None:
     from . import __version__
 
-    h5py = optional("h5py", ".h5")
+    h5py = optional("h5py", "files .h5")
     arrays = stacked(all_)
     alike(all_, "radii", lambda one: one.radii)
     alike(all_, "masses", lambda one: one.masses)

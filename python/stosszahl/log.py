@@ -111,7 +111,7 @@ def flat(collisions: NDArray[np.void]) -> dict[str, NDArray[Any]]:
 
 
 def write_parquet(path: Path, log: CollisionLog) -> None:
-    arrow, parquet = optional("pyarrow", ".parquet"), optional("pyarrow.parquet", ".parquet")
+    arrow, parquet = optional("pyarrow", "files .parquet"), optional("pyarrow.parquet", "files .parquet")
     all_, file = log.collisions, None
     try:
         for start in range(0, max(len(all_), 1), ROWS):

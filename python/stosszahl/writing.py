@@ -40,11 +40,11 @@ def writer_of(writers: Mapping[str, Writer], path: Path) -> Writer:
     return writers[path.suffix]
 
 
-def optional(module: str, ending: str) -> Any:
-    """A module that files of an ending need. Its package, named by its first part, is not everybody's."""
+def optional(module: str, what: str) -> Any:
+    """A module that some things need. Its package, named by its first part, is not everybody's."""
     package = module.partition(".")[0]
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        text = f"files {ending} need the package {package}: {error}; pip install {package}, or pip install 'stosszahl[formats]'"
+        text = f"{what} need the package {package}: {error}; pip install {package}, or pip install 'stosszahl[formats]'"
         raise PackageError(text, name=package) from error
