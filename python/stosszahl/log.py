@@ -92,9 +92,9 @@ def derived(collisions: NDArray[np.void]) -> dict[str, NDArray[np.float64]]:
 
 def write_npz(path: Path, log: CollisionLog) -> None:
     all_ = log.collisions
-    columns: dict[str, Any] = {name: all_[name] for name in COLLISION.names or ()}
+    columns: dict[str, Any] = {name: all_[name] for name in COLLISION.names or ()} | derived(all_)
     with open(path, "wb") as file:
-        np.savez_compressed(file, seen=log.seen, **derived(all_), **columns)
+        np.savez_compressed(file, seen=log.seen, **columns)
 
 
 def flat(collisions: NDArray[np.void]) -> dict[str, NDArray[Any]]:

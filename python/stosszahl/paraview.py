@@ -124,12 +124,12 @@ def points(one: Snapshot) -> str:
         columns["species"] = one.species
     if one.spins is not None:
         columns["angular_velocity"] = one.spins
-    cells = {"connectivity": number, "offsets": number + 1, "types": np.full(len(one), VERTEX, dtype=np.uint8)}
+    cells: dict[str, ArrayLike] = {"connectivity": number, "offsets": number + 1, "types": np.full(len(one), VERTEX, dtype=np.uint8)}
     piece = (
         f'<Piece NumberOfPoints="{len(one)}" NumberOfCells="{len(one)}">\n<Points>\n{data_array("points", one.positions)}</Points>\n'
         f"<Cells>\n{data_arrays(cells)}</Cells>\n<PointData>\n{data_arrays(columns)}</PointData>\n</Piece>\n"
     )
-    whole = {"TimeValue": [one.time], "box": [one.box], "periodic": [[int(is_) for is_ in one.periodic]]}
+    whole: dict[str, ArrayLike] = {"TimeValue": [one.time], "box": [one.box], "periodic": [[int(is_) for is_ in one.periodic]]}
     about = data_arrays(whole, ' NumberOfTuples="1"')
     return document("UnstructuredGrid", f"<FieldData>\n{about}</FieldData>\n{piece}")
 
