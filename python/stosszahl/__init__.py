@@ -21,11 +21,14 @@ True
 from importlib.metadata import version as _version
 
 from .cases import Case, check, report, run, schema, sweep
-from .engines import COLLISION, CollisionLog, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
-from .errors import CaseError, EngineError, Error, GasError, ResultsError, RunError
-from .files import Trajectory, trajectory, write_fields
+from .engines import COLLISION, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
+from .errors import CaseError, EngineError, Error, GasError, PackageError, ResultsError, RunError
+from .files import Trajectory, trajectory
 from .gas import Gas, Viscoelastic, Wall
-from .results import Results, Snapshot, Verdict
+from .log import CollisionLog
+from .paraview import write_fields, write_particles
+from .results import Results, Verdict
+from .snapshots import Snapshot
 
 __version__ = _version("stosszahl")
 
@@ -41,6 +44,7 @@ __all__ = [
     "GasError",
     "ImpactParameters",
     "MonteCarlo",
+    "PackageError",
     "Results",
     "ResultsError",
     "RunError",
@@ -57,4 +61,5 @@ __all__ = [
     "sweep",
     "trajectory",
     "write_fields",
+    "write_particles",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any
 
@@ -13,7 +12,7 @@ from . import _native
 from .errors import GasError
 from .gas import Gas, HasParticles, given_vectors, numbers
 
-__all__ = ["COLLISION", "CollisionLog", "EventDriven", "ImpactParameters", "MonteCarlo", "impact_parameters"]
+__all__ = ["COLLISION", "EventDriven", "ImpactParameters", "MonteCarlo", "impact_parameters"]
 
 COLLISION = np.dtype(
     [
@@ -265,35 +264,3 @@ def impact_parameters(collisions: NDArray[np.void]) -> NDArray[np.float64]:
     across = relative - line * along[:, None]
     square = np.einsum("ij,ij->i", across, across) / np.einsum("ij,ij->i", relative, relative)
     return np.sqrt(np.minimum(square, 1.0))
-
-
-class CollisionLog:
-    """An observer that keeps collisions, at most so many.
-
-    Parameters
-    ----------
-    most : int
-        Collisions that are kept; later ones are only counted. A collision takes 120 bytes.
-    """
-
-    def __init__(self, most: int = 1_000_000) -> None:
-        self.most = most
-        self.seen = 0
-        self._parts: list[NDArray[np.void]] = []
-
-    def __call__(self, batch: NDArray[np.void]) -> None:
-        room = self.most - min(self.seen, self.most)
-        if room > 0:
-            self._parts.append(batch[:room].copy())
-        self.seen += len(batch)
-
-    @property
-    def collisions(self) -> NDArray[np.void]:
-        """The kept ones, in order, as an array of the type :data:`COLLISION`."""
-        return np.concatenate(self._parts) if self._parts else np.empty(0, dtype=COLLISION)
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes time, pair, impact parameter and all else to an ``.npz`` file, one array for each field."""
-        all_ = self.collisions
-        columns: dict[str, Any] = {name: all_[name] for name in COLLISION.names or ()}
-        np.savez_compressed(path, impact_parameter=impact_parameters(all_), seen=self.seen, **columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CaseError", "EngineError", "Error", "GasError", "ResultsError", "RunError"]
+__all__ = ["CaseError", "EngineError", "Error", "GasError", "PackageError", "ResultsError", "RunError"]
 
 
 class Error(Exception):
@@ -45,3 +45,7 @@ class RunError(Error, RuntimeError):
 
 class ResultsError(Error, ValueError):
     """A results folder that cannot be written or read."""
+
+
+class PackageError(Error, ImportError):
+    """A package that is needed here and is not installed; ``name`` is that of the package."""

@@ -1,4 +1,4 @@
-"""Trajectories and fields as files of other programs: OVITO, ASE, freud, ParaView, HOOMD-blue."""
+"""Trajectories as files of other programs: OVITO, ASE, freud, HOOMD-blue, MDAnalysis."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,11 @@ from numpy.typing import NDArray
 from .engines import Engine
 from .errors import ResultsError
 from .gas import Gas
-from .results import Results, Snapshot
+from .results import Results
+from .snapshots import Snapshot, snapshot_of
+from .writing import optional, replacing, writer_of
 
-__all__ = ["Trajectory", "trajectory", "write_fields"]
+__all__ = ["Trajectory", "trajectory"]
 
 
 class Trajectory(Sequence[Snapshot]):
@@ -29,7 +30,7 @@ class Trajectory(Sequence[Snapshot]):
     """
 
     def __init__(self, snapshots: Iterable[Snapshot | Gas]) -> None:
-        self._all = [snapshot_of(one) if isinstance(one, Gas) else one for one in snapshots]
+        self._all = [snapshot_of(one) for one in snapshots]
 
     def __len__(self) -> int:
         return len(self._all)
@@ -63,19 +64,17 @@ class Trajectory(Sequence[Snapshot]):
         Raises
         ------
         ResultsError
-            There is no snapshot, or the ending is not known, or snapshots differ where the format does not let them.
+            There is no snapshot, or the ending is not known, or snapshots differ where the format does not let them, or the
+            file cannot be written.
+        PackageError
+            The package that the format needs is not installed.
         """
         path = Path(path)
-        if path.suffix not in WRITERS:
-            raise ResultsError(f"{path}: no format has the ending {path.suffix!r}; allowed: {', '.join(WRITERS)}")
+        write = writer_of(WRITERS, path)
         if not self._all:
             raise ResultsError(f"{path}: there is no snapshot to write; allowed: one or more")
-        partial = path.with_name(f".partial-{path.name}")
-        try:
-            WRITERS[path.suffix](partial, self._all)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+        with replacing(path) as partial:
+            write(partial, self._all)
         return path
 
 
@@ -95,8 +94,9 @@ def trajectory(source: Engine | Results, times: Iterable[float] | None = None, e
         if times is not None:
             raise ResultsError("times of snapshots that are there already; allowed: none, and the case says when they are taken")
         names = list(dict.fromkeys(one.engine for one in source.snapshots))
-        if engine is not None and engine not in names:
-            raise ResultsError(f"{source.folder}: no snapshots of {engine!r}; there are some of: {', '.join(names) or 'none'}")
+        if not names or engine not in (None, *names):
+            whose = f" of {engine!r}" if engine else ""
+            raise ResultsError(f"{source.folder}: no snapshots{whose}; there are some of: {', '.join(names) or 'none'}")
         return Trajectory(one for one in source.snapshots if one.engine == (engine or names[0]))
     if times is None:
         raise ResultsError("a trajectory of an engine without times; allowed: times=[...]")
@@ -109,23 +109,6 @@ def trajectory(source: Engine | Results, times: Iterable[float] | None = None, e
     return Trajectory(states())
 
 
-def snapshot_of(gas: Gas) -> Snapshot:
-    """A gas of disks as a snapshot."""
-    flat = np.zeros(len(gas))
-    spins = gas.spins
-    return Snapshot(
-        engine="",
-        time=gas.time,
-        box=(*gas.box, 1.0),
-        periodic=(*gas.periodic, False),
-        positions=np.column_stack([gas.positions, flat]),
-        velocities=np.column_stack([gas.velocities, flat]),
-        radii=np.asarray(gas.radii),
-        masses=np.asarray(gas.masses),
-        spins=np.column_stack([flat, flat, spins]) if np.any(spins) else None,
-    )
-
-
 def write_xyz(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "w", encoding="utf-8") as file:
         for one in all_:
@@ -135,21 +118,26 @@ def write_xyz(path: Path, all_: list[Snapshot]) -> None:
             if one.spins is not None:
                 columns.append(one.spins)
                 properties += ":angular_velocity:R:3"
+            # What OVITO takes for the type, and ASE keeps as an array; "species" would be names of elements to both.
+            kinds = None if one.species is None else one.species.tolist()
+            if kinds:
+                properties += ":type:I:1"
             pbc = " ".join("T" if is_ else "F" for is_ in one.periodic)
             engine = f" Engine={one.engine}" if one.engine else ""
             file.write(f"{len(one)}\nLattice=\"{x!r} 0 0 0 {y!r} 0 0 0 {z!r}\" Properties={properties} pbc=\"{pbc}\" Time={one.time!r}{engine}\n")
             for number, row in enumerate(np.hstack(columns).tolist()):
-                file.write(f"{number} {' '.join(map(repr, row))}\n")
+                kind = f" {kinds[number]}" if kinds else ""
+                file.write(f"{number} {' '.join(map(repr, row))}{kind}\n")
 
 
-def alike(path: Path, all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
+def alike(all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
     if any(not np.array_equal(of(one), of(all_[0])) for one in all_):
-        raise ResultsError(f"{path}: snapshots differ in {what}; allowed: the same in all of them")
+        raise ResultsError(f"snapshots differ in {what}; allowed in this format: the same in all of them")
 
 
-def stacked(path: Path, all_: list[Snapshot]) -> dict[str, Any]:
+def stacked(all_: list[Snapshot]) -> dict[str, Any]:
     """All snapshots as arrays with the time in front; particles do not come and go."""
-    alike(path, all_, "the number of particles", len)
+    alike(all_, "the number of particles", len)
     arrays: dict[str, Any] = {
         "time": np.array([one.time for one in all_]),
         "box": np.array([one.box for one in all_]),
@@ -159,22 +147,24 @@ def stacked(path: Path, all_: list[Snapshot]) -> dict[str, Any]:
         "radii": np.array([one.radii for one in all_]),
         "masses": np.array([one.masses for one in all_]),
     }
-    if all(one.spins is not None for one in all_):
-        arrays["spins"] = np.array([one.spins for one in all_])
+    # Grains that do not spin yet, or are all of the first species, may have none.
+    if any(one.spins is not None for one in all_):
+        arrays["spins"] = np.array([np.zeros_like(one.positions) if one.spins is None else one.spins for one in all_])
+    if any(one.species is not None for one in all_):
+        arrays["species"] = np.array([np.zeros(len(one), dtype=np.int64) if one.species is None else one.species for one in all_])
     return arrays
 
 
 def write_npz(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "wb") as file:
-        np.savez_compressed(file, **stacked(path, all_))
+        np.savez_compressed(file, **stacked(all_))
 
 
 def write_gsd(path: Path, all_: list[Snapshot]) -> None:
-    import gsd.hoomd
-
-    with gsd.hoomd.open(name=str(path), mode="w") as file:
+    hoomd = optional("gsd.hoomd", "files .gsd")
+    with hoomd.open(name=str(path), mode="w") as file:
         for step, one in enumerate(all_):
-            frame = gsd.hoomd.Frame()
+            frame = hoomd.Frame()
             sides = np.array(one.box)
             flat = not np.any(one.positions[:, 2]) and not one.periodic[2]
             frame.configuration.step = step
@@ -186,18 +176,20 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
             frame.particles.velocity = one.velocities
             frame.particles.diameter = 2.0 * one.radii
             frame.particles.mass = one.masses
+            if one.species is not None:
+                frame.particles.types = [str(number) for number in range(one.species.max() + 1)]
+                frame.particles.typeid = one.species
             frame.log["time"] = np.array([one.time])
             file.append(frame)
 
 
 def write_h5md(path: Path, all_: list[Snapshot]) -> None:
-    import h5py
-
     from . import __version__
 
-    arrays = stacked(path, all_)
-    alike(path, all_, "radii", lambda one: one.radii)
-    alike(path, all_, "masses", lambda one: one.masses)
+    h5py = optional("h5py", "files .h5")
+    arrays = stacked(all_)
+    alike(all_, "radii", lambda one: one.radii)
+    alike(all_, "masses", lambda one: one.masses)
     steps = np.arange(len(all_))
     with h5py.File(path, "w") as file:
         head = file.create_group("h5md")
@@ -221,6 +213,9 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
         series(group, "velocity", arrays["velocities"])
         if "spins" in arrays:
             series(group, "angular_velocity", arrays["spins"])
+        if "species" in arrays:
+            alike(all_, "species", lambda one: one.species)
+            group["species"] = all_[0].species
         group["mass"], group["radius"] = arrays["masses"][0], arrays["radii"][0]
         box = group.create_group("box")
         box.attrs["dimension"] = 3
@@ -229,58 +224,3 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
 
 
 WRITERS = {".xyz": write_xyz, ".npz": write_npz, ".gsd": write_gsd, ".h5": write_h5md}
-
-
-def write_fields(results: Results, folder: str | os.PathLike[str], engine: str | None = None) -> Path:
-    """Writes the fields of a flow (``fields.csv``) for ParaView: one ``.vti`` image for each window, and ``fields.pvd`` in time.
-
-    Parameters
-    ----------
-    results : Results
-        Of a flow with the measure ``fields``.
-    folder : path
-        Is made if it does not exist.
-    engine : str, optional
-        Which engine; the first of the table by default.
-
-    Returns
-    -------
-    Path
-        The ``.pvd`` file. Times in it are the ends of windows, in the unit of time of the case.
-    """
-    table = results["fields"]
-    engine = table["engine"].iloc[0] if engine is None else engine
-    rows = table[table["engine"] == engine]
-    if rows.empty:
-        raise ResultsError(f"{results.folder}: no fields of {engine!r}; there are some of: {', '.join(table['engine'].unique())}")
-    keys = ["engine", "window_start", "window_end", "x", "y"]
-    names = [name for name in rows.columns if name not in keys and rows[name].dtype.kind in "fi"]
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    sets = []
-    for number, (end, window) in enumerate(rows.groupby("window_end")):
-        x, y = np.unique(window["x"]).tolist(), np.unique(window["y"]).tolist()
-        steps = [side[1] - side[0] if len(side) > 1 else 1.0 for side in (x, y)]
-        window = window.sort_values(["y", "x"])
-        if len(window) != len(x) * len(y):
-            raise ResultsError(f"{results.folder}: {len(window)} rows of fields for {len(x)} x {len(y)} cells; allowed: one each")
-        origin = f"{x[0] - 0.5 * steps[0]!r} {y[0] - 0.5 * steps[1]!r} 0"
-        extent = f"0 {len(x)} 0 {len(y)} 0 0"
-        arrays = "".join(
-            f'<DataArray type="Float64" Name={quoteattr(name)} format="ascii">{" ".join(map(repr, window[name].astype(float).tolist()))}</DataArray>\n'
-            for name in names
-        )
-        file = f"fields-{engine}-{number}.vti"
-        (folder / file).write_text(
-            f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian">\n'
-            f'<ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{steps[0]!r} {steps[1]!r} 1">\n<Piece Extent="{extent}">\n'
-            f"<CellData>\n{arrays}</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n",
-            encoding="utf-8",
-        )
-        sets.append(f'<DataSet timestep="{float(end)!r}" file={quoteattr(file)}/>\n')
-    collection = folder / "fields.pvd"
-    collection.write_text(
-        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n<Collection>\n{"".join(sets)}</Collection>\n</VTKFile>\n',
-        encoding="utf-8",
-    )
-    return collection

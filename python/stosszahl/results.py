@@ -11,17 +11,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from . import _native
 from .errors import ResultsError
+from .snapshots import Snapshot, read_snapshot
+from .writing import optional
 
 if TYPE_CHECKING:
+    import pyarrow
     from matplotlib.figure import Figure
 
-__all__ = ["Results", "Snapshot", "Verdict"]
+__all__ = ["Results", "Verdict"]
 
 
 @dataclass(frozen=True)
@@ -34,42 +35,6 @@ class Verdict:
 
     def __str__(self) -> str:
         return f"{self.kind:<10} {self.sentence}"
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """All particles at one time, in the units of the case.
-
-    Attributes
-    ----------
-    engine : str
-        Name of the engine.
-    time : float
-        In the unit of time of the case, as tables have it.
-    box : tuple of three floats
-        Sides of the box [length]; in the plane the third is a thickness for programs that want one.
-    periodic : tuple of three bools
-        Whether the box is periodic, by axis.
-    positions, velocities : ndarray
-        [length], [length/time], shape (number, 3); in the plane the third component is zero.
-    radii, masses : ndarray
-        Shape (number,).
-    spins : ndarray or None
-        Angular velocities [1/time], shape (number, 3); none for grains that do not spin.
-    """
-
-    engine: str
-    time: float
-    box: tuple[float, ...]
-    periodic: tuple[bool, ...]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    radii: NDArray[np.float64]
-    masses: NDArray[np.float64]
-    spins: NDArray[np.float64] | None = None
-
-    def __len__(self) -> int:
-        return len(self.positions)
 
 
 class Tables(Mapping[str, pd.DataFrame]):
@@ -188,6 +153,22 @@ class Results:
         columns = pd.DataFrame(self._entry(name)["columns"]).set_index("name")
         return columns[["unit", "meaning", "role"]]
 
+    def arrow(self, name: str) -> pyarrow.Table:
+        """A table as Arrow has it, over the same memory where columns are of numbers. Fields know unit, meaning and role.
+
+        Polars takes it as it is, ``polars.from_arrow(results.arrow("energy"))``, and so do DuckDB and files of Parquet.
+
+        Raises
+        ------
+        PackageError
+            ``pyarrow`` is not installed.
+        """
+        arrow = optional("pyarrow", "tables of Arrow")
+        frame, about = self.tables[name], self.columns(name).to_dict("index")
+        table = arrow.Table.from_pandas(frame, preserve_index=False)
+        fields = [field.with_metadata(about[field.name]) if field.name in about else field for field in table.schema]
+        return table.cast(arrow.schema(fields, metadata={"about": frame.attrs["about"]}))
+
     def figure(self, name: str, number: int = 0) -> Figure:
         """A figure of a table, as the report has it: estimates with error bars against time, dashed theory, histograms, maps.
 
@@ -241,40 +222,3 @@ class Results:
             table = pd.read_csv(self.folder / f"{name}.csv", dtype=words, keep_default_na=False, na_values=[""])
         table.attrs = {"about": entry["about"], "units": {column["name"]: column["unit"] for column in entry["columns"]}}
         return table
-
-
-def read_snapshot(path: Path, engine: str, time: float) -> Snapshot:
-    """Reads a snapshot in extended XYZ."""
-    with open(path, encoding="utf-8") as file:
-        number, header = int(file.readline()), file.readline()
-        names, widths = columns_of(field(header, "Properties"))
-        rows = pd.read_csv(file, sep=" ", header=None, nrows=number).to_numpy(dtype=np.float64).reshape(number, -1)
-    starts = np.cumsum([0, *widths])
-    parts = {name: rows[:, start : start + width] for name, start, width in zip(names, starts, widths)}
-    lattice = np.array(field(header, "Lattice").split(), dtype=np.float64)
-    periodic = (field(header, "pbc") or "T T T").split()
-    return Snapshot(
-        engine=engine,
-        time=time,
-        box=tuple(lattice[[0, 4, 8]].tolist()),
-        periodic=tuple(one == "T" for one in periodic),
-        positions=parts["pos"],
-        velocities=parts["velo"],
-        radii=parts["radius"][:, 0],
-        masses=parts["mass"][:, 0],
-        spins=parts.get("angular_velocity"),
-    )
-
-
-def field(header: str, name: str) -> str:
-    """The value of a key of the second line of an extended XYZ file; empty if it is not there."""
-    _, found, rest = f" {header}".partition(f" {name}=")
-    if not found:
-        return ""
-    return rest[1:].split('"', 1)[0] if rest.startswith('"') else rest.split(maxsplit=1)[0]
-
-
-def columns_of(properties: str) -> tuple[list[str], list[int]]:
-    """Names and widths of the columns of an extended XYZ file."""
-    parts = properties.split(":")
-    return parts[::3], [int(width) for width in parts[2::3]]

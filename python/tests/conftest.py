@@ -35,3 +35,14 @@ def quick(tmp_path_factory, root):
     out = tmp_path_factory.mktemp("results") / "quick"
     keys = {"gas.number": 400, "run.until": 10}
     return stosszahl.run(root / "cases/quick.toml", keys, out=out, replicas=4, progress=False)
+
+
+@pytest.fixture(scope="session")
+def flow(root, tmp_path_factory):
+    """Results of a flow in a channel, with fields."""
+    import stosszahl
+
+    fields = {"cells": [12, 8], "blocks": 20, "windows": [[0, 2.5], [2.5, 5]]}
+    keys = {"measure.fields": fields, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
+    out = tmp_path_factory.mktemp("results") / "flow"
+    return stosszahl.run(root / "cases/channel-disks.toml", keys, out=out, replicas=1, until=5, progress=False)

@@ -1,10 +1,12 @@
 """Cases and results: the folders of the command line, as frames and arrays."""
 
+import importlib.util
 import os
 import re
 import shutil
 import signal
 import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -44,6 +46,27 @@ def test_tables_are_frames_that_know_their_units(quick):
         assert len(quick.columns(name)) == quick[name].shape[1]
 
 
+def test_tables_of_arrow_and_polars(quick, tmp_path, monkeypatch):
+    arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    frame, table = quick["energy"], quick.arrow("energy")
+    assert table.column_names == list(frame) and table.num_rows == len(frame)
+    assert all(table[name].to_pandas().equals(frame[name].astype(table[name].to_pandas().dtype)) for name in frame)
+    field = table.schema.field("energy_ratio_se")
+    assert field.type == arrow.float64() and field.metadata[b"unit"] == b"1" and field.metadata[b"role"] == b"standard-error"
+    # The same memory, not the same values only.
+    (chunk,) = table["energy_ratio"].chunks
+    assert chunk.buffers()[1].address + 8 * chunk.offset == frame["energy_ratio"].to_numpy().ctypes.data
+    parquet.write_table(table, tmp_path / "energy.parquet")
+    again = parquet.read_table(tmp_path / "energy.parquet")
+    assert again.equals(table) and again.schema.field("time").metadata[b"meaning"] == table.schema.field("time").metadata[b"meaning"]
+    polars = pytest.importorskip("polars").from_arrow(table)
+    assert polars.columns == list(frame) and np.array_equal(polars["energy_ratio"].to_numpy(), frame["energy_ratio"])
+    assert polars["engine"].to_list() == frame["engine"].to_list()
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(stosszahl.PackageError, match="tables of Arrow need the package pyarrow: .*pip install pyarrow"):
+        quick.arrow("energy")
+
+
 def test_verdicts_are_in_words(quick):
     assert quick.verdicts and all(one.kind in ("agree", "differ", "undecided", "void", "warning", "note") for one in quick.verdicts)
     assert quick.verdicts[0].sentence in quick._repr_html_()
@@ -71,6 +94,17 @@ def test_snapshots_at_an_interval_of_chosen_engines(root, tmp_path):
         keys = {"measure.snapshots.interval": 1.0, **{f"measure.snapshots.{key}": value for key, value in bad.items()}}
         with pytest.raises(stosszahl.CaseError, match="measure.snapshots"):
             stosszahl.check(root / "cases/quick.toml", keys)
+
+
+def test_snapshots_name_the_species(root, tmp_path):
+    options = {"out": tmp_path / "binary", "replicas": 1, "until": 1, "progress": False}
+    keys = {"measure.impact_parameters.windows": [[0, 1]], "engine.dsmc-contact-point.simulators_per_particle": 1}
+    results = stosszahl.run(root / "cases/binary-disks.toml", keys, **options)
+    assert {one.engine for one in results.snapshots} == {"ed", "dsmc-contact-point"}
+    for snapshot in results.snapshots:
+        assert np.bincount(snapshot.species).tolist() == [200, 200]
+        assert np.array_equal(snapshot.masses, np.array([1, 4])[snapshot.species])
+        assert np.array_equal(snapshot.radii, np.array([0.5, 1])[snapshot.species])
 
 
 def test_the_manifest_names_the_commit(quick, root):
@@ -118,6 +152,8 @@ def test_a_dictionary_is_a_case_and_a_sweep_has_points(tmp_path):
     assert list(energy)[0] == "gas.restitution" and set(energy["gas.restitution"]) == {0.7, 0.9}
     last = energy.groupby("gas.restitution")["energy_ratio"].last()
     assert last[0.7] > 0 and len(energy) == sum(len(point["energy"]) for point in results.points.values())
+    if importlib.util.find_spec("pyarrow"):
+        assert results.arrow("energy").column_names == list(energy)
     with pytest.raises(stosszahl.ResultsError, match="of one of its points"):
         results.figure("energy")
     assert stosszahl.report(tmp_path / "sweep") == results.report

@@ -229,15 +229,3 @@ def test_arrays_cannot_be_written_to():
         gas().positions[0] = 0.0
     with pytest.raises(ValueError):
         exact().velocities[0] = 0.0
-
-
-def test_a_log_is_bounded(tmp_path):
-    log = stosszahl.CollisionLog(most=1000)
-    engine = exact()
-    before = engine.collisions
-    engine.advance(5.0, log)
-    assert log.seen == engine.collisions - before > 1000 and len(log.collisions) == 1000
-    log.write(tmp_path / "log.npz")
-    read = np.load(tmp_path / "log.npz")
-    assert np.array_equal(read["time"], log.collisions["time"]) and read["pair"].shape == (1000, 2)
-    assert read["seen"] == log.seen and 0 <= read["impact_parameter"].min() <= read["impact_parameter"].max() <= 1

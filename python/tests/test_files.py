@@ -1,5 +1,7 @@
 """Files, each opened by the program that it is for; those that are not installed are skipped."""
 
+import sys
+
 import numpy as np
 import pytest
 import stosszahl
@@ -51,6 +53,28 @@ def test_h5md(frames, tmp_path):
         assert np.array_equal(group["velocity/value"][2], frames[2].velocities)
         assert [one.decode() for one in group["box"].attrs["boundary"]] == ["periodic", "none", "none"]
         assert np.array_equal(group["velocity/step"][:], group["box/edges/step"][:])
+
+
+@pytest.fixture(scope="module")
+def mixture():
+    """Rough disks of two species, of which none spins in the first frame."""
+    gas = Gas.disks(80, species=[(40, 0.8, 2.0)], box_size=(30, 20), restitution=0.9, tangential_restitution=0.4)
+    frames = trajectory(EventDriven(gas), TIMES)
+    assert not np.any(frames[0].spins) and np.any(frames[2].spins) and set(frames[0].species) == {0, 1}
+    return frames
+
+
+def test_species_and_spins_in_all_formats(mixture, tmp_path):
+    last = mixture[2]
+    arrays = np.load(mixture.write(tmp_path / "x.npz"))
+    assert np.array_equal(arrays["species"][2], last.species) and np.array_equal(arrays["spins"][2], last.spins)
+    atoms = pytest.importorskip("ase.io").read(mixture.write(tmp_path / "x.xyz"), index=2)
+    assert np.array_equal(atoms.arrays["type"], last.species) and np.array_equal(atoms.arrays["angular_velocity"], last.spins)
+    with pytest.importorskip("gsd.hoomd").open(mixture.write(tmp_path / "x.gsd")) as file:
+        assert np.array_equal(file[2].particles.typeid, last.species) and file[2].particles.types == ["0", "1"]
+    with pytest.importorskip("h5py").File(mixture.write(tmp_path / "x.h5")) as file:
+        group = file["particles/all"]
+        assert np.array_equal(group["species"], last.species) and np.array_equal(group["angular_velocity/value"][2], last.spins)
 
 
 def test_neighbours_with_freud(tmp_path):
@@ -109,37 +133,6 @@ def test_snapshots_of_a_run_with_ase(quick, tmp_path):
     assert read.pbc.tolist() == list(ours.periodic) == [True, True, False]
 
 
-@pytest.fixture(scope="module")
-def flow(root, tmp_path_factory):
-    keys = {"measure.fields.cells": [12, 8], "measure.fields.blocks": 10, "engine.dsmc-contact-point.simulators_per_particle": 1, "run.samples": 20}
-    out = tmp_path_factory.mktemp("results") / "flow"
-    return stosszahl.run(root / "cases/channel-disks.toml", keys, out=out, replicas=1, until=5, progress=False)
-
-
-def test_fields_with_vtk(flow, tmp_path):
-    vtk = pytest.importorskip("vtk")
-    from vtk.util.numpy_support import vtk_to_numpy
-
-    collection = stosszahl.write_fields(flow, tmp_path / "fields")
-    table = flow["fields"]
-    table = table[table["engine"] == table["engine"].iloc[0]]
-    files = sorted(collection.parent.glob("*.vti"))
-    assert len(files) == table["window_end"].nunique() and all(file.name in collection.read_text() for file in files)
-    reader = vtk.vtkXMLImageDataReader()
-    reader.SetFileName(str(files[-1]))
-    reader.Update()
-    image = reader.GetOutput()
-    last = table[table["window_end"] == table["window_end"].max()]
-    assert image.GetNumberOfCells() == len(last) > 1
-    values = vtk_to_numpy(image.GetCellData().GetArray("number_density"))
-    for cell in range(image.GetNumberOfCells()):
-        low, high = np.reshape(image.GetCell(cell).GetBounds(), (3, 2)).T
-        middle = 0.5 * (low + high)
-        nearest = last.iloc[np.hypot(last["x"] - middle[0], last["y"] - middle[1]).argmin()]
-        assert abs(nearest["x"] - middle[0]) + abs(nearest["y"] - middle[1]) < 1e-9
-        assert values[cell] == nearest["number_density"]
-
-
 def test_files_that_cannot_be_written(frames, quick, tmp_path):
     with pytest.raises(stosszahl.ResultsError, match="no format has the ending '.pdb'; allowed: .xyz"):
         frames.write(tmp_path / "x.pdb")
@@ -154,11 +147,20 @@ def test_files_that_cannot_be_written(frames, quick, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("ending", "module"), [("gsd", "gsd.hoomd"), ("h5", "h5py")])
+def test_packages_that_are_missing(frames, tmp_path, monkeypatch, ending, module):
+    monkeypatch.setitem(sys.modules, module, None)
+    package = module.partition(".")[0]
+    with pytest.raises(stosszahl.PackageError, match=f"files .{ending} need the package {package}: .*; pip install {package}") as caught:
+        frames.write(tmp_path / f"x.{ending}")
+    assert isinstance(caught.value, ImportError) and caught.value.name == package and list(tmp_path.iterdir()) == []
+
+
 def test_neighbours_with_ovito(frames, tmp_path):
-    ovito = pytest.importorskip("ovito.data")
+    ovito = pytest.importorskip("ovito.data", exc_type=ImportError)
     from ovito.io import import_file
 
-    data = import_file(str(frames.write(tmp_path / "x.xyz"))).compute(2)
+    data = import_file(str(frames.write(tmp_path / "x.xyz")), multiple_frames=True).compute(2)
     one = frames[2]
     # It reads decimal numbers to a few units of the last place.
     assert np.abs(data.particles.positions - one.positions).max() < 30 * 2**-50
@@ -168,3 +170,12 @@ def test_neighbours_with_ovito(frames, tmp_path):
     away = one.positions[:, None] - one.positions[None]
     away[..., 0] -= 30 * np.round(away[..., 0] / 30)
     assert found == (np.linalg.norm(away, axis=2) < 1.5).sum() - len(one) > 100
+
+
+def test_species_with_ovito(mixture, tmp_path):
+    pytest.importorskip("ovito.data", exc_type=ImportError)
+    from ovito.io import import_file
+
+    for ending in ("xyz", "gsd"):
+        particles = import_file(str(mixture.write(tmp_path / f"x.{ending}")), multiple_frames=True).compute(2).particles
+        assert np.array_equal(particles.particle_types, mixture[2].species)

@@ -1,6 +1,7 @@
 """Mistakes, and the exception of each: it says what was found and what is allowed, as the command line does."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,6 +59,26 @@ def test_mistake(name, tmp_path, monkeypatch):
     assert re.search(message, str(caught.value), re.DOTALL), caught.value
     assert isinstance(caught.value, stosszahl.Error)
     assert list(tmp_path.iterdir()) == []
+
+
+def rows_of_the_docs():
+    text = (Path(__file__).resolve().parents[2] / "docs/python.md").read_text(encoding="utf-8")
+    return re.findall(r"^\| `(.+)` \| `(\w+Error)` \| (.+) \|$", text.partition("## Errors")[2], re.MULTILINE)
+
+
+def test_the_docs_have_ten_mistakes():
+    assert len(rows_of_the_docs()) == 10 and {kind for _, kind, _ in rows_of_the_docs()} > {"GasError", "CaseError", "ResultsError"}
+
+
+@pytest.mark.parametrize(("code", "kind", "message"), rows_of_the_docs())
+def test_a_mistake_of_the_docs(root, tmp_path, monkeypatch, code, kind, message):
+    (tmp_path / "cases").symlink_to(root / "cases")
+    monkeypatch.chdir(tmp_path)
+    names = {**vars(stosszahl), "engine": EventDriven(Gas.disks(100))}
+    with pytest.raises(stosszahl.Error) as caught:
+        exec(code, names)
+    assert type(caught.value).__name__ == kind and str(caught.value).splitlines()[0] == message
+    assert [path.name for path in tmp_path.iterdir()] == ["cases"]
 
 
 def test_the_message_is_that_of_the_command_line(program, tmp_path):

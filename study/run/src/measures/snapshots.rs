@@ -44,6 +44,7 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
         .all
         .iter()
         .any(|one| one.spin.norm_squared() > 0.0);
+    let kinds = particles.all.iter().any(|one| one.species > 0);
     let periodic = [0, 1, 2].map(|axis| {
         let is_periodic = axis < particles.dimension && particles.periodic[axis];
         if is_periodic { "T" } else { "F" }
@@ -53,8 +54,9 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
     let _ = writeln!(text, "{}", particles.all.len());
     let _ = writeln!(
         text,
-        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1{} pbc=\"{}\" Time={} TimeOverT0={time} Engine={engine}",
+        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1{}{} pbc=\"{}\" Time={} TimeOverT0={time} Engine={engine}",
         if spins { ":angular_velocity:R:3" } else { "" },
+        if kinds { ":type:I:1" } else { "" },
         periodic.join(" "),
         particles.time * scale.time(),
     );
@@ -69,6 +71,9 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
         if spins {
             let w = one.spin / scale.time();
             let _ = write!(text, " {} {} {}", w[0], w[1], w[2]);
+        }
+        if kinds {
+            let _ = write!(text, " {}", one.species);
         }
         text.push('\n');
     }

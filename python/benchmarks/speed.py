@@ -1,0 +1,108 @@
+"""What Python costs: collisions per second of exact disks in Rust, from Python, and through observers.
+
+    cargo build --release -p stosszahl-python --features states --example speed
+    chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed [DISKS] [TURNS] [WAYS]
+
+All do the same gas to the same end, elastic disks at packing 0.25, by turns and in an order that changes from turn to turn, so that what
+else goes on on the machine meets all of them; with WAYS, only the first so many ways. Times are of the advance alone. Said are medians over
+the turns, with quartiles.
+"""
+
+import subprocess
+import sys
+import time
+from statistics import median, quantiles
+
+import numpy as np
+from stosszahl import CollisionLog, EventDriven, Gas, ImpactParameters, impact_parameters
+
+COLLISIONS = 1_500_000
+PACKING, SEED, FORGET = 0.25, 7, 5.0
+
+
+def exact(disks):
+    engine = EventDriven(Gas.disks(disks, packing_fraction=PACKING, restitution=1.0, seed=SEED))
+    engine.equilibrate(FORGET)
+    return engine
+
+
+def end_of(disks):
+    """A time until which there are about so many collisions."""
+    engine = exact(disks)
+    before = engine.collisions
+    engine.advance(20.0)
+    return round(20.0 * COLLISIONS / (engine.collisions - before), 1)
+
+
+def in_rust(program, disks, until):
+    done = subprocess.run([program, str(disks), repr(until)], capture_output=True, text=True, check=True)
+    collisions, seconds = done.stdout.split()
+    return int(collisions), float(seconds)
+
+
+def in_python(disks, until, observer=None):
+    engine = exact(disks)
+    before, began = engine.collisions, time.perf_counter()
+    engine.advance(until, observer)
+    return engine.collisions - before, time.perf_counter() - began
+
+
+def counting():
+    """The least that NumPy can do with what it is given: which pairs, how fast."""
+    sums = np.zeros(2)
+
+    def observe(collisions):
+        relative = collisions["relative_velocity"]
+        sums[0] += len(collisions)
+        sums[1] += np.einsum("ij,ij->", relative, relative)
+
+    return observe
+
+
+def binned():
+    """A histogram of impact parameters."""
+    bins = np.zeros(20, dtype=int)
+
+    def observe(collisions):
+        u = impact_parameters(collisions)
+        bins[:] += np.bincount((20 * u).astype(np.intp).clip(0, 19), minlength=20)
+
+    return observe
+
+
+def main():
+    program = sys.argv[1]
+    given = [int(word) for word in sys.argv[2:]]
+    disks, turns, most = given + [5000, 15, 7][len(given) :]
+    until = end_of(disks)
+    ways = {
+        "Rust": lambda: in_rust(program, disks, until),
+        "Python": lambda: in_python(disks, until),
+        "ImpactParameters (in Rust)": lambda: in_python(disks, until, ImpactParameters()),
+        "a function that does nothing": lambda: in_python(disks, until, lambda collisions: None),
+        "a sum of squares in NumPy": lambda: in_python(disks, until, counting()),
+        "a histogram in NumPy": lambda: in_python(disks, until, binned()),
+        "CollisionLog": lambda: in_python(disks, until, CollisionLog(COLLISIONS)),
+    }
+    order, counts = list(ways)[:most], {}
+    seconds = {name: [] for name in order}
+    for turn in range(turns + 1):
+        for name in order:
+            collisions, took = ways[name]()
+            if turn > 0:
+                seconds[name].append(took)
+            counts[name] = collisions
+        order = order[1:] + order[:1]
+    count = counts["Python"]
+    assert set(counts.values()) == {count}, counts
+    print(f"{disks} disks, {count} collisions until {until}, {turns} turns")
+    for name, all_ in seconds.items():
+        low, _, high = quantiles(all_, n=4)
+        extra = 1e6 * (median(all_) - median(seconds["Python"])) / count
+        print(f"{name:<30} {count / median(all_) / 1e6:6.3f} M/s ({count / high / 1e6:.3f} to {count / low / 1e6:.3f}), {extra:+.3f} us a collision over Python alone")
+    ratios = [rust / python for rust, python in zip(seconds["Rust"], seconds["Python"])]
+    low, middle, high = quantiles(ratios, n=4)
+    print(f"Python over Rust: {median(seconds['Rust']) / median(seconds['Python']):.4f} of medians; by turns {middle:.4f} ({low:.4f} to {high:.4f})")
+
+
+main()

@@ -1,0 +1,22 @@
+//! Exact elastic disks at packing 0.25, advanced to a time: `speed DISKS UNTIL` says how many collisions that took in how many
+//! seconds, for comparison with the same from Python.
+
+#![allow(clippy::print_stdout)]
+
+use std::time::Instant;
+
+use stosszahl_gas::{EventDriven, Gas};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut given = std::env::args().skip(1);
+    let disks = given.next().map_or(Ok(5000), |text| text.parse())?;
+    let until = given.next().map_or(Ok(50.0), |text| text.parse())?;
+    let gas = Gas::disks(disks).packing_fraction(0.25).seed(7).build()?;
+    let mut exact = EventDriven::new(&gas)?;
+    exact.equilibrate(5.0)?;
+    let (before, begin) = (exact.work().collisions, Instant::now());
+    exact.advance(until, &mut ())?;
+    let seconds = begin.elapsed().as_secs_f64();
+    println!("{} {seconds:?}", exact.work().collisions - before);
+    Ok(())
+}

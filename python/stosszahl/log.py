@@ -1,0 +1,129 @@
+"""Logs of collisions, and the files that they are written to."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .engines import COLLISION, impact_parameters
+from .errors import GasError
+from .writing import optional, replacing, writer_of
+
+__all__ = ["CollisionLog"]
+
+ROWS = 2**17
+"""Collisions that are turned into columns at a time, so that a long log needs little memory beside itself."""
+NOBODY = 2**32 - 1
+"""In place of a partner where equal particles are not distinguished."""
+
+
+class CollisionLog:
+    """An observer that keeps collisions, at most so many.
+
+    Parameters
+    ----------
+    most : int
+        Collisions that are kept; later ones are only counted. A collision takes 120 bytes.
+    """
+
+    def __init__(self, most: int = 1_000_000) -> None:
+        if isinstance(most, bool) or most != int(most) or most < 0:
+            raise GasError(f"most is {most}; allowed: whole numbers from 0")
+        self.most = int(most)
+        self.seen = 0
+        self._parts: list[NDArray[np.void]] = []
+
+    def __call__(self, batch: NDArray[np.void]) -> None:
+        room = self.most - min(self.seen, self.most)
+        if room > 0:
+            self._parts.append(batch[:room].copy())
+        self.seen += len(batch)
+
+    @property
+    def collisions(self) -> NDArray[np.void]:
+        """The kept ones, in order, as an array of the type :data:`COLLISION`."""
+        return np.concatenate(self._parts) if self._parts else np.empty(0, dtype=COLLISION)
+
+    def write(self, path: str | os.PathLike[str]) -> Path:
+        """Writes what is kept; the ending of the file decides the format.
+
+        ============  ==============================================================================  ===========
+        ending        holds                                                                           needs
+        ============  ==============================================================================  ===========
+        ``.npz``      one array for each field of :data:`COLLISION`, ``impact_parameter`` b/d,
+                      ``relative_speed``, ``normal_speed`` (of approach), and the number ``seen``
+        ``.parquet``  the same in columns of numbers, in the order of time: ``first`` and ``second``  ``pyarrow``
+                      for the pair, ``x``, ``y``, ``z`` for vectors; ``seen`` is metadata
+        ============  ==============================================================================  ===========
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultsError
+            The ending is not known, or the file cannot be written.
+        PackageError
+            The package that the format needs is not installed.
+        """
+        path = Path(path)
+        write = writer_of(WRITERS, path)
+        with replacing(path) as partial:
+            write(partial, self)
+        return path
+
+
+def derived(collisions: NDArray[np.void]) -> dict[str, NDArray[np.float64]]:
+    """Impact parameter b/d, relative speed, and its part along the line of centres."""
+    relative, line = collisions["relative_velocity"], collisions["line"]
+    along = np.einsum("ij,ij->i", relative, line) / np.linalg.norm(line, axis=1)
+    return {
+        "impact_parameter": impact_parameters(collisions),
+        "relative_speed": np.linalg.norm(relative, axis=1),
+        "normal_speed": -along,
+    }
+
+
+def write_npz(path: Path, log: CollisionLog) -> None:
+    all_ = log.collisions
+    columns: dict[str, Any] = {name: all_[name] for name in COLLISION.names or ()} | derived(all_)
+    with open(path, "wb") as file:
+        np.savez_compressed(file, seen=log.seen, **columns)
+
+
+def flat(collisions: NDArray[np.void]) -> dict[str, NDArray[Any]]:
+    """Columns of single numbers, as programs for tables like them."""
+    pairs = {"first": collisions["pair"][:, 0], "second": collisions["pair"][:, 1]}
+    kinds = {f"{which}_species": collisions["species"][:, number] for number, which in enumerate(pairs)}
+    vectors = {
+        f"{name}_{axis}": collisions[name][:, number]
+        for name in ("position", "relative_velocity", "line")
+        for number, axis in enumerate("xyz")
+    }
+    scalars = {name: collisions[name] for name in ("reduced_mass", "restitution", "weight")}
+    return {"time": collisions["time"], **pairs, **derived(collisions), **kinds, **vectors, **scalars}
+
+
+def write_parquet(path: Path, log: CollisionLog) -> None:
+    arrow, parquet = optional("pyarrow", "files .parquet"), optional("pyarrow.parquet", "files .parquet")
+    all_, file = log.collisions, None
+    try:
+        for start in range(0, max(len(all_), 1), ROWS):
+            columns = flat(all_[start : start + ROWS])
+            missing = {name: columns[name] == NOBODY for name in ("first", "second")}
+            table = arrow.table({name: arrow.array(column, mask=missing.get(name)) for name, column in columns.items()})
+            table = table.replace_schema_metadata({"creator": "stosszahl", "seen": str(log.seen), "most": str(log.most)})
+            file = file or parquet.ParquetWriter(path, table.schema, compression="zstd")
+            file.write_table(table)
+    finally:
+        if file is not None:
+            file.close()
+
+
+WRITERS = {".npz": write_npz, ".parquet": write_parquet}
