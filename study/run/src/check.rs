@@ -120,7 +120,8 @@ impl<'a> Planned<'a> {
             [all(true), all(false)]
         };
         let kept: Vec<Kept> = self.plan.engines.iter().map(kept).collect();
-        self.plan.cost(threads, &kept)
+        let figures = self.measures.iter().map(|one| one.figures(&self.plan));
+        self.plan.cost(threads, &kept, figures.sum())
     }
 
     /// What it means on this many threads, with verdicts of a chance `level` of a false alarm each.
