@@ -232,6 +232,26 @@ fn bad_cases_leave_nothing_behind() {
     }
 }
 
+/// Of a folder that has lost its tables there is no report: they are named.
+#[test]
+fn a_report_without_tables_is_refused() {
+    let desk = Desk::new(COOLING);
+    desk.done("run case.toml --out out --replicas 1 --until 1");
+    let tables = fs::read_dir(desk.path("out")).expect("results").flatten();
+    let tables = tables.map(|entry| entry.path());
+    let tables: Vec<_> = tables
+        .filter(|path| path.extension().is_some_and(|end| end == "csv"))
+        .collect();
+    assert!(tables.len() > 2);
+    for table in tables {
+        fs::remove_file(table).expect("removed");
+    }
+    let said = desk.say("report out");
+    assert_eq!(said.code, Some(1), "{}", said.err);
+    assert!(said.err.contains("series.csv"), "{}", said.err);
+    assert!(said.err.contains("missing"), "{}", said.err);
+}
+
 /// A file of format 1 is no case any more; what its keys have become is said.
 #[test]
 fn a_case_of_format_1_is_explained() {

@@ -12,58 +12,49 @@ use support::program::{Desk, overridden};
 const FACTOR: f64 = 1.3;
 const MIB: f64 = 1_048_576.0;
 
-/// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas, threads and
-/// the case.
-const LARGE: [(&str, usize, usize, &str); 7] = [
-    (
-        "exact dynamics",
-        1,
-        1,
-        "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
-         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.ed]\n",
-    ),
+/// Disks that are written after every leg.
+const EXACT: &str = "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+                     [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n[engine.ed]\n";
+const CONTACT_POINT: &str = "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+                             [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n\
+                             [engine.dsmc-contact-point]\nsimulators_per_particle = 4\n";
+const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700, 700]\n[walls]\nbottom = \"specular\"\n\
+                    top = { temperature = 1 }\n[run]\nuntil = 0.02\nsamples = 20\ncheckpoint_seconds = 0.001\n\
+                    [engine.dsmc-boltzmann]\n[measure.fields]\ncells = [150, 150]\nblocks = 10\n";
+
+/// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
+/// that it is run with, and the case.
+const LARGE: [(&str, &[[usize; 2]], &str); 7] = [
+    ("exact dynamics", &[[1, 1], [3, 1], [2, 2], [6, 3]], EXACT),
     (
         "lattices of a wide box",
-        3,
-        1,
+        &[[3, 1]],
         "[gas]\nnumber = 20000\nrestitution = 0.9\n[box]\npacking_fraction = 0.001\n[start]\nequilibration = 0\n\
          [run]\nuntil = 0.001\n[engine.ed]\n",
     ),
     (
         "several simulators for each particle",
-        1,
-        1,
-        "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
-         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 4\n",
+        &[[1, 1], [3, 2], [6, 3]],
+        CONTACT_POINT,
     ),
     (
         "velocities and places of the start",
-        1,
-        1,
+        &[[1, 1]],
         "[gas]\nnumber = 100000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
-         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.ed]\n[measure.velocity_autocorrelation]\n\
+         [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n[engine.ed]\n[measure.velocity_autocorrelation]\n\
          [measure.displacement]\n",
     ),
     (
         "five snapshots",
-        1,
-        1,
+        &[[1, 1]],
         "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
-         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.ed]\n[measure.snapshots]\n\
+         [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n[engine.ed]\n[measure.snapshots]\n\
          times = [0, 2e-4, 4e-4, 6e-4, 1e-3]\n",
     ),
-    (
-        "a flow with fields",
-        1,
-        1,
-        "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700, 700]\n[walls]\nbottom = \"specular\"\n\
-         top = { temperature = 1 }\n[run]\nuntil = 0.02\nsamples = 20\ncheckpoint_seconds = 0.001\n[engine.dsmc-boltzmann]\n\
-         [measure.fields]\ncells = [150, 150]\nblocks = 10\n",
-    ),
+    ("a flow with fields", &[[1, 1], [3, 2], [6, 3]], FLOW),
     (
         "displacements without positions",
-        1,
-        1,
+        &[[1, 1], [3, 2]],
         "[gas]\ndimension = 3\nnumber = 250000\nvolume = 5e6\nrestitution = 0.9\n\
          [run]\nuntil = 20\nfirst_sample = 5\ncheckpoint_seconds = 0.001\n[measure.displacement]\n",
     ),
@@ -96,21 +87,26 @@ fn peak(desk: &Desk, line: &str) -> f64 {
 #[test]
 fn the_estimate_is_what_the_process_takes() {
     let mut wrong = Vec::new();
-    for (name, replicas, threads, text) in LARGE {
-        let text = format!("format = 2\ntitle = \"{name}\"\nreplicas = {replicas}\n{text}");
-        let desk = Desk::new(&text);
-        let file = overridden(&desk.path("case.toml"), &text, &[]);
-        let planned = study::check(&file).expect("a plan");
-        let told = planned[0].outline(threads, 0.01).cost.bytes;
-        let found = peak(&desk, &format!("run case.toml --threads {threads}"));
-        println!(
-            "{name}: {:.0} MiB told, {:.0} MiB found",
-            told / MIB,
-            found / MIB
-        );
-        let factor = told / found;
-        if !(1.0 / FACTOR..FACTOR).contains(&factor) {
-            wrong.push(format!("{name}: {told:.3e} told, {found:.3e} found"));
+    for (name, runs, text) in LARGE {
+        for &[replicas, threads] in runs {
+            let text = format!("format = 2\ntitle = \"{name}\"\nreplicas = {replicas}\n{text}");
+            let desk = Desk::new(&text);
+            let file = overridden(&desk.path("case.toml"), &text, &[]);
+            let planned = study::check(&file).expect("a plan");
+            let told = planned[0].outline(threads, 0.01).cost.bytes / MIB;
+            // By chance threads have their own peaks at once: the largest of some runs counts.
+            let runs = if threads > 1 { 3 } else { 1 };
+            let command = format!("run case.toml --force --threads {threads}");
+            let found = (0..runs)
+                .map(|_| peak(&desk, &command) / MIB)
+                .fold(0.0, f64::max);
+            let line = format!(
+                "{name}, {replicas} replicas on {threads} threads: {told:.0} MiB told, {found:.0} MiB found"
+            );
+            println!("{line}");
+            if !(1.0 / FACTOR..FACTOR).contains(&(told / found)) {
+                wrong.push(line);
+            }
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");

@@ -18,6 +18,7 @@ use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
 use stosszahl::study::{self, Options, Progress};
+use support::part::part_of;
 use support::program::{
     COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, manifest, overridden,
 };
@@ -260,8 +261,10 @@ fn damaged_checkpoints_are_refused_by_the_program() {
 #[test]
 #[ignore = "takes an hour of a core: cargo long-tests"]
 fn every_bundled_case_resumes_from_fifty_chains() {
+    let chains = part_of(50);
+    let seeds = 1000 + chains.start as u64..1000 + chains.end as u64;
     for (name, set) in SHRUNKEN {
-        let stops = assert_resumes(name, &small(name, set), 1000..1050);
-        println!("{name}: {stops} stops");
+        let stops = assert_resumes(name, &small(name, set), seeds.clone());
+        println!("{name}: {stops} stops in chains {chains:?}");
     }
 }

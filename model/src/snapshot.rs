@@ -5,7 +5,7 @@
 //! appears under its name only when it is complete, so a kill leaves either the old or the new one.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -13,7 +13,10 @@ use serde::de::DeserializeOwned;
 
 const MAGIC: &[u8; 8] = b"STOSSZHL";
 const FORMAT: u32 = 2;
+const EXPECTED: &str = "format 2";
 const HEADER: usize = 8 + 4 + 8 + 32 + 32;
+/// Bytes that are written at once.
+const BUFFER: usize = 1 << 16;
 
 /// Identifies the run that a snapshot belongs to: a hash of the case and whatever else decides its
 /// numbers.
@@ -54,23 +57,66 @@ pub enum SnapshotError {
 /// # Errors
 /// [`SnapshotError::File`] if a step of it fails.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
-    let failed = |source| SnapshotError::File {
+    when_complete(path, |file| {
+        file.write_all(bytes)
+            .map_err(|source| unwritten(path, source))
+    })
+}
+
+fn unwritten(path: &Path, source: io::Error) -> SnapshotError {
+    SnapshotError::File {
         path: path.to_owned(),
         source,
-    };
+    }
+}
+
+/// Has a file written that appears under its name only when it is complete.
+fn when_complete(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> Result<(), SnapshotError>,
+) -> Result<(), SnapshotError> {
+    let failed = |source| unwritten(path, source);
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let partial = PathBuf::from(partial);
-    let write = || -> io::Result<()> {
-        let mut file = File::create(&partial)?;
-        file.write_all(bytes)?;
-        file.sync_data()?;
-        fs::rename(&partial, path)
-    };
-    write().map_err(failed)
+    let mut file = File::create(&partial).map_err(failed)?;
+    write(&mut file)?;
+    file.sync_data().map_err(failed)?;
+    fs::rename(&partial, path).map_err(failed)
 }
 
-/// Writes a snapshot of `content`.
+/// Counts and hashes what goes into a file, so that nothing of it need be held.
+struct Hashed<'a> {
+    file: &'a mut File,
+    hash: blake3::Hasher,
+    length: u64,
+    /// Serialisers do not pass it on.
+    failure: Option<io::Error>,
+}
+
+impl Write for Hashed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.file.write(bytes) {
+            Ok(written) => {
+                self.hash.update(&bytes[..written]);
+                self.length += written as u64;
+                Ok(written)
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => Err(error),
+            Err(error) => {
+                let kind = error.kind();
+                self.failure = Some(error);
+                Err(kind.into())
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Writes a snapshot of `content`, bit by bit: it takes no memory beside the content.
 ///
 /// # Errors
 /// [`SnapshotError::File`] if the file can't be written.
@@ -79,20 +125,39 @@ pub fn write<T: Serialize>(
     run: &Fingerprint,
     content: &T,
 ) -> Result<(), SnapshotError> {
-    let damaged = |error: postcard::Error| SnapshotError::Damaged {
-        path: path.to_owned(),
-        found: error.to_string(),
-        expected: "serialisable content",
-    };
-    let payload = postcard::to_stdvec(content).map_err(damaged)?;
-    let mut bytes = Vec::with_capacity(HEADER + payload.len());
-    bytes.extend_from_slice(MAGIC);
-    bytes.extend_from_slice(&FORMAT.to_le_bytes());
-    bytes.extend_from_slice(&(payload.len() as u64).to_le_bytes());
-    bytes.extend_from_slice(run);
-    bytes.extend_from_slice(blake3::hash(&payload).as_bytes());
-    bytes.extend_from_slice(&payload);
-    write_whole(path, &bytes)
+    when_complete(path, |file| {
+        let failed = |source| unwritten(path, source);
+        // Its place; what stands there is known at the end.
+        file.write_all(&[0; HEADER]).map_err(failed)?;
+        let mut payload = BufWriter::with_capacity(
+            BUFFER,
+            Hashed {
+                file,
+                hash: blake3::Hasher::new(),
+                length: 0,
+                failure: None,
+            },
+        );
+        let serialised = postcard::to_io(content, &mut payload).map(drop);
+        let (payload, _) = payload.into_parts();
+        if let Some(source) = payload.failure {
+            return Err(failed(source));
+        }
+        serialised.map_err(|error| SnapshotError::Damaged {
+            path: path.to_owned(),
+            found: error.to_string(),
+            expected: "serialisable content",
+        })?;
+        let mut header = Vec::with_capacity(HEADER);
+        header.extend_from_slice(MAGIC);
+        header.extend_from_slice(&FORMAT.to_le_bytes());
+        header.extend_from_slice(&payload.length.to_le_bytes());
+        header.extend_from_slice(run);
+        header.extend_from_slice(payload.hash.finalize().as_bytes());
+        let file = payload.file;
+        file.rewind().map_err(failed)?;
+        file.write_all(&header).map_err(failed)
+    })
 }
 
 /// Reads the snapshot of the given run.
@@ -123,7 +188,7 @@ pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, Sn
     };
     let format = word(8..12);
     if format != u64::from(FORMAT) {
-        return Err(damaged(format!("format {format}"), "format 1"));
+        return Err(damaged(format!("format {format}"), EXPECTED));
     }
     let length = word(12..20);
     let payload = &bytes[HEADER..];
@@ -176,6 +241,15 @@ mod tests {
                 Err(SnapshotError::Damaged { .. })
             ));
         }
+        let mut other = whole.clone();
+        other[8] ^= 1;
+        fs::write(&path, &other).expect("of another format");
+        let said = read::<Vec<f64>>(&path, &run).map_err(|error| error.to_string());
+        let expected = format!("format {}; expected format {FORMAT}", FORMAT ^ 1);
+        assert!(
+            said.as_ref().is_err_and(|said| said.contains(&expected)),
+            "{said:?}"
+        );
         for position in 0..whole.len() {
             let mut bytes = whole.clone();
             bytes[position] ^= 16;
@@ -183,5 +257,38 @@ mod tests {
             assert!(read::<Vec<f64>>(&path, &run).is_err(), "byte {position}");
         }
         fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    /// The layout of the opening lines, made in the obvious way.
+    #[test]
+    fn a_snapshot_is_its_header_and_its_payload() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.snapshot");
+        // Longer than what is written at once.
+        let content: Vec<u64> = (0..3 * BUFFER as u64).collect();
+        write(&path, &[7; 32], &content).expect("written");
+        let payload = postcard::to_stdvec(&content).expect("bytes");
+        let mut whole = MAGIC.to_vec();
+        whole.extend(FORMAT.to_le_bytes());
+        whole.extend((payload.len() as u64).to_le_bytes());
+        whole.extend([7; 32]);
+        whole.extend(blake3::hash(&payload).as_bytes());
+        whole.extend(&payload);
+        assert!(fs::read(&path).expect("bytes") == whole);
+    }
+
+    /// A full disk is named as such, and the old file stays.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.snapshot");
+        write(&path, &[7; 32], &1_u64).expect("written");
+        std::os::unix::fs::symlink("/dev/full", folder.path().join("a.snapshot.partial"))
+            .expect("a link");
+        let failed = write(&path, &[7; 32], &vec![1_u64; 3 * BUFFER]);
+        let said = failed.expect_err("a full disk").to_string();
+        assert!(said.contains("No space left"), "{said}");
+        assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
     }
 }

@@ -2,4 +2,5 @@
 
 pub mod damage;
 pub mod draws;
+pub mod part;
 pub mod program;

@@ -120,11 +120,10 @@ impl<'a> Planned<'a> {
             [all(true), all(false)]
         };
         let kept: Vec<Kept> = self.plan.engines.iter().map(kept).collect();
-        let mut cost = self.plan.cost(threads, &kept);
         let working = self.measures.iter().map(|one| one.working(&self.plan));
-        let at_once = cost.replicas.min(threads as u64) as f64;
-        cost.bytes += at_once * working.fold(0.0, f64::max);
-        cost
+        let figures = self.measures.iter().map(|one| one.figures(&self.plan));
+        let working = working.fold(0.0, f64::max);
+        self.plan.cost(threads, &kept, working, figures.sum())
     }
 
     /// What it means on this many threads, with verdicts of a chance `level` of a false alarm each.

@@ -1,5 +1,6 @@
 //! The one place where a plan and a start become engines.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use stosszahl_analysis::theory;
@@ -139,8 +140,8 @@ fn made(
             let boundaries = plan.exact_boundaries(streams)?;
             Ok(match from {
                 From::Start(start) => {
-                    let own = owned(plan, start, streams, interrupt)?;
-                    stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &own)?
+                    let start = shared(plan, start, streams, interrupt)?;
+                    stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start)?
                 }
                 From::Checkpoint(bytes) => {
                     let count = plan.count();
@@ -153,19 +154,27 @@ fn made(
             let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
             Ok(match from {
                 From::Start(start) => {
-                    let mut sets = vec![owned(plan, start, streams, interrupt)?];
+                    let first = shared(plan, start, streams, interrupt)?;
                     // In a flow, sets are starts of the same gas; a periodic gas may be moved and turned instead.
                     let more = if plan.kind == Kind::Flow {
                         engine.copies() as u64
                     } else {
                         1
                     };
-                    for set in 1..more {
-                        sets.push(start::placed(plan, set, streams, interrupt)?.0);
-                    }
+                    let all;
+                    let sets = if more > 1 {
+                        let mut each = vec![first.into_owned()];
+                        for set in 1..more {
+                            each.push(start::placed(plan, set, streams, interrupt)?.0);
+                        }
+                        all = each;
+                        &all[..]
+                    } else {
+                        std::slice::from_ref(&*first)
+                    };
                     match call() {
-                        Some(ranks) => stosszahl_dsmc::simulate_among(&gas, &sets, ranks)?,
-                        None => stosszahl_dsmc::simulate(&gas, &sets)?,
+                        Some(ranks) => stosszahl_dsmc::simulate_among(&gas, sets, ranks)?,
+                        None => stosszahl_dsmc::simulate(&gas, sets)?,
                     }
                 }
                 From::Checkpoint(bytes) => {
@@ -216,15 +225,15 @@ fn made(
 }
 
 /// The start of the replica, made now where it was not prepared.
-fn owned(
+fn shared<'a>(
     plan: &Plan,
-    start: Option<&Particles>,
+    start: Option<&'a Particles>,
     streams: Streams,
     interrupt: &Interrupt,
-) -> Result<Particles, StartError> {
+) -> Result<Cow<'a, Particles>, StartError> {
     match start {
-        Some(start) => Ok(start.clone()),
-        None => Ok(start::placed(plan, 0, streams, interrupt)?.0),
+        Some(start) => Ok(Cow::Borrowed(start)),
+        None => Ok(Cow::Owned(start::placed(plan, 0, streams, interrupt)?.0)),
     }
 }
 

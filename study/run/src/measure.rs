@@ -70,6 +70,11 @@ pub trait Measure: Sync {
         0.0
     }
 
+    /// Memory that its figures take when the report is made, where that may be much \[bytes\].
+    fn figures(&self, _plan: &Plan) -> f64 {
+        0.0
+    }
+
     /// Whether only the first replica is looked at: [`Probe::sample`] is then not called in others.
     fn only_first_replica(&self) -> bool {
         false

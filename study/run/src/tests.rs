@@ -170,11 +170,17 @@ fn flows_resume_to_the_same_bytes() {
 
 #[test]
 fn dense_monte_carlo_alone_starts_off_walls_and_obstacles() {
-    assert_resumes(
-        "[gas]\nnumber = 60\nrestitution = 0.9\n[box]\nsize = [20.0, 20.0]\n[walls]\nbottom = \"specular\"\ntop = \"specular\"\n\
-         [[obstacle]]\ndisc = {centre = [10.0, 10.0], radius = 3.0}\n[run]\nuntil = 10\nsamples = 20\n\
-         [engine.dsmc-enskog]\ndisplacement = false\n",
-    );
+    let obstacle = "[[obstacle]]\ndisc = {centre = [10.0, 10.0], radius = 3.0}\n";
+    for (engine, obstacle) in [
+        ("enskog]\ndisplacement = false", obstacle),
+        ("free-volume]\ndisplacement = false", obstacle),
+        ("contact-point]", ""),
+    ] {
+        assert_resumes(&format!(
+            "[gas]\nnumber = 60\nrestitution = 0.9\n[box]\nsize = [20.0, 20.0]\n[walls]\nbottom = \"specular\"\n\
+             top = \"specular\"\n{obstacle}[run]\nuntil = 10\nsamples = 20\n[engine.dsmc-{engine}\n"
+        ));
+    }
 }
 
 #[test]
@@ -477,7 +483,7 @@ fn bundled_cases_have_plans() {
                     "{}",
                     path.display()
                 );
-                let cost = plan.cost(2, &vec![[0.0; 2]; plan.engines.len()]);
+                let cost = plan.cost(2, &vec![[0.0; 2]; plan.engines.len()], 0.0, 0.0);
                 assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0);
             }
         }

@@ -19,6 +19,8 @@ use crate::plan::{EngineKind, EnginePlan, Plan};
 /// Fields on a grid over the first two axes.
 pub struct Fields;
 
+/// What a row of the table takes when the report draws it, as measured \[bytes\].
+const SHOWN: f64 = 3400.0;
 /// Most sums that are kept: cells times species times blocks.
 const MOST_SUMS: usize = 20_000_000;
 
@@ -114,6 +116,14 @@ impl Measure for Fields {
         let blocks = course::blocks(plan, options.blocks);
         let sums = 7 * plan.species.len().max(1) + 2;
         cells as f64 * (blocks * sums * size_of::<f64>()) as f64
+    }
+
+    /// A row of the table for each cell and window of each engine.
+    fn figures(&self, plan: &Plan) -> f64 {
+        let options = Options::of(plan);
+        let cells: u64 = options.cells.iter().product();
+        let windows = options.windows.len() + 1;
+        cells as f64 * (windows * plan.engines.len()) as f64 * SHOWN
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {

@@ -1,10 +1,9 @@
 //! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
-//! of the process is measured to be, within a factor of 1.3 in the cases of `tests/memory.rs`, which are of one replica on one thread. Of three
-//! replicas on two threads it was found a third too low.
+//! of the process is measured to be, within a factor of 1.3 in the cases of `tests/memory.rs`.
 //!
-//! The peak of an engine comes when a checkpoint is written. Then there are the gas, the records of its probes, and nearly twice the
-//! bytes of both: as they were gathered and as the content of the file. Where nothing is written, it comes when
-//! probes look at all particles. The factor is measured.
+//! The peak of an engine comes when probes look at all particles, or when a checkpoint is written: then there are the gas, the records
+//! of its probes, and both again as bytes, which go straight into the file. Records stay until the tables are made. Large
+//! figures can take more than all of that when the report is made, after the run.
 
 use std::thread;
 
@@ -25,16 +24,12 @@ const TRIALS_PER_SECOND: f64 = 5e6;
 const TRIALS: [f64; 2] = [2.0, 4.0];
 /// Memory of the program itself \[bytes\].
 const PROGRAM: f64 = 16e6;
-/// Lattices of the structure factor, and tables of the tests of the start \[bytes\].
-const LATTICES: f64 = 6e6;
+/// Tables of the tests of the start, of each part that runs \[bytes\].
+const TABLES: f64 = 4e6;
 /// One particle as measurements see it \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
-/// Copies of what is saved while a checkpoint is written.
-const COPIES: f64 = 1.75;
 /// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
 const FITTING: f64 = 60.0;
-/// Without positions the gas is copied before it is written.
-const COPIES_WITHOUT_POSITIONS: f64 = 2.0;
 
 /// What a cell takes \[bytes\], and in flows, where collisions are counted by cell; and its time in a step, in simulators.
 const CELL: f64 = 8.0;
@@ -124,8 +119,9 @@ impl Cost {
 }
 
 impl Plan {
-    /// Cost on this many threads, with what is kept of each engine, in their order.
-    pub fn cost(&self, threads: usize, kept: &[Kept]) -> Cost {
+    /// Cost on this many threads, with what is kept of each engine, in their order, what a measurement takes while it looks, and
+    /// what the figures of the report take.
+    pub fn cost(&self, threads: usize, kept: &[Kept], working: f64, figures: f64) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
         let engines = self.engines.iter().zip(kept);
@@ -154,15 +150,15 @@ impl Plan {
         } else {
             PARTICLE * particles * threads.min(replicas) as f64
         };
-        let bytes = PROGRAM
-            + if self.kind == Kind::Comparison {
-                LATTICES
-            } else {
-                0.0
-            }
-            + starts
-            + parts.iter().map(|part| part.0 - part.1).sum::<f64>()
-            + records;
+        let tables = if self.kind == Kind::Comparison {
+            TABLES
+        } else {
+            0.0
+        };
+        let meanwhile = (tables + working) * parts.len() as f64;
+        let parts: f64 = parts.iter().map(|part| part.0 - part.1).sum();
+        let running = meanwhile + starts + parts + records;
+        let bytes = PROGRAM + running.max(figures);
         Cost {
             bytes,
             pace: self.pace(),
@@ -204,12 +200,8 @@ impl Plan {
                 // Other measures visit particles one by one.
                 let gathers = self.case.measure.contains_key("velocity_distribution");
                 let look = if gathers { PARTICLE } else { 0.0 };
-                (2.0 * (vector + 13.0) + FITTING, vector + 4.0, look)
+                (2.0 * (vector + 13.0), vector + 4.0, look.max(FITTING))
             }
-        };
-        let copies = match &engine.kind {
-            EngineKind::Homogeneous(_) => COPIES_WITHOUT_POSITIONS,
-            _ => COPIES,
         };
         let paths = self.paths(engine);
         let cells = match &engine.kind {
@@ -219,11 +211,8 @@ impl Plan {
             EngineKind::MonteCarlo(parameters) => CELL * self.cells(parameters),
             _ => 0.0,
         };
-        held * count
-            + cells
-            + kept
-            + paths
-            + (look * count).max(copies * (saved * count + kept + paths))
+        let own = held * count + cells + kept + paths;
+        own + (look * count).max(saved * count + kept + paths)
     }
 
     /// Bytes of whole trajectories, and of displacements, without positions.

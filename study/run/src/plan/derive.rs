@@ -14,6 +14,7 @@ use stosszahl_model::{
 };
 
 use super::boundaries;
+use super::cost::available_memory;
 use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan, in_space};
 use super::engines;
 use super::species::{self, Particles};
@@ -393,7 +394,7 @@ fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
             radius: particles.kinds[0].radius,
             mass: particles.kinds[0].mass,
         }),
-        Kind::Comparison => GrainSizes::Each(each(&particles)?),
+        Kind::Comparison => GrainSizes::Each(each(&particles, available_memory())?),
         _ => GrainSizes::Species(listed(particles)?),
     };
     Ok(Gas {
@@ -461,8 +462,11 @@ fn check_placement(
     }
 }
 
-/// Radius, mass and species of each particle.
-fn each(particles: &Particles) -> Result<Polydisperse, PlanError> {
+/// Radius, mass and species of each particle, while they are listed and then shared \[bytes\].
+const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
+
+/// Radius, mass and species of each particle, where the list fits into the memory that is free.
+fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::Invalid| {
         PlanError::new(
             "species",
@@ -470,11 +474,20 @@ fn each(particles: &Particles) -> Result<Polydisperse, PlanError> {
             "ratios of sizes and masses up to 1e300",
         )
     };
-    let kinds = particles.kinds.iter();
-    let all = kinds
-        .enumerate()
-        .flat_map(|(k, one)| std::iter::repeat_n(((one.radius, one.mass), k as u32), one.count));
-    let (list, numbers) = all.unzip();
+    let count = particles.count();
+    if let Some(free) = free
+        && LISTED * count as f64 > free
+    {
+        let most = (free / LISTED) as u64;
+        let found = format!("{count} particles of several sizes");
+        let allowed = format!("up to {most}, whose sizes fit into the memory that is free");
+        return Err(PlanError::new("species", found, allowed));
+    }
+    let (mut list, mut numbers) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for (k, one) in particles.kinds.iter().enumerate() {
+        list.extend(std::iter::repeat_n((one.radius, one.mass), one.count));
+        numbers.extend(std::iter::repeat_n(k as u32, one.count));
+    }
     Polydisperse::new(list)
         .and_then(|sizes| sizes.of_kinds(numbers))
         .map_err(refused)
@@ -517,5 +530,32 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
             let found = words[usize::from(found.is_some())];
             Err(PlanError::new("box", found, "one of the two"))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::format;
+
+    /// Whoever looks at a case lists its particles: 2e9 of them took 48 GiB.
+    #[test]
+    fn more_particles_than_memory_can_list_are_refused() {
+        let written = |name| {
+            std::format!("[[species]]\nname = \"{name}\"\nnumber = 1000000000\ndiameter = 1\n")
+        };
+        let text = std::format!(
+            "format = 2\ntitle = \"large\"\n[gas]\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n\
+             [run]\nuntil = 1\n[engine.ed]\n{}{}",
+            written("a"),
+            written("b")
+        );
+        let file = format().from_text(Path::new("case.toml"), &text, &[]);
+        let file = file.expect("a case");
+        let particles = species::particles(&file.points[0].case, 1.0).expect("particles");
+        let refused = each(&particles, Some(1e9)).expect_err("too many");
+        assert_eq!(refused.key, "species");
+        assert!(refused.found.contains("2000000000"), "{}", refused.found);
+        assert!(refused.allowed.contains("memory"), "{}", refused.allowed);
     }
 }
