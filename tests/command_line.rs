@@ -248,7 +248,7 @@ fn a_report_without_tables_is_refused() {
     }
     let said = desk.say("report out");
     assert_eq!(said.code, Some(1), "{}", said.err);
-    assert!(said.err.contains("series.csv"), "{}", said.err);
+    assert!(said.err.contains("energy.csv"), "{}", said.err);
     assert!(said.err.contains("missing"), "{}", said.err);
 }
 

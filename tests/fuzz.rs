@@ -180,6 +180,7 @@ fn keys(schema: &Value, key: &str, found: &mut Vec<String>) {
 }
 
 /// Each key of the format at each odd value, every `stride`-th of the small cases: a case, or an error that names the place.
+#[allow(clippy::print_stdout, reason = "a long test tells where it is")]
 fn odd_values(stride: usize, chosen: impl Fn(usize) -> Range<usize>) {
     let mut all = Vec::new();
     keys(format().json(), "", &mut all);

@@ -47,6 +47,14 @@ pub struct Ends {
     from: Sender<News>,
 }
 
+#[cfg(test)]
+impl Ends {
+    /// Gives news to the other end.
+    pub fn tell(&self, news: News) {
+        let _ = self.from.send(news);
+    }
+}
+
 /// A link to a pump.
 pub fn link() -> (Link, Ends) {
     let (to, outgoing) = channel();

@@ -87,8 +87,11 @@ fn main() -> ExitCode {
                 }
             }
         });
-        link::pump(&world, &ends, patience, &finished);
-        work.join()
+        let lost_one = link::pump(&world, &ends, patience, &finished);
+        work.join().map(|end| End {
+            together: end.together && !lost_one,
+            ..end
+        })
     });
     let end = end.unwrap_or(End {
         code: ExitCode::FAILURE,
@@ -131,6 +134,7 @@ fn hold(link: Link, size: i32, arguments: &RunArguments) -> End {
         })
     });
     let code = commands::ended(done);
+    others.hear_who_is_gone();
     let together = others.are_all_there();
     others.tell(&ToOther::End { together });
     End { code, together }

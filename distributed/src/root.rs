@@ -44,6 +44,18 @@ impl<'a> Others<'a> {
         (1..self.size).for_each(|rank| link.send(rank, write(message)));
     }
 
+    /// Hears of those that were lost, or have left, since the last piece was done: reports take their time, and nobody listens then.
+    pub fn hear_who_is_gone(&self) {
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some(news) = link.next(Duration::ZERO) {
+            let is_gone = match news {
+                News::Lost(_) => true,
+                News::Message(_, bytes) => matches!(read(&bytes), Some(ToRoot::Leaves)),
+            };
+            self.is_short.fetch_or(is_gone, Ordering::SeqCst);
+        }
+    }
+
     /// Whether none was lost or has left.
     pub fn are_all_there(&self) -> bool {
         !self.is_short.load(Ordering::SeqCst)
@@ -208,5 +220,27 @@ impl Desk<'_> {
             time.as_secs(),
             self.collisions as f64
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// MPI is not closed together with a process that was lost after the last piece, or the root would wait for it for ever.
+    #[test]
+    fn who_is_lost_after_the_last_piece_is_not_waited_for() {
+        for (gone, news) in [
+            (true, News::Lost(1)),
+            (true, News::Message(1, write(&ToRoot::Leaves))),
+            (false, News::Message(1, write(&ToRoot::Progress(3)))),
+        ] {
+            let (link, ends) = crate::link::link();
+            let link = Mutex::new(link);
+            let others = Others::new(&link, 2);
+            ends.tell(news);
+            others.hear_who_is_gone();
+            assert_eq!(others.are_all_there(), !gone);
+        }
     }
 }
