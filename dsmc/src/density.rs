@@ -294,6 +294,11 @@ impl<S: Space> Density<S> {
         self.reach
     }
 
+    /// Cells of a neighbourhood.
+    pub(crate) fn cells_around(&self) -> f64 {
+        block(self.reach)
+    }
+
     /// Which pairs collide.
     pub(crate) fn scheme(&self) -> Scheme {
         self.scheme

@@ -370,19 +370,9 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
-        let rates = parameters.scheme.is_across().then(|| {
-            let cells: usize = density.reach().iter().map(|reach| 2 * reach + 1).product();
-            let window = Window {
-                volume: cells as f64 * grid.cell_volume(),
-                cell: grid.cell_volume(),
-                whole: domain.volume(),
-                diameter: mean_diameter,
-                radius,
-                copies: copies as f64,
-            };
-            let spread = means.spread::<P>();
-            Rates::new(density.unit(), ball, gas.limit, spread, &window)
-        });
+        let window = Window::new(&gas, density.cells_around(), domain.volume(), radius);
+        let rates = (parameters.scheme.is_across())
+            .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(), &window));
         let mut engine = Self {
             density,
             rates,

@@ -21,6 +21,8 @@ use std::f64::consts::PI;
 
 use stosszahl_model::Space;
 
+use crate::density::Gas;
+
 /// Packing fractions of the table, evenly spaced in their roots, and the largest; between them values are interpolated.
 const PACKINGS: usize = 24;
 const LARGEST: f64 = 0.7;
@@ -39,14 +41,14 @@ const HIGHEST: f64 = 5.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window {
     /// Its volume, that of a cell, and that of the box: among few, what is here is not elsewhere \[length^D\].
-    pub(crate) volume: f64,
-    pub(crate) cell: f64,
-    pub(crate) whole: f64,
+    volume: f64,
+    cell: f64,
+    whole: f64,
     /// Contact distance, and radius around the point of contact within which partners are drawn \[length\].
-    pub(crate) diameter: f64,
-    pub(crate) radius: f64,
+    diameter: f64,
+    radius: f64,
     /// Simulators for each particle.
-    pub(crate) copies: f64,
+    copies: f64,
 }
 
 /// What neighbourhoods lack, by their packing fraction.
@@ -96,6 +98,18 @@ fn radius<S: Space>(volume: f64) -> f64 {
 }
 
 impl Window {
+    /// Of so many cells in a box of the volume `whole`.
+    pub(crate) fn new(gas: &Gas, cells: f64, whole: f64, radius: f64) -> Self {
+        Self {
+            volume: cells * gas.cell,
+            cell: gas.cell,
+            whole,
+            diameter: gas.diameter,
+            radius,
+            copies: gas.simulators_per_particle,
+        }
+    }
+
     /// The wave numbers of the integrals, evenly spaced.
     fn waves<S: Space>(&self) -> Vec<Wave> {
         let [block, cell] = [self.volume, self.cell].map(radius::<S>);

@@ -18,7 +18,7 @@
 use stosszahl_model::Space;
 
 use super::missing::{Missing, Window};
-use crate::density::Crowding;
+use crate::density::{Crowding, Density, Gas};
 
 /// Most entries of the table.
 const LARGEST_TABLE: u32 = 1 << 14;
@@ -77,15 +77,15 @@ impl Spread {
 }
 
 impl<S: Space> Rates<S> {
-    /// `unit`: packing fraction of one simulator, of the largest size, in the neighbourhood; `ball`: mean area or volume of a
-    /// particle; `limit`: on chi; `spread`: none if all are alike, so that their number is a whole one.
+    /// `ball`: mean area or volume of a particle; `spread`: none if all are alike, so that their number is a whole one.
     pub(crate) fn new(
-        unit: f64,
+        density: &Density<S>,
+        gas: &Gas,
         ball: f64,
-        limit: f64,
         spread: Option<Spread>,
         window: &Window,
     ) -> Self {
+        let (unit, limit) = (density.unit(), gas.limit);
         let mut rates = Self {
             limit,
             unit,
