@@ -25,7 +25,7 @@ const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700
 /// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
 /// that it is run with, and the case.
 const LARGE: [(&str, &[[usize; 2]], &str); 7] = [
-    ("exact dynamics", &[[1, 1], [3, 1], [2, 2], [6, 3]], EXACT),
+    ("exact dynamics", &[[1, 1], [3, 1], [6, 3]], EXACT),
     (
         "lattices of a wide box",
         &[[3, 1]],
@@ -34,7 +34,7 @@ const LARGE: [(&str, &[[usize; 2]], &str); 7] = [
     ),
     (
         "several simulators for each particle",
-        &[[1, 1], [3, 2], [6, 3]],
+        &[[1, 1], [6, 3]],
         CONTACT_POINT,
     ),
     (
@@ -51,7 +51,7 @@ const LARGE: [(&str, &[[usize; 2]], &str); 7] = [
          [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n[engine.ed]\n[measure.snapshots]\n\
          times = [0, 2e-4, 4e-4, 6e-4, 1e-3]\n",
     ),
-    ("a flow with fields", &[[1, 1], [3, 2], [6, 3]], FLOW),
+    ("a flow with fields", &[[1, 1]], FLOW),
     (
         "displacements without positions",
         &[[1, 1], [3, 2]],
@@ -95,7 +95,7 @@ fn the_estimate_is_what_the_process_takes() {
             let planned = study::check(&file).expect("a plan");
             let told = planned[0].outline(threads, 0.01).cost.bytes / MIB;
             // By chance threads have their own peaks at once: the largest of some runs counts.
-            let runs = if threads > 1 { 3 } else { 1 };
+            let runs = if threads > 1 { 2 } else { 1 };
             let command = format!("run case.toml --force --threads {threads}");
             let found = (0..runs)
                 .map(|_| peak(&desk, &command) / MIB)

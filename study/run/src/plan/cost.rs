@@ -1,8 +1,8 @@
 //! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
 //! of the process is measured to be, within a factor of 1.3 in the cases of `tests/memory.rs`.
 //!
-//! The peak of an engine comes when probes look at all particles, or when a checkpoint is written: then there are the gas, the records
-//! of its probes, and both again as bytes, which go straight into the file. Records stay until the tables are made. Large
+//! The peak of an engine comes when probes look at all particles, when one of them works on what it saw, or when a checkpoint is
+//! written: then there are the gas, the records of its probes, and both again as bytes, which go straight into the file. Records stay until the tables are made. Large
 //! figures can take more than all of that when the report is made, after the run.
 
 use std::thread;
@@ -24,7 +24,7 @@ const TRIALS_PER_SECOND: f64 = 5e6;
 const TRIALS: [f64; 2] = [2.0, 4.0];
 /// Memory of the program itself \[bytes\].
 const PROGRAM: f64 = 16e6;
-/// Tables of the tests of the start, of each part that runs \[bytes\].
+/// Tables of the tests of the start \[bytes\].
 const TABLES: f64 = 4e6;
 /// One particle as measurements see it \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
@@ -128,7 +128,7 @@ impl Plan {
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
                 name: engine.name,
-                bytes: self.bytes(engine, kept[0]),
+                bytes: self.bytes(engine, kept[0], working),
                 collisions: self.collisions(engine),
                 trials_per_collision: self.trials_per_collision(engine),
             })
@@ -140,7 +140,7 @@ impl Plan {
             records += kept[0] + (replicas - 1) as f64 * kept[1];
             for replica in 0..replicas.min(threads) {
                 let kept = kept[replica.min(1)];
-                parts.push((self.bytes(engine, kept), kept));
+                parts.push((self.bytes(engine, kept, working), kept));
             }
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -150,14 +150,8 @@ impl Plan {
         } else {
             PARTICLE * particles * threads.min(replicas) as f64
         };
-        let tables = if self.kind == Kind::Comparison {
-            TABLES
-        } else {
-            0.0
-        };
-        let meanwhile = (tables + working) * parts.len() as f64;
         let parts: f64 = parts.iter().map(|part| part.0 - part.1).sum();
-        let running = meanwhile + starts + parts + records;
+        let running = starts + parts + records;
         let bytes = PROGRAM + running.max(figures);
         Cost {
             bytes,
@@ -176,8 +170,8 @@ impl Plan {
         }
     }
 
-    /// Bytes of one engine of one replica of which so much is kept.
-    fn bytes(&self, engine: &EnginePlan, kept: f64) -> f64 {
+    /// Bytes of one engine of one replica of which so much is kept; `working`: what a measurement takes while it looks.
+    fn bytes(&self, engine: &EnginePlan, kept: f64, working: f64) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
         let spin = match (self.grains.rough.is_some(), self.dimension) {
@@ -195,7 +189,7 @@ impl Plan {
                 moving + 8.0,
                 PARTICLE,
             ),
-            EngineKind::MonteCarlo(_) => (1.4 * (moving + tag), moving + tag, PARTICLE),
+            EngineKind::MonteCarlo(_) => (2.0 * (moving + tag), moving + tag, PARTICLE),
             EngineKind::Homogeneous(_) => {
                 // Other measures visit particles one by one.
                 let gathers = self.case.measure.contains_key("velocity_distribution");
@@ -212,7 +206,13 @@ impl Plan {
             _ => 0.0,
         };
         let own = held * count + cells + kept + paths;
-        own + (look * count).max(saved * count + kept + paths)
+        let tables = if self.kind == Kind::Comparison {
+            TABLES
+        } else {
+            0.0
+        };
+        let saving = saved * count + kept + paths;
+        own + (look * count).max(saving).max(working + tables)
     }
 
     /// Bytes of whole trajectories, and of displacements, without positions.
