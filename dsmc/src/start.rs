@@ -370,7 +370,7 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
-        let window = Window::new(&gas, density.cells_around(), domain.volume(), radius);
+        let window = Window::new(&gas, density.cells_around(), radius);
         let rates = (parameters.scheme.is_across())
             .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(), &window));
         let mut engine = Self {
