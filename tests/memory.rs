@@ -24,7 +24,7 @@ const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700
 
 /// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
 /// that it is run with, and the case.
-const LARGE: [(&str, &[[usize; 2]], &str); 7] = [
+const LARGE: [(&str, &[[usize; 2]], &str); 8] = [
     ("exact dynamics", &[[1, 1], [3, 1], [6, 3]], EXACT),
     (
         "lattices of a wide box",
@@ -36,6 +36,12 @@ const LARGE: [(&str, &[[usize; 2]], &str); 7] = [
         "several simulators for each particle",
         &[[1, 1], [6, 3]],
         CONTACT_POINT,
+    ),
+    (
+        "several simulators, pairs within cells",
+        &[[1, 1]],
+        "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 0.001\ncheckpoint_seconds = 0.001\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 4\n",
     ),
     (
         "velocities and places of the start",

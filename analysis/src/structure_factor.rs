@@ -273,8 +273,7 @@ impl StructureFactorPlan {
         if largest == 0 {
             return Err(Error::WaveNumberInvalid);
         }
-        let indices = largest_indices(lengths, largest);
-        let sites = [0, 1].map(|axis| sites(lengths[axis], diameter, indices[axis]));
+        let (indices, sites) = shape(lengths, options);
         if sites[0].saturating_mul(sites[1]) > LARGEST_LATTICE {
             return Err(Error::LatticeTooLarge {
                 sites,
@@ -330,10 +329,9 @@ impl StructureFactorPlan {
 
     /// Memory of the lattice in a box with sides `lengths` \[bytes\].
     pub fn bytes(lengths: [f64; 2], options: Options) -> f64 {
-        let indices = largest_indices(lengths, options.largest_wave_number);
-        let [x, y] =
-            [0, 1].map(|axis| sites(lengths[axis], options.diameter, indices[axis]) as f64);
-        size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (indices[1] + 1) as f64 * x)
+        let ([_, columns], sites) = shape(lengths, options);
+        let [x, y] = sites.map(|sites| sites as f64);
+        size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x)
     }
 
     /// Measures the shells of one configuration; `weight` is the number w of physical disks per point.
@@ -434,6 +432,13 @@ impl StructureFactorPlan {
         self.along_x
             .process_with_scratch(columns, &mut self.scratch);
     }
+}
+
+/// The largest indices of modes, and the sites, along x and y.
+fn shape(lengths: [f64; 2], options: Options) -> ([usize; 2], [usize; 2]) {
+    let indices = largest_indices(lengths, options.largest_wave_number);
+    let along = |axis| sites(lengths[axis], options.diameter, indices[axis]);
+    (indices, [along(0), along(1)])
 }
 
 /// The power of two whose spacing is nearest to the diameter, doubled until it exceeds twice `largest_index`; no more than

@@ -63,7 +63,7 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) constants: Constants,
     pub(crate) grid: Grid<P::Space>,
     pub(crate) density: Density<P::Space>,
-    /// Collisions across cells: their rates, and how far partners are sought.
+    /// Partners around points of contact: their rates, and how far away they are.
     pub(crate) rates: Option<Rates<P::Space>>,
     pub(crate) arm: Arm,
     pub(crate) simulators: usize,

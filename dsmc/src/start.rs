@@ -5,7 +5,7 @@ use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
-use crate::across::{self, Arm, Rates, Spread, Window};
+use crate::across::{self, Arm, Rates, Spread};
 use crate::boundary::{
     Boundaries, Inflow, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter,
 };
@@ -370,9 +370,8 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
-        let window = Window::new(&gas, density.cells_around(), radius);
-        let rates = (parameters.scheme.is_across())
-            .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(), &window));
+        let rates = matches!(parameters.scheme, Scheme::ContactPoint { .. })
+            .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(), radius));
         let mut engine = Self {
             density,
             rates,

@@ -193,9 +193,9 @@ where
             looks: recorder.looks(),
             stop: self.stop.interrupt(),
         };
-        if let Some(rates) = &self.rates {
+        if self.parameters.scheme.is_across() {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
-            let share = self.share.as_ref();
+            let (share, rates) = (self.share.as_ref(), self.rates.as_ref());
             recorder.pass(&kernel.collide_across(parallel, tiles, share, rates, arm, tally));
             self.fly_only(timing);
             self.close_step(unit);

@@ -24,7 +24,8 @@ const LONGEST_LINE: f64 = 8.0;
 /// What works around a tile.
 pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a Kernel<'a, P>,
-    pub(super) rates: &'a Rates<P::Space>,
+    /// Of partners around points of contact.
+    pub(super) rates: Option<&'a Rates<P::Space>>,
     pub(super) arm: &'a Arm,
     /// Of the tile and all next to it together.
     pub(super) bounds: Bounds,
@@ -145,10 +146,12 @@ where
         self.look_at_cells(line);
         let number = kernel.grid.number(line.first);
         let mut stream = kernel.streams.at(u64::from(number));
-        match kernel.density.scheme() {
-            Scheme::ContactPoint { .. } => self.around_points(line, search, &mut stream),
-            Scheme::Esmc(_) => self.in_cells(line, &mut stream),
-            Scheme::StochasticDisks { stiffness } => {
+        match (kernel.density.scheme(), self.rates) {
+            (Scheme::ContactPoint { .. }, Some(rates)) => {
+                self.around_points(line, rates, search, &mut stream);
+            }
+            (Scheme::Esmc(_), _) => self.in_cells(line, &mut stream),
+            (Scheme::StochasticDisks { stiffness }, _) => {
                 for cell in 0..line.cells {
                     if self.cells[cell].count == 0 {
                         continue;
@@ -341,12 +344,17 @@ where
     }
 
     /// Partners around the point of contact, at the rate of Enskog's theory.
-    fn around_points(&mut self, line: Line, search: &mut Search<'_, P>, stream: &mut impl Rng) {
+    fn around_points(
+        &mut self,
+        line: Line,
+        rates: &Rates<P::Space>,
+        search: &mut Search<'_, P>,
+        stream: &mut impl Rng,
+    ) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
         let extent = self.extents.along(line.first, line.cells);
         let sides = extent.sides();
-        let rates = self.rates;
         let most = |cell: &Cell| rates.most(cell.units, cell.crowding);
         let trials = self.trials(sides, most, stream);
         for number in 0..trials {
@@ -364,7 +372,7 @@ where
             let cell = &self.cells[number];
             if !P::Sizes::UNIFORM {
                 let share = sizes.radius(self.around.read(first).tag) / sizes.largest_radius();
-                let rate = cell.ceiling * self.rates.at(cell.units, cell.crowding, share);
+                let rate = cell.ceiling * rates.at(cell.units, cell.crowding, share);
                 if stream.random::<f64>() * cell.rate >= rate {
                     continue;
                 }

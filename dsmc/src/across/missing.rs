@@ -45,7 +45,7 @@ const HIGHEST: f64 = 5.0;
 
 /// A neighbourhood: the block of cells around the cell of a simulator.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Window {
+pub(super) struct Window {
     /// Its volume, and that of a cell \[length^D\].
     volume: f64,
     cell: f64,
@@ -58,7 +58,7 @@ pub(crate) struct Window {
 
 /// What neighbourhoods lack, by their packing fraction.
 #[derive(Clone, Debug)]
-pub(crate) struct Missing {
+pub(super) struct Missing {
     table: Vec<[f64; 2]>,
 }
 
@@ -72,7 +72,7 @@ struct Wave {
 }
 
 impl Missing {
-    pub(crate) fn new<S: Space>(window: &Window) -> Self {
+    pub(super) fn new<S: Space>(window: &Window) -> Self {
         let waves = window.waves::<S>();
         let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing(entry), &waves));
         Self {
@@ -82,7 +82,7 @@ impl Missing {
 
     /// Others that are missing around one, and the variance of a number over its mean.
     #[inline]
-    pub(crate) fn at(&self, packing: f64) -> [f64; 2] {
+    pub(super) fn at(&self, packing: f64) -> [f64; 2] {
         let place = (packing / LARGEST).clamp(0.0, 1.0).sqrt() * PACKINGS as f64;
         let entry = (place as usize).min(PACKINGS - 1);
         let ends = [entry, entry + 1].map(self::packing);
@@ -104,7 +104,7 @@ fn radius<S: Space>(volume: f64) -> f64 {
 
 impl Window {
     /// Of so many cells.
-    pub(crate) fn new(gas: &Gas, cells: f64, radius: f64) -> Self {
+    pub(super) fn new(gas: &Gas, cells: f64, radius: f64) -> Self {
         Self {
             volume: cells * gas.cell,
             cell: gas.cell,
@@ -232,7 +232,6 @@ mod tests {
             let nearest = (2.0 / (std::f64::consts::PI * simulators)).sqrt();
             let plain = of_a_block(packing, side, cell, radius.max(nearest));
             let what = format!("{packing} {copies}: {found:?} {plain:?}");
-            println!("{what}");
             assert!((found[0] - plain[0]).abs() < 0.01, "{what}");
             assert!((found[1] - plain[1]).abs() < 0.02, "{what}");
             assert!(plain[0] > 0.0 && plain[1] < 1.0, "{what}");

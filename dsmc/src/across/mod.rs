@@ -22,7 +22,6 @@ use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
 pub(crate) use arm::{Arm, Distances};
 pub(crate) use extents::Extent;
-pub(crate) use missing::Window;
 pub(crate) use rate::{Rates, Spread};
 
 use crate::collide::Kernel;
@@ -73,7 +72,7 @@ where
         parallel: bool,
         tiles: &mut [Tile<P, F>],
         share: Option<&Share<P::Space>>,
-        rates: &Rates<P::Space>,
+        rates: Option<&Rates<P::Space>>,
         arm: &mut Arm,
         total: &mut Tally,
     ) -> Vec<Collision> {

@@ -77,13 +77,14 @@ impl Spread {
 }
 
 impl<S: Space> Rates<S> {
-    /// `ball`: mean area or volume of a particle; `spread`: none if all are alike, so that their number is a whole one.
+    /// `ball`: mean area or volume of a particle; `spread`: none if all are alike, so that their number is a whole one; `radius`: around
+    /// the point of contact, within which partners are drawn.
     pub(crate) fn new(
         density: &Density<S>,
         gas: &Gas,
         ball: f64,
         spread: Option<Spread>,
-        window: &Window,
+        radius: f64,
     ) -> Self {
         let (unit, limit) = (density.unit(), gas.limit);
         let mut rates = Self {
@@ -91,7 +92,7 @@ impl<S: Space> Rates<S> {
             unit,
             ball,
             spread,
-            missing: Missing::new::<S>(window),
+            missing: Missing::new::<S>(&Window::new(gas, density.cells_around(), radius)),
             table: Vec::new(),
             space: std::marker::PhantomData,
         };

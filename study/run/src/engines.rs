@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::sync::Arc;
+use std::{iter, slice};
 
 use stosszahl_analysis::theory;
 use stosszahl_case::Kind;
@@ -140,8 +141,8 @@ fn made(
             let boundaries = plan.exact_boundaries(streams)?;
             Ok(match from {
                 From::Start(start) => {
-                    let start = shared(plan, start, streams, interrupt)?;
-                    stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start)?
+                    let start = starts(plan, start, 1, streams, interrupt)?;
+                    stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start[0])?
                 }
                 From::Checkpoint(bytes) => {
                     let count = plan.count();
@@ -154,27 +155,16 @@ fn made(
             let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
             Ok(match from {
                 From::Start(start) => {
-                    let first = shared(plan, start, streams, interrupt)?;
                     // In a flow, sets are starts of the same gas; a periodic gas may be moved and turned instead.
-                    let more = if plan.kind == Kind::Flow {
+                    let sets = if plan.kind == Kind::Flow {
                         engine.copies() as u64
                     } else {
                         1
                     };
-                    let all;
-                    let sets = if more > 1 {
-                        let mut each = vec![first.into_owned()];
-                        for set in 1..more {
-                            each.push(start::placed(plan, set, streams, interrupt)?.0);
-                        }
-                        all = each;
-                        &all[..]
-                    } else {
-                        std::slice::from_ref(&*first)
-                    };
+                    let sets = starts(plan, start, sets, streams, interrupt)?;
                     match call() {
-                        Some(ranks) => stosszahl_dsmc::simulate_among(&gas, sets, ranks)?,
-                        None => stosszahl_dsmc::simulate(&gas, sets)?,
+                        Some(ranks) => stosszahl_dsmc::simulate_among(&gas, &sets, ranks)?,
+                        None => stosszahl_dsmc::simulate(&gas, &sets)?,
                     }
                 }
                 From::Checkpoint(bytes) => {
@@ -224,16 +214,25 @@ fn made(
     }
 }
 
-/// The start of the replica, made now where it was not prepared.
-fn shared<'a>(
+/// So many starts of the replica, the first of them made now where it was not prepared; one that was is not copied if it is alone.
+fn starts<'a>(
     plan: &Plan,
-    start: Option<&'a Particles>,
+    prepared: Option<&'a Particles>,
+    sets: u64,
     streams: Streams,
     interrupt: &Interrupt,
-) -> Result<Cow<'a, Particles>, StartError> {
-    match start {
-        Some(start) => Ok(Cow::Borrowed(start)),
-        None => Ok(Cow::Owned(start::placed(plan, 0, streams, interrupt)?.0)),
+) -> Result<Cow<'a, [Particles]>, StartError> {
+    let made = |set| Ok(start::placed(plan, set, streams, interrupt)?.0);
+    match prepared {
+        Some(start) if sets == 1 => Ok(Cow::Borrowed(slice::from_ref(start))),
+        Some(start) => iter::once(Ok(start.clone()))
+            .chain((1..sets).map(made))
+            .collect::<Result<_, _>>()
+            .map(Cow::Owned),
+        None => (0..sets)
+            .map(made)
+            .collect::<Result<_, _>>()
+            .map(Cow::Owned),
     }
 }
 

@@ -239,11 +239,11 @@ pub(super) fn run(log: &mut Findings) -> Done {
                 continue;
             }
             let (disks, gases) = extent(&log.effort, setting);
+            let domain = square(disks, packing)?;
             let make = |seed| start(disks, packing, seed, 20.0);
             let mut starts = over_seeds(0..gases[0], make)?.0;
             for method in methods {
                 let parameters = method.at(setting);
-                let domain = square(disks, packing)?;
                 let columns = parameters.cells(&domain, packing, 1.0)[0];
                 let cell = domain.lengths()[0] / columns as f64;
                 let plan = Plan::new(packing, cell, &starts[0])?;

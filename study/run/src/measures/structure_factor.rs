@@ -64,8 +64,10 @@ pub(super) fn require_periodic(plan: &Plan) -> Result<(), BadOption> {
 }
 
 impl StructureFactors {
-    fn options(options: &Options, plan: &Plan) -> GridOptions {
-        GridOptions {
+    /// Sides of the box, and what its lattice is to be.
+    fn lattice(options: &Options, plan: &Plan) -> ([f64; 2], GridOptions) {
+        let [x, y, _] = plan.lengths;
+        let options = GridOptions {
             largest_wave_number: options.largest_wave_number as usize,
             assignment: match options.assignment {
                 Sharing::NearestGridPoint => Assignment::NearestGridPoint,
@@ -73,16 +75,8 @@ impl StructureFactors {
             },
             correction: options.correction,
             diameter: mean_diameter(plan),
-        }
-    }
-
-    fn grid(options: &Options, plan: &Plan) -> Result<StructureFactorPlan, BadOption> {
-        let [x, y, _] = plan.lengths;
-        let grid = StructureFactorPlan::new([x, y], Self::options(options, plan));
-        grid.map_err(|error| BadOption {
-            key: "largest_wave_number".into(),
-            allowed: error.to_string(),
-        })
+        };
+        ([x, y], options)
     }
 }
 
@@ -151,7 +145,12 @@ impl Measure for StructureFactors {
             allowed,
         )?;
         measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())?;
-        Self::grid(&options, plan).map(|_| ())
+        let (lengths, options) = Self::lattice(&options, plan);
+        let grid = StructureFactorPlan::new(lengths, options);
+        grid.map(drop).map_err(|error| BadOption {
+            key: "largest_wave_number".into(),
+            allowed: error.to_string(),
+        })
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -159,21 +158,19 @@ impl Measure for StructureFactors {
     }
 
     fn working(&self, plan: &Plan) -> f64 {
-        let [x, y, _] = plan.lengths;
-        let options = Self::options(&measure::chosen(plan, self.name()), plan);
-        StructureFactorPlan::bytes([x, y], options)
+        let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
+        StructureFactorPlan::bytes(lengths, options)
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let [x, y, _] = plan.lengths;
-        let options = Self::options(&measure::chosen(plan, self.name()), plan);
+        let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
         let record = ByTime::<StructureFactor>::new();
         Box::new(Recorder::new(record, move |record, moment| {
             let weight = moment.simulation.weight();
             let all = moment.particles().all.iter();
             let positions: Vec<_> = all.map(|one| one.position.xy()).collect();
             // The lattice, which may be larger than the gas, is there only meanwhile.
-            let grid = StructureFactorPlan::new([x, y], options);
+            let grid = StructureFactorPlan::new(lengths, options);
             let found = grid
                 .and_then(|mut grid| grid.measure(&positions, weight))
                 .ok();

@@ -2,8 +2,8 @@
 //! of the process is measured to be, within a factor of 1.3 in the cases of `tests/memory.rs`.
 //!
 //! The peak of an engine comes when probes look at all particles, when one of them works on what it saw, or when a checkpoint is
-//! written: then there are the gas, the records of its probes, and both again as bytes, which go straight into the file. Records stay until the tables are made. Large
-//! figures can take more than all of that when the report is made, after the run.
+//! written: then there are the gas, the records of its probes, and both again as bytes, which go straight into the file. Records
+//! stay until the tables are made. Large figures can take more than all of that when the report is made, after the run.
 
 use std::thread;
 
