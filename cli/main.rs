@@ -1,13 +1,12 @@
 //! The `stosszahl` command.
 
-mod allocator;
-
 use std::process::ExitCode;
 
 use clap::Parser;
+use stosszahl::model::memory;
 use stosszahl::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
-    allocator::return_large_blocks();
+    memory::return_large_blocks();
     commands::execute(Arguments::parse())
 }

@@ -30,6 +30,7 @@ use mpi::Threading;
 use mpi::traits::Communicator as _;
 use stosszahl::arguments::{RunArguments, VERSION};
 use stosszahl::commands::{self, STOPPED_RUN, listen, note};
+use stosszahl::model::memory;
 use stosszahl::study::crew::run_among;
 
 use crate::arguments::{Arguments, Command};
@@ -47,6 +48,7 @@ struct End {
 }
 
 fn main() -> ExitCode {
+    memory::return_large_blocks();
     let Some((universe, level)) = mpi::initialize_with_threading(Threading::Serialized) else {
         note("error: MPI is started already");
         return ExitCode::FAILURE;

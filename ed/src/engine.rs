@@ -315,11 +315,11 @@ where
     /// Goes on as a new engine from the present checkpoint.
     fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
         self.time = self.present(until);
-        let checkpoint = self.checkpoint();
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
+        self.forget_events();
+        let checkpoint = self.checkpoint();
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
-        self.calendar = Q::new(&NoEvents, 0.0);
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
@@ -350,6 +350,17 @@ where
             domain: self.domain,
             bodies,
         }
+    }
+
+    /// The gas at the present time, of an engine that is no longer needed: takes less memory than [`Engine::state`].
+    pub fn into_state(mut self) -> State<P> {
+        self.forget_events();
+        self.state()
+    }
+
+    /// Frees the calendar, before something else needs memory.
+    pub(crate) fn forget_events(&mut self) {
+        self.calendar = Q::new(&NoEvents, 0.0);
     }
 
     /// Everything needed to go on from here.
@@ -496,7 +507,7 @@ fn scaled<P: Physics<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> 
 }
 
 /// Nothing happens; stands in while there are no predictions.
-pub(crate) struct NoEvents;
+struct NoEvents;
 
 impl Agenda for NoEvents {
     fn disks(&self) -> u32 {

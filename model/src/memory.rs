@@ -1,10 +1,10 @@
-//! What the language does not say about memory: large pages, and prefetch of lines before their use.
+//! What the language does not say about memory: large pages, prefetch of lines before their use, and what becomes of freed blocks.
 //!
 //! All of it is hints that change no value, and the only unsafe code of the engines but for the choice of instructions in
 //! the event-driven one.
 #![allow(
     unsafe_code,
-    reason = "hints to the hardware and the kernel have no safe interface"
+    reason = "hints to the hardware, the kernel and the allocator have no safe interface"
 )]
 
 /// Prefetches an element that will be needed soon; harmless where there is none, so that no caller has to check.
@@ -65,4 +65,22 @@ pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     let mut vector = reserved(count);
     vector.resize(count, value);
     vector
+}
+
+/// Gives large blocks back to the system as soon as they are freed.
+///
+/// The GNU allocator keeps blocks of up to 32 MiB once it has seen one freed, for each thread by itself. A checkpoint is made of such
+/// blocks, so that with several threads the peak of the process was twice what is used at any time. For a program to call first.
+pub fn return_large_blocks() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        /// \[bytes\]
+        const LARGE: libc::c_int = 1 << 20;
+        // SAFETY: the two thresholds are those of the allocator, and change only where blocks come from. Where it is refused, blocks
+        // are kept.
+        unsafe {
+            libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
+            libc::mallopt(libc::M_TRIM_THRESHOLD, LARGE);
+        }
+    }
 }

@@ -213,7 +213,7 @@ pub(crate) fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State
     let collisions = (0.5 * collisions_each * start.bodies.len() as f64).ceil() as u64;
     let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
     engine.advance(f64::INFINITY, collisions, &mut ())?;
-    let mut state = engine.state();
+    let mut state = engine.into_state();
     state.time = 0.0;
     Ok(state)
 }

@@ -3,8 +3,10 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use stosszahl_model::memory;
 use stosszahl_trials::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
+    memory::return_large_blocks();
     commands::execute(Arguments::parse())
 }

@@ -12,7 +12,7 @@ use crate::cells::NONE;
 use crate::checkpoint::Tally;
 use crate::contact::Candidates;
 use crate::disk::{Disk, Disks, VOID};
-use crate::engine::{Engine, NoEvents};
+use crate::engine::Engine;
 use crate::progress::Progress;
 use crate::windings::Winding;
 
@@ -389,6 +389,6 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
 
 /// Frees what the strips have of a gas now.
 pub(super) fn empty<P: Physics<Space = Plane>, Q: Calendar>(whole: &mut Engine<P, Q>) {
-    whole.calendar = Q::new(&NoEvents, 0.0);
+    whole.forget_events();
     whole.disks.all = Vec::new();
 }
