@@ -36,7 +36,7 @@ pub enum Command {
 /// How processes work together, and when one counts as lost.
 #[derive(Debug, Args)]
 pub struct Together {
-    /// Seconds of silence after which a process is lost, and its work is done by others.
+    /// Seconds of silence after which a process is lost: its work is done by others, or, with one gas, the job ends.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub lost_after: f64,
     /// All processes hold one gas after the other together, in place of one replica each: for a large gas of Monte Carlo in

@@ -10,11 +10,13 @@
 //! | `root` | orders go out, records come in |
 //! | `other` | orders are done |
 //! | `together`, `world` | one gas in all processes (`--one-gas`) |
+//! | `pulse` | the end of a gas of which one process stands still |
 
 mod arguments;
 mod link;
 mod messages;
 mod other;
+mod pulse;
 mod root;
 mod together;
 mod world;
@@ -68,7 +70,7 @@ fn main() -> ExitCode {
         }
     };
     if shared.one_gas {
-        return together::run(&run);
+        return together::run(&run, Duration::from_secs_f64(shared.lost_after));
     }
     let (link, ends) = link::link();
     let finished = AtomicBool::new(false);

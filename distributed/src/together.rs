@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use stosszahl::arguments::{RunArguments, VERSION};
@@ -15,6 +15,7 @@ use stosszahl::study::holders::{hold_gases, run_holding};
 use stosszahl::study::{self, Options};
 
 use crate::messages::{read, write};
+use crate::pulse::Pulse;
 use crate::world::{Traffic, World};
 
 /// The case, which only the first process reads.
@@ -26,9 +27,10 @@ struct Case {
     overrides: Vec<String>,
 }
 
-/// Runs a case with all processes.
-pub fn run(arguments: &RunArguments) -> ExitCode {
+/// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
+pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
+    let _pulse = Pulse::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();
     let began = Instant::now();
     let code = if world.rank() == 0 {
