@@ -1,7 +1,7 @@
 //! The command line as typed.
 
 use clap::{Args, Parser, Subcommand};
-use stosszahl::arguments::RunArguments;
+use stosszahl::arguments::{FrontierArguments, RunArguments};
 
 /// stosszahl over MPI: replicas and points of sweeps on many machines.
 #[derive(Debug, Parser)]
@@ -30,6 +30,15 @@ pub enum Command {
         /// What concerns all processes.
         #[command(flatten)]
         shared: Together,
+    },
+    /// Measure speed against error around a case: tables are those of `stosszahl frontier`, but for times.
+    Frontier {
+        /// As for `stosszahl frontier`; threads are those of each process.
+        #[command(flatten)]
+        frontier: FrontierArguments,
+        /// Seconds of silence of a process after which the job ends.
+        #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+        lost_after: f64,
     },
 }
 
