@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::case::format::share;
 use crate::case::{CaseError, CaseFile};
+use crate::dsmc::Ranks;
 use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
 use crate::results::{
@@ -150,7 +151,9 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Completions { shell } => completions(shell),
         Command::Reference { folders } => print_reference(&folders),
         Command::Manual { folder } => manual(&folder),
-        Command::Frontier(arguments) => measure_frontier(&arguments),
+        Command::Frontier(arguments) => {
+            read(&arguments.case).and_then(|file| measure_frontier(&arguments, &file, None))
+        }
         Command::Reproduce(arguments) => reproduce(&arguments),
     };
     ended(done)
@@ -546,11 +549,19 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
     format!("{:#}", json!({ "report": report, "points": points }))
 }
 
-fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
+/// Measures the settings around a case, in this process or in several that all call this; the first prints what was found.
+///
+/// # Errors
+/// [`CommandError`] of the sweep or of its report.
+pub fn measure_frontier(
+    arguments: &FrontierArguments,
+    file: &CaseFile,
+    ranks: Option<&dyn Ranks>,
+) -> Result<(), CommandError> {
+    let is_first = ranks.is_none_or(|ranks| ranks.rank() == 0);
     let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {
         found: arguments.target_error.clone(),
     })?;
-    let file = read(&arguments.case)?;
     let folder = arguments.out.clone().unwrap_or_else(|| {
         let name = file.path.file_stem().unwrap_or_else(|| "case".as_ref());
         let mut name = name.to_owned();
@@ -561,9 +572,15 @@ fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
         [] => vec![frontier::Kind::Energy],
         asked => asked.to_vec(),
     };
-    let stop = listen("stopped");
+    let stop = listen(if is_first { "stopped" } else { "" });
+    let tell = |text: &str| {
+        if is_first {
+            note(text);
+        }
+    };
     let options = frontier::Options {
         interrupt: &stop,
+        ranks,
         kinds,
         target,
         budget: arguments.budget.as_secs_f64().max(f64::MIN_POSITIVE),
@@ -574,9 +591,17 @@ fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
             .map_or_else(available_threads, usize::from),
         tests: arguments.tests,
         force: arguments.force,
-        tell: &note,
+        tell: &tell,
     };
-    let found = frontier(&file, &options)?;
+    let found = frontier(file, &options)?;
+    if is_first {
+        show(&found, &options.folder)?;
+    }
+    Ok(())
+}
+
+/// Prints what a frontier says, and writes its page.
+fn show(found: &frontier::Frontier, folder: &Path) -> Result<(), CommandError> {
     let sentences: Vec<String> = found
         .sentences
         .iter()
@@ -590,7 +615,7 @@ fn measure_frontier(arguments: &FrontierArguments) -> Result<(), CommandError> {
         .collect();
     let title = format!("Speed against error: {}", found.title);
     let page = listing(&title, &sentences, &[&found.figure], &lists);
-    let path = options.folder.join("frontier.html");
+    let path = folder.join("frontier.html");
     write_file(&path, page.as_bytes())?;
     Ok(say(&format!("report: {}", path.display()))?)
 }

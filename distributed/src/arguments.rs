@@ -1,7 +1,7 @@
 //! The command line as typed.
 
 use clap::{Args, Parser, Subcommand};
-use stosszahl::arguments::RunArguments;
+use stosszahl::arguments::{FrontierArguments, RunArguments};
 
 /// stosszahl over MPI: replicas and points of sweeps on many machines.
 #[derive(Debug, Parser)]
@@ -31,12 +31,21 @@ pub enum Command {
         #[command(flatten)]
         shared: Together,
     },
+    /// Measure speed against error around a case: tables are those of `stosszahl frontier`, but for times.
+    Frontier {
+        /// As for `stosszahl frontier`; threads are those of each process.
+        #[command(flatten)]
+        frontier: FrontierArguments,
+        /// Seconds of silence of a process after which the job ends.
+        #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+        lost_after: f64,
+    },
 }
 
 /// How processes work together, and when one counts as lost.
 #[derive(Debug, Args)]
 pub struct Together {
-    /// Seconds of silence after which a process is lost, and its work is done by others.
+    /// Seconds of silence after which a process is lost: its work is done by others, or, with one gas, the job ends.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub lost_after: f64,
     /// All processes hold one gas after the other together, in place of one replica each: for a large gas of Monte Carlo in

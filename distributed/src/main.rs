@@ -9,12 +9,14 @@
 //! | `messages` | what processes say to each other |
 //! | `root` | orders go out, records come in |
 //! | `other` | orders are done |
-//! | `together`, `world` | one gas in all processes (`--one-gas`) |
+//! | `together`, `world` | one gas in all processes (`--one-gas`), and `frontier` |
+//! | `pulse` | the end of a gas of which one process stands still |
 
 mod arguments;
 mod link;
 mod messages;
 mod other;
+mod pulse;
 mod root;
 mod together;
 mod world;
@@ -59,7 +61,7 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     let me = world.rank();
-    let Command::Run { run, shared } = match Arguments::try_parse() {
+    let command = match Arguments::try_parse() {
         Ok(arguments) => arguments.command,
         // All find the same, and one says it.
         Err(error) => {
@@ -69,8 +71,15 @@ fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    let (run, shared) = match command {
+        Command::Run { run, shared } => (run, shared),
+        Command::Frontier {
+            frontier,
+            lost_after,
+        } => return together::frontier(&frontier, Duration::from_secs_f64(lost_after)),
+    };
     if shared.one_gas {
-        return together::run(&run);
+        return together::run(&run, Duration::from_secs_f64(shared.lost_after));
     }
     let (link, ends) = link::link();
     let finished = AtomicBool::new(false);

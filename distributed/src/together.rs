@@ -1,20 +1,22 @@
-//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together.
+//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together. `frontier`: all make its runs.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use stosszahl::arguments::{RunArguments, VERSION};
-use stosszahl::commands::{self, STOPPED_RUN, listen, note};
+use stosszahl::arguments::{CaseArguments, FrontierArguments, RunArguments, VERSION};
+use stosszahl::case::CaseFile;
+use stosszahl::commands::{self, CommandError, STOPPED_RUN, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
 use stosszahl::study::holders::{hold_gases, run_holding};
-use stosszahl::study::{self, Options};
+use stosszahl::study::{self, Options, RunError};
 
 use crate::messages::{read, write};
+use crate::pulse::Pulse;
 use crate::world::{Traffic, World};
 
 /// The case, which only the first process reads.
@@ -26,9 +28,10 @@ struct Case {
     overrides: Vec<String>,
 }
 
-/// Runs a case with all processes.
-pub fn run(arguments: &RunArguments) -> ExitCode {
+/// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
+pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
+    let _pulse = Pulse::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();
     let began = Instant::now();
     let code = if world.rank() == 0 {
@@ -52,16 +55,67 @@ pub fn run(arguments: &RunArguments) -> ExitCode {
     code
 }
 
-fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
-    let stop = listen(STOPPED_RUN);
-    let file = commands::read(&arguments.case);
+/// Measures a frontier with all processes. If nothing is heard of one for `patience`, the job ends.
+pub fn frontier(arguments: &FrontierArguments, patience: Duration) -> ExitCode {
+    let world = Arc::new(World::new());
+    let _pulse = Pulse::start(&world, patience);
+    let file = if world.rank() == 0 {
+        match first_file(&arguments.case, &*world) {
+            Ok(file) => Ok(file),
+            Err(error) => return commands::ended(Err(error)),
+        }
+    } else {
+        match file_of_first(&*world) {
+            Some(file) => file,
+            None => return ExitCode::SUCCESS,
+        }
+    };
+    let whys = gather_from_all(&*world, write(&file.as_ref().err()));
+    let mut whys = whys
+        .iter()
+        .map(|why| read::<Option<String>>(why))
+        .enumerate();
+    let why = whys.find_map(|(rank, why)| Some((rank, why??)));
+    let done = match (file, why) {
+        (Ok(file), None) => commands::measure_frontier(arguments, &file, Some(&*world)),
+        (_, Some((rank, why))) => Err(RunError::Crew(format!("rank {rank}: {why}")).into()),
+        (Err(why), None) => Err(RunError::Crew(why).into()),
+    };
+    // What hinders all is said by the first.
+    if world.rank() == 0 {
+        commands::ended(done)
+    } else {
+        ExitCode::SUCCESS
+    }
+}
+
+/// Reads the case in the first process, and tells the others what is in it.
+fn first_file(arguments: &CaseArguments, ranks: &dyn Ranks) -> Result<CaseFile, CommandError> {
+    let file = commands::read(arguments);
     let case = file.as_ref().ok().map(|file| Case {
         program: VERSION.to_owned(),
         path: file.path.clone(),
         text: file.text.clone(),
-        overrides: arguments.case.overrides(),
+        overrides: arguments.overrides(),
     });
-    from_first(&**ranks, write(&case));
+    from_first(ranks, write(&case));
+    file
+}
+
+/// The case of the first process, or why it cannot be read here; none if the first cannot read it.
+fn file_of_first(ranks: &dyn Ranks) -> Option<Result<CaseFile, String>> {
+    let case = read::<Option<Case>>(&from_first(ranks, Vec::new()))??;
+    Some(if case.program == VERSION {
+        let read = study::format().from_text(&case.path, &case.text, &case.overrides);
+        read.map_err(|error| error.to_string())
+    } else {
+        Err(format!("this is {VERSION}, and rank 0 is {}", case.program))
+    })
+}
+
+fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
+    let stop = listen(STOPPED_RUN);
+    let file = first_file(&arguments.case, &**ranks);
     let done = file.and_then(|file| {
         let display = Display::new();
         commands::run(arguments, &file, &stop, &display, |file, options| {
@@ -74,7 +128,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
 /// What hinders another process is said by the first.
 fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
-    let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
+    let Some(file) = file_of_first(&**ranks) else {
         return;
     };
     let options = Options {
@@ -85,12 +139,6 @@ fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
         stop: &stop,
         progress: &(),
         commit: "",
-    };
-    let file = if case.program == VERSION {
-        let read = study::format().from_text(&case.path, &case.text, &case.overrides);
-        read.map_err(|error| error.to_string())
-    } else {
-        Err(format!("this is {VERSION}, and rank 0 is {}", case.program))
     };
     let _ = hold_gases(file.as_ref().map_err(Clone::clone), &options, ranks);
 }

@@ -4,9 +4,11 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mpi::point_to_point::MatchedReceiveVec as _;
+use mpi::Tag;
+use mpi::point_to_point::{Message, Status};
+use mpi::request::{Request, Scope, scope};
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator as _, Destination as _, Source as _};
+use mpi::traits::{Buffer, Communicator as _, Destination as _, Equivalence as _, Source as _};
 use serde::{Deserialize, Serialize};
 use stosszahl::dsmc::Ranks;
 
@@ -16,10 +18,15 @@ const MOST: usize = 1 << 30;
 const EAGER: Duration = Duration::from_millis(20);
 const REST: Duration = Duration::from_micros(200);
 
+/// The tag of what the gas sends.
+const GAS: Tag = 0;
+
 /// All processes.
 pub struct World {
     rank: usize,
     size: usize,
+    /// Held by the thread that talks to MPI, never while it waits for another process.
+    calls: Mutex<()>,
     traffic: Mutex<Traffic>,
 }
 
@@ -43,6 +50,7 @@ impl World {
         Self {
             rank: world.rank() as usize,
             size: world.size() as usize,
+            calls: Mutex::default(),
             traffic: Mutex::default(),
         }
     }
@@ -50,6 +58,56 @@ impl World {
     /// What this process has sent.
     pub fn traffic(&self) -> Traffic {
         *self.traffic.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes a call of MPI that does not wait, while no other thread makes one.
+    pub fn call<T>(&self, call: impl FnOnce(&SimpleCommunicator) -> T) -> T {
+        let _alone = self.calls.lock().unwrap_or_else(PoisonError::into_inner);
+        call(&SimpleCommunicator::world())
+    }
+
+    /// Waits until a message is sent, or has come.
+    fn finish<'a, D: ?Sized + Buffer, S: Scope<'a>>(&self, mut request: Request<'a, D, S>) {
+        let began = Instant::now();
+        while let Err(again) = self.call(|_| request.test()) {
+            request = again;
+            rest(began);
+        }
+    }
+
+    /// The content of a message that is there.
+    fn receive(&self, (message, status): (Message, Status)) -> Vec<u8> {
+        let mut part = vec![0; status.count(u8::equivalent_datatype()) as usize];
+        scope(|scope| {
+            let request =
+                self.call(|_| message.immediate_matched_receive_into(scope, &mut part[..]));
+            self.finish(request);
+        });
+        part
+    }
+
+    /// Receives parts until all messages from these processes are whole.
+    fn complete(&self, coming: &mut [Coming], from: &[usize]) {
+        let began = Instant::now();
+        while let Some(next) = coming.iter().position(|one| !one.is_whole()) {
+            let found = self.call(|world| {
+                let process = world.process_at_rank(from[next] as i32);
+                process.immediate_matched_probe_with_tag(GAS)
+            });
+            match found {
+                Some(found) => coming[next].take(&self.receive(found)),
+                None => rest(began),
+            }
+        }
+    }
+}
+
+/// A rest in a wait that began then.
+fn rest(began: Instant) {
+    if began.elapsed() < EAGER {
+        thread::yield_now();
+    } else {
+        thread::sleep(REST);
     }
 }
 
@@ -105,7 +163,6 @@ impl Ranks for World {
         meanwhile: &mut dyn FnMut(),
         then: &mut dyn FnMut(Vec<Vec<u8>>),
     ) {
-        let world = SimpleCommunicator::world();
         let mut began = Instant::now();
         let mut traffic = Traffic {
             rounds: 1,
@@ -117,34 +174,26 @@ impl Ranks for World {
             .flat_map(|(to, message)| parts(message).into_iter().map(|part| (*to, part)))
             .collect();
         let mut coming: Vec<Coming> = from.iter().map(|_| Coming::default()).collect();
-        mpi::request::scope(|scope| {
+        scope(|scope| {
             let sends: Vec<_> = parts
                 .iter()
                 .map(|(to, part)| {
-                    let to = world.process_at_rank(*to as i32);
-                    to.immediate_send(scope, &part[..])
+                    self.call(|world| {
+                        let to = world.process_at_rank(*to as i32);
+                        to.immediate_send_with_tag(scope, &part[..], GAS)
+                    })
                 })
                 .collect();
             // The time of other work is none of the exchange.
             traffic.seconds += began.elapsed().as_secs_f64();
             meanwhile();
             began = Instant::now();
-            while let Some(next) = coming.iter().position(|one| !one.is_whole()) {
-                let process = world.process_at_rank(from[next] as i32);
-                if let Some(probed) = process.immediate_matched_probe() {
-                    let (part, _): (Vec<u8>, _) = probed.matched_receive_vec();
-                    coming[next].take(&part);
-                } else if began.elapsed() < EAGER {
-                    thread::yield_now();
-                } else {
-                    thread::sleep(REST);
-                }
-            }
+            self.complete(&mut coming, from);
             traffic.seconds += began.elapsed().as_secs_f64();
             then(coming.drain(..).map(|one| one.bytes).collect());
             began = Instant::now();
             for send in sends {
-                send.wait();
+                self.finish(send);
             }
             traffic.seconds += began.elapsed().as_secs_f64();
         });

@@ -1,16 +1,18 @@
 //! Runs over several processes against runs in one: the same tables, also after processes or whole jobs were killed.
 //!
-//! Each wait has a limit: `timeout` kills a job that hangs, and its exit code 124 fails the test.
+//! Each wait has a limit: `timeout` kills a job that hangs, and what it says of that fails the test.
 
 mod support;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use support::{LIMIT, PROGRAM, Scratch, done, job, said, succeeds, tables};
+use support::{
+    Scratch, appears, done, ends, job, kill, processes, said, scripted, slow_down, started,
+    succeeds, tables,
+};
 
 /// A sweep of three points and six replicas each, with a prepared start, exact dynamics and Monte Carlo.
 const SWEEP: &str = r#"
@@ -35,6 +37,22 @@ checkpoint_seconds = 0.001
 "gas.restitution" = [0.7, 0.8, 0.9]
 "#;
 
+/// Disks from a file.
+const FROM_FILE: &str = r#"
+format = 2
+title = "disks from a file"
+replicas = 2
+[gas]
+[box]
+[start]
+placement = "file"
+file = "start.csv"
+[run]
+until = 1
+[engine.ed]
+[engine.dsmc-boltzmann]
+"#;
+
 #[test]
 fn tables_are_the_same_bytes_for_any_number_of_processes_and_threads() {
     let scratch = Scratch::new(SWEEP);
@@ -45,55 +63,6 @@ fn tables_are_the_same_bytes_for_any_number_of_processes_and_threads() {
         succeeds(job(ranks, &[], &arguments));
         assert!(tables(Path::new(&out)) == wanted, "{ranks} ranks");
     }
-}
-
-/// The processes of a job that belong to this folder, the root first.
-fn processes(out: &str, wanted: usize) -> Vec<u32> {
-    let began = Instant::now();
-    loop {
-        let mut found = Vec::new();
-        for entry in fs::read_dir("/proc").expect("/proc").flatten() {
-            let Some(id) = entry.file_name().to_str().and_then(|id| id.parse().ok()) else {
-                continue;
-            };
-            let read = |name: &str| fs::read(entry.path().join(name)).unwrap_or_default();
-            let line = String::from_utf8_lossy(&read("cmdline")).into_owned();
-            if line.starts_with(PROGRAM) && line.contains(out) {
-                let environment = String::from_utf8_lossy(&read("environ")).into_owned();
-                let rank = environment.split('\0').find_map(|one| {
-                    let rank = one.strip_prefix("OMPI_COMM_WORLD_RANK=")?;
-                    rank.parse::<u32>().ok()
-                });
-                found.extend(rank.map(|rank| (rank, id)));
-            }
-        }
-        if found.len() >= wanted {
-            found.sort_unstable();
-            return found.into_iter().map(|(_, id)| id).collect();
-        }
-        assert!(began.elapsed() < Duration::from_secs(30), "{found:?}");
-        thread::sleep(Duration::from_millis(5));
-    }
-}
-
-fn kill(signal: &str, process: u32) {
-    let _ = Command::new("kill")
-        .args([signal, &process.to_string()])
-        .status();
-}
-
-/// Waits for a file of a results folder.
-fn appears(out: &str, name: &str) {
-    let (path, began) = (Path::new(out).join(name), Instant::now());
-    while !path.exists() {
-        assert!(began.elapsed() < Duration::from_mins(1), "no {name}");
-        thread::sleep(Duration::from_millis(5));
-    }
-}
-
-fn started(mut command: Command) -> Child {
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    command.spawn().expect("mpirun starts")
 }
 
 /// Moments spread over the run by the golden ratio \[ms\].
@@ -151,7 +120,7 @@ fn a_killed_job_goes_on_with_another_number_of_processes() {
             kill("-KILL", id);
         }
         let output = child.wait_with_output().expect("an end");
-        assert_ne!(output.status.code(), Some(124), "{}", said(&output));
+        ends(&output);
     }
     succeeds(job(
         3,
@@ -185,7 +154,7 @@ fn a_process_that_stands_still_holds_nobody_up() {
     appears(&out, "report.html");
     kill("-CONT", ids[1]);
     let output = child.wait_with_output().expect("an end");
-    assert_ne!(output.status.code(), Some(124), "{}", said(&output));
+    ends(&output);
     assert!(tables(Path::new(&out)) == wanted);
 }
 
@@ -204,57 +173,87 @@ fn refusals_are_said_once() {
     assert_eq!(text.matches("unexpected argument").count(), 1, "{text}");
 }
 
-/// A case that only rank 0 can read is run, as the others get its text; a start file that only rank 0 has is refused by name.
+/// A case that only rank 0 can read is run, as the others get its text.
 #[test]
 fn only_the_root_needs_the_case() {
     let scratch = Scratch::new(SWEEP);
     let wanted = scratch.alone();
     let out = scratch.out("hidden");
-    let script = scratch.out("hide.sh");
-    // The case has another name for each rank.
-    let text = format!(
-        "exec {PROGRAM} run {}.$OMPI_COMM_WORLD_RANK --out {out}\n",
-        scratch.case
-    );
-    fs::write(&script, text).expect("a script");
-    fs::copy(&scratch.case, format!("{}.0", scratch.case)).expect("a copy");
-    let mut command = Command::new("timeout");
-    command.args([LIMIT, "mpirun", "--allow-run-as-root", "--oversubscribe"]);
-    command.args(["-n", "3", "sh", &script]);
-    succeeds(command);
+    // The others are in a folder without it.
+    let (folder, _) = scratch.case.rsplit_once('/').expect("a folder");
+    let words = format!("if [ $OMPI_COMM_WORLD_RANK = 0 ]; then cd {folder}; else cd /; fi");
+    succeeds(scripted(
+        3,
+        &scratch,
+        &words,
+        &["run", "case.toml", "--out", &out],
+    ));
     assert!(tables(Path::new(&out)) == wanted);
 }
 
-/// A full disk on one of the processes: the run ends with the name of the file.
+/// A start file that only rank 0 has is refused by name, with the rank that lacks it.
+#[test]
+fn all_need_the_start_file() {
+    let scratch = Scratch::new(FROM_FILE);
+    let disks = (0..16).map(|disk| format!("{},{}\n", 2 * (disk % 4) + 1, 2 * (disk / 4) + 1));
+    let text = format!("# box: 8 8\nx,y\n{}", disks.collect::<String>());
+    fs::write(scratch.out("start.csv"), text).expect("a start file");
+    let out = scratch.out("hidden");
+    let (folder, _) = scratch.case.rsplit_once('/').expect("a folder");
+    let words = format!("if [ $OMPI_COMM_WORLD_RANK = 1 ]; then cd /; else cd {folder}; fi");
+    for way in [&[][..], &["--one-gas"]] {
+        let arguments = [&["run", "case.toml", "--out", &out], way].concat();
+        let output = done(scripted(3, &scratch, &words, &arguments));
+        let text = said(&output);
+        assert!(!output.status.success(), "{text}");
+        assert!(
+            text.contains("rank 1: ") && text.contains("start.csv"),
+            "{text}"
+        );
+        assert_eq!(text.matches("error:").count(), 1, "{text}");
+    }
+}
+
+/// What makes the writes of a rank fail beyond 8 blocks, as a full disk does: a limit of the size of files.
+fn full_disk(rank: usize) -> String {
+    format!("if [ $OMPI_COMM_WORLD_RANK = {rank} ]; then trap '' XFSZ; ulimit -f 8; fi")
+}
+
+/// A full disk on one of the processes: the run ends with the name of the file, and goes on when there is room again.
 #[test]
 fn a_process_that_cannot_write_ends_the_run() {
     let scratch = Scratch::new(SWEEP);
-    let out = scratch.out("full");
-    let script = scratch.out("full.sh");
-    // Files of rank 1 may have no more than 8 blocks: what a full disk does to a checkpoint.
-    let text = format!(
-        "if [ $OMPI_COMM_WORLD_RANK = 1 ]; then trap '' XFSZ; ulimit -f 8; fi\n\
-         exec {PROGRAM} run {} --out {out} --threads 1\n",
-        scratch.case
-    );
-    fs::write(&script, text).expect("a script");
-    let mut command = Command::new("timeout");
-    command.args([LIMIT, "mpirun", "--allow-run-as-root", "--oversubscribe"]);
-    command.args(["-n", "3", "bash", &script]);
-    let output = done(command);
-    let text = said(&output);
-    assert_eq!(output.status.code(), Some(1), "{text}");
-    assert!(
-        text.contains("checkpoints/replica-") && text.contains("File too large"),
-        "{text}"
-    );
-    assert_eq!(text.matches("error:").count(), 1, "{text}");
-    // With room again it goes on.
     let wanted = scratch.alone();
-    succeeds(job(
-        2,
+    for rank in [0, 1] {
+        let out = scratch.out(&format!("full-{rank}"));
+        let arguments = ["run", &scratch.case, "--out", &out, "--threads", "1"];
+        let output = done(scripted(3, &scratch, &full_disk(rank), &arguments));
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert!(
+            text.contains("checkpoints/replica-") && text.contains("File too large"),
+            "{text}"
+        );
+        assert_eq!(text.matches("error:").count(), 1, "{text}");
+        let arguments = ["run", &scratch.case, "--out", &out, "--resume"];
+        succeeds(job(2, &[], &arguments));
+        assert!(tables(Path::new(&out)) == wanted, "rank {rank}");
+    }
+}
+
+/// A slow process, which has the processor only now and then, is no lost one.
+#[test]
+fn a_slow_process_is_waited_for() {
+    let scratch = Scratch::new(SWEEP);
+    let wanted = scratch.alone();
+    let out = scratch.out("slow");
+    let child = started(job(
+        3,
         &[],
-        &["run", &scratch.case, "--out", &out, "--resume"],
+        &["run", &scratch.case, "--out", &out, "--threads", "1"],
     ));
+    slow_down(processes(&out, 3)[1]);
+    let output = child.wait_with_output().expect("an end");
+    assert!(output.status.success(), "{}", said(&output));
     assert!(tables(Path::new(&out)) == wanted);
 }

@@ -4,7 +4,10 @@ mod support;
 
 use std::path::Path;
 
-use support::{Scratch, done, job, said, succeeds, tables};
+use support::{
+    Scratch, appears, done, ends, job, kill, processes, said, scripted, slow_down, started,
+    succeeds, tables,
+};
 
 /// A gas that flows into a channel.
 const CHANNEL: &str = r#"
@@ -97,4 +100,91 @@ fn refusals_end_all_processes() {
     let text = said(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert_eq!(text.matches("gas.restitution").count(), 1, "{text}");
+}
+
+/// A process that stands still ends the job, with its number; so does the first. The job can be gone on with.
+#[test]
+fn a_process_that_stands_still_ends_the_job() {
+    let scratch =
+        Scratch::new(&CHANNEL.replace("until = 1\n", "until = 40\ncheckpoint_seconds = 0.1\n"));
+    for rank in [0, 1] {
+        let out = scratch.out(&format!("still-{rank}"));
+        let arguments = ["run", &scratch.case, "--one-gas", "--out", &out];
+        let arguments = [&arguments[..], &["--threads", "1", "--lost-after", "2"]].concat();
+        let child = started(job(3, &[], &arguments));
+        let ids = processes(&out, 3);
+        appears(&out, "checkpoints");
+        kill("-STOP", ids[rank]);
+        let output = child.wait_with_output().expect("an end");
+        let text = said(&output);
+        ends(&output);
+        assert!(!output.status.success(), "{text}");
+        assert!(
+            text.contains(&format!("error: rank {rank} stands still")),
+            "{text}"
+        );
+    }
+}
+
+/// A slow process, which has the processor only now and then, is no lost one.
+#[test]
+fn a_slow_process_is_waited_for() {
+    let scratch = Scratch::new(CHANNEL);
+    let wanted = scratch.alone();
+    let out = scratch.out("slow");
+    let arguments = [
+        "run",
+        &scratch.case,
+        "--one-gas",
+        "--out",
+        &out,
+        "--threads",
+        "1",
+    ];
+    let child = started(job(2, &[], &arguments));
+    slow_down(processes(&out, 2)[1]);
+    let output = child.wait_with_output().expect("an end");
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(tables(Path::new(&out)) == wanted);
+}
+
+/// Only the first process reads the case and writes files: its full disk (a limit of the size of files) ends the run, that of
+/// another changes nothing.
+#[test]
+fn only_the_first_process_reads_and_writes() {
+    let case = CHANNEL.replace("until = 1\n", "until = 1\ncheckpoint_seconds = 0.01\n");
+    let scratch = Scratch::new(&case);
+    let wanted = scratch.alone();
+    let (folder, _) = scratch.case.rsplit_once('/').expect("a folder");
+    for rank in [0, 1] {
+        let out = scratch.out(&format!("full-{rank}"));
+        let words = format!(
+            "if [ $OMPI_COMM_WORLD_RANK = 0 ]; then cd {folder}; else cd /; fi\n\
+             if [ $OMPI_COMM_WORLD_RANK = {rank} ]; then trap '' XFSZ; ulimit -f 8; fi"
+        );
+        let arguments = [
+            "run",
+            "case.toml",
+            "--one-gas",
+            "--out",
+            &out,
+            "--threads",
+            "1",
+        ];
+        let output = done(scripted(2, &scratch, &words, &arguments));
+        let text = said(&output);
+        if rank == 0 {
+            assert_eq!(output.status.code(), Some(1), "{text}");
+            assert!(
+                text.contains("checkpoints/") && text.contains("File too large"),
+                "{text}"
+            );
+            assert_eq!(text.matches("error:").count(), 1, "{text}");
+            let arguments = ["run", &scratch.case, "--one-gas", "--out", &out, "--resume"];
+            succeeds(job(3, &[], &arguments));
+        } else {
+            assert!(output.status.success(), "{text}");
+        }
+        assert!(tables(Path::new(&out)) == wanted, "rank {rank}");
+    }
 }

@@ -1,4 +1,4 @@
-//! What the tests over several processes share. Each wait has a limit: `timeout` kills a job that hangs, and its exit code 124
+//! What the tests over several processes share. Each wait has a limit: `timeout` kills a job that hangs, and what it says of that
 //! fails the test.
 
 #![allow(dead_code, reason = "each file of tests uses what it needs")]
@@ -6,7 +6,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Most seconds of a job.
 pub const LIMIT: &str = "100";
@@ -15,21 +17,43 @@ pub const PROGRAM: &str = env!("CARGO_BIN_EXE_stosszahl-mpi");
 
 /// A job of some processes.
 pub fn job(ranks: usize, mpirun: &[&str], arguments: &[&str]) -> Command {
+    let mut command = job_of(ranks, mpirun);
+    command.arg(PROGRAM).args(arguments);
+    command
+}
+
+/// A job of some processes in which each runs a script of its own words; its arguments are those of the command.
+pub fn scripted(ranks: usize, scratch: &Scratch, words: &str, arguments: &[&str]) -> Command {
+    let script = scratch.out("script.sh");
+    fs::write(&script, format!("{words}\nexec {PROGRAM} \"$@\"\n")).expect("a script");
+    let mut command = job_of(ranks, &[]);
+    command.args(["bash", &script]).args(arguments);
+    command
+}
+
+fn job_of(ranks: usize, mpirun: &[&str]) -> Command {
     let mut command = Command::new("timeout");
-    command.args([LIMIT, "mpirun", "--allow-run-as-root", "--oversubscribe"]);
+    command.args(["--verbose", "--kill-after=10", LIMIT, "mpirun"]);
+    command.args(["--allow-run-as-root", "--oversubscribe"]);
     // Two cores for eight processes: who waits must not spin.
     command.args(["--mca", "mpi_yield_when_idle", "1"]);
     command.args(mpirun);
-    command.args(["-n", &ranks.to_string(), PROGRAM]);
-    command.args(arguments);
+    command.args(["-n", &ranks.to_string()]);
     command
 }
 
 /// What came of a job.
 pub fn done(mut command: Command) -> Output {
     let output = command.output().expect("mpirun starts");
-    assert_ne!(output.status.code(), Some(124), "hangs: {}", said(&output));
+    ends(&output);
     output
+}
+
+/// A job that ended by itself, whatever came of it.
+pub fn ends(output: &Output) {
+    // By its exit code it might also be a job of which a process was killed.
+    let said = said(output);
+    assert!(!said.contains("timeout: sending signal"), "hangs: {said}");
 }
 
 /// All that it said.
@@ -42,6 +66,67 @@ pub fn said(output: &Output) -> String {
 pub fn succeeds(command: Command) {
     let output = done(command);
     assert!(output.status.success(), "{}", said(&output));
+}
+
+/// The processes of a job that belong to this folder, the root first.
+pub fn processes(out: &str, wanted: usize) -> Vec<u32> {
+    let began = Instant::now();
+    loop {
+        let mut found = Vec::new();
+        for entry in fs::read_dir("/proc").expect("/proc").flatten() {
+            let Some(id) = entry.file_name().to_str().and_then(|id| id.parse().ok()) else {
+                continue;
+            };
+            let read = |name: &str| fs::read(entry.path().join(name)).unwrap_or_default();
+            let line = String::from_utf8_lossy(&read("cmdline")).into_owned();
+            if line.starts_with(PROGRAM) && line.contains(out) {
+                let environment = String::from_utf8_lossy(&read("environ")).into_owned();
+                let rank = environment.split('\0').find_map(|one| {
+                    let rank = one.strip_prefix("OMPI_COMM_WORLD_RANK=")?;
+                    rank.parse::<u32>().ok()
+                });
+                found.extend(rank.map(|rank| (rank, id)));
+            }
+        }
+        if found.len() >= wanted {
+            found.sort_unstable();
+            return found.into_iter().map(|(_, id)| id).collect();
+        }
+        assert!(began.elapsed() < Duration::from_secs(30), "{found:?}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Signals a process.
+pub fn kill(signal: &str, process: u32) {
+    let _ = Command::new("kill")
+        .args([signal, &process.to_string()])
+        .status();
+}
+
+/// Takes the processor from a process for most of two seconds.
+pub fn slow_down(process: u32) {
+    for _ in 0..5 {
+        kill("-STOP", process);
+        thread::sleep(Duration::from_millis(350));
+        kill("-CONT", process);
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Waits for a file of a results folder.
+pub fn appears(out: &str, name: &str) {
+    let (path, began) = (Path::new(out).join(name), Instant::now());
+    while !path.exists() {
+        assert!(began.elapsed() < Duration::from_mins(1), "no {name}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A job on its way.
+pub fn started(mut command: Command) -> Child {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("mpirun starts")
 }
 
 /// All tables of a folder; no checkpoint may be left.

@@ -3,7 +3,7 @@
 //! Starts of replica r are the same for all settings of a size: what differs between two settings is then less noisy than
 //! either. A run takes one thread, so that its CPU time is its cost whatever else the machine does.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -17,6 +17,7 @@ use stosszahl_model::{Interrupt, Particle, Particles};
 use super::FrontierError;
 use super::quantity::observe;
 use super::setting::Setting;
+use super::together::Together;
 use crate::measure::Measure;
 use crate::plan::Plan;
 use crate::unsaved::{Unsaved, resized};
@@ -69,6 +70,8 @@ pub(crate) struct Workshop<'a> {
     pub tell: &'a (dyn Fn(&str) + Sync),
     /// Raised to end early.
     pub interrupt: &'a Interrupt,
+    /// Who makes the runs.
+    pub together: Together<'a>,
 }
 
 impl Workshop<'_> {
@@ -142,14 +145,10 @@ impl Workshop<'_> {
             first,
             next: AtomicUsize::new(0),
             done: Mutex::new(vec![None; jobs.len()]),
+            mine: &self.share(plan, tasks, &jobs),
             jobs: &jobs,
         };
-        bench.work()?;
-        if self.interrupt.is_raised() {
-            return Err(FrontierError::Interrupted);
-        }
-        let done = bench.done.into_inner();
-        let done = done.unwrap_or_else(PoisonError::into_inner);
+        let done = self.exchange(bench)?;
         let mut outcomes: Vec<Outcome> = vec![Ok(Vec::new()); tasks.len()];
         for ((task, replica), found) in jobs.iter().zip(done) {
             let found = found.unwrap_or_else(|| Err("the budget was spent before its turn".into()));
@@ -165,6 +164,63 @@ impl Workshop<'_> {
     }
 }
 
+/// What a run of a process left, by the number of the job.
+type Found = Vec<(usize, Result<Sample, String>)>;
+
+impl Workshop<'_> {
+    /// The jobs of this process. A replica is all of one process, so that its settings share a start; the one that takes longest goes
+    /// first to whoever has least (Graham, SIAM J. Appl. Math. 17, 416 (1969), doi:10.1137/0117039).
+    fn share(&self, plan: &Plan, tasks: &[&Task], jobs: &[(usize, u64)]) -> Vec<usize> {
+        let (me, size) = self.together.place();
+        let mut costs: BTreeMap<u64, f64> = BTreeMap::new();
+        for (task, replica) in jobs {
+            *costs.entry(*replica).or_default() += tasks[*task].setting.nominal_seconds(plan);
+        }
+        let mut replicas: Vec<(u64, f64)> = costs.into_iter().collect();
+        replicas.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let (mut loads, mut mine) = (vec![0.0; size], BTreeSet::new());
+        for (replica, cost) in replicas {
+            let least = (0..size).min_by(|&a, &b| f64::total_cmp(&loads[a], &loads[b]));
+            let least = least.unwrap_or(0);
+            loads[least] += cost;
+            if least == me {
+                mine.insert(replica);
+            }
+        }
+        let is_mine = |job: &usize| mine.contains(&jobs[*job].1);
+        (0..jobs.len()).filter(is_mine).collect()
+    }
+
+    /// Does the jobs of this process, and returns those of all.
+    fn exchange(
+        &self,
+        bench: Bench<'_>,
+    ) -> Result<Vec<Option<Result<Sample, String>>>, FrontierError> {
+        let before = self.spent();
+        self.together.each(bench.work())?;
+        let mut done = bench.done.into_inner();
+        let known = done.as_mut().unwrap_or_else(|error| error.get_mut());
+        let found = known.iter_mut().enumerate();
+        let found: Found = found
+            .filter_map(|(job, found)| Some((job, found.take()?)))
+            .collect();
+        let said = (self.interrupt.is_raised(), self.spent() - before, found);
+        let (mut stops, mut spent) = (false, before);
+        for (stop, more, found) in self.together.all(said) {
+            stops |= stop;
+            spent += more;
+            for (job, found) in found {
+                known[job] = Some(found);
+            }
+        }
+        *self.spent.lock().unwrap_or_else(PoisonError::into_inner) = spent;
+        if stops {
+            return Err(FrontierError::Interrupted);
+        }
+        Ok(std::mem::take(known))
+    }
+}
+
 /// A start that several settings share, with the CPU and wall time it took.
 type Shared = OnceLock<Result<(Particles, [f64; 2]), String>>;
 
@@ -176,6 +232,8 @@ struct Bench<'a> {
     starts: &'a [Shared],
     first: u64,
     jobs: &'a [(usize, u64)],
+    /// Which of them are for this process.
+    mine: &'a [usize],
     next: AtomicUsize,
     done: Mutex<Vec<Option<Result<Sample, String>>>>,
 }
@@ -198,15 +256,16 @@ impl Bench<'_> {
     fn serve(&self) {
         let workshop = self.workshop;
         while workshop.spent() < workshop.limit && !workshop.interrupt.is_raised() {
-            let number = self.next.fetch_add(1, Ordering::Relaxed);
-            let Some(&(task, replica)) = self.jobs.get(number) else {
+            let turn = self.next.fetch_add(1, Ordering::Relaxed);
+            let Some(&number) = self.mine.get(turn) else {
                 return;
             };
+            let (task, replica) = self.jobs[number];
             let setting = &self.tasks[task].setting;
             let found = self.sample(setting, replica);
-            if number.is_multiple_of(16) {
+            if turn.is_multiple_of(16) {
                 let label = setting.label(workshop.plan);
-                let (run, all) = (number + 1, self.jobs.len());
+                let (run, all) = (turn + 1, self.mine.len());
                 (workshop.tell)(&format!("run {run} of {all}: {label}"));
             }
             let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);

@@ -10,6 +10,7 @@
 //! | `front` | bias, noise, cost, and the Pareto front |
 //! | `orders` | whether errors fall as theory says |
 //! | `recommend` | the cheapest setting for a target, tested on fresh seeds |
+//! | `together` | runs in several processes |
 //! | `sweep` | all of it, one after the other, and the words |
 //!
 //! A setting is never measured against itself: the reference is theory where that is exact, and otherwise exact dynamics
@@ -26,15 +27,18 @@ mod setting;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod together;
 
 use std::path::PathBuf;
 
 use stosszahl_case::{CaseError, CaseFile};
+use stosszahl_dsmc::Ranks;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::{ResultsError, Table, write_file};
 
 use crate::plan::PlanError;
+use together::Together;
 
 pub use quantity::Kind;
 
@@ -60,6 +64,9 @@ pub struct Options<'a> {
     pub tell: &'a (dyn Fn(&str) + Sync),
     /// Raised to stop within a second; the runs of the reference are kept.
     pub interrupt: &'a Interrupt,
+    /// Processes that make the runs together. All of them call [`frontier`] with the same case and options; the first writes the
+    /// files.
+    pub ranks: Option<&'a dyn Ranks>,
 }
 
 /// What was found.
@@ -107,6 +114,14 @@ pub enum FrontierError {
     /// Threads cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
+    /// Another process cannot go on.
+    #[error("rank {rank}: {why}")]
+    Elsewhere {
+        /// Which.
+        rank: usize,
+        /// What it says.
+        why: String,
+    },
     /// The kept ensemble is not usable.
     #[error("{0}; remove the file, or name another folder with --cache")]
     Kept(#[source] SnapshotError),
@@ -163,11 +178,15 @@ impl FrontierError {
 /// # Errors
 /// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be written.
 pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
+    let together = Together(options.ranks);
     let (found, tables) = sweep::sweep(file, options)?;
-    for table in &tables {
-        write_file(&options.folder.join(table.file()), &table.to_csv()?)?;
-    }
-    let words = sweep::markdown(&found);
-    write_file(&options.folder.join("recommendation.md"), words.as_bytes())?;
+    together.first(|| {
+        for table in &tables {
+            write_file(&options.folder.join(table.file()), &table.to_csv()?)?;
+        }
+        let words = sweep::markdown(&found);
+        write_file(&options.folder.join("recommendation.md"), words.as_bytes())?;
+        Ok(())
+    })?;
     Ok(found)
 }

@@ -17,6 +17,7 @@ use super::quantity::{Kind, MEASURES, Quantity, measured as measured_case, quant
 use super::recommend::{Choice, Engines, Search};
 use super::reference::{self, Cache, References};
 use super::setting::{Setting, around};
+use super::together::Together;
 use super::{Frontier, FrontierError, List, Options};
 use crate::check::Planned;
 use crate::plan::Plan;
@@ -243,9 +244,11 @@ pub(crate) fn sweep(
     file: &CaseFile,
     options: &Options<'_>,
 ) -> Result<(Frontier, [Table; 2]), FrontierError> {
-    let plan = check(file)?;
-    open(options)?;
+    let together = Together(options.ranks);
+    let plan = together.each(check(file))?;
+    together.first(|| open(options))?;
     let workshop = Workshop {
+        together,
         plan: &plan,
         measures: measures(&MEASURES),
         threads: options.threads,
