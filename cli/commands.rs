@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::case::format::share;
-use crate::case::{CaseError, CaseFile};
+use crate::case::{CaseError, CaseFile, nearest};
 use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
 use crate::results::{
@@ -66,8 +66,11 @@ pub enum CommandError {
         found: String,
     },
     /// There is no bundled case of this name.
-    #[error("no bundled case is called {0}; `stosszahl cases` lists them")]
+    #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
     NoBundledCase(String),
+    /// There is neither a file nor a bundled case of this name.
+    #[error("{0}: there is no such file, and no bundled case of that name{close}; `stosszahl cases` lists them", close = close_case(.0))]
+    NoCase(String),
     /// A file that would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
@@ -108,6 +111,7 @@ impl CommandError {
             | Self::Reproduce(ReproduceError::NoFigure { .. } | ReproduceError::Occupied { .. })
             | Self::Target { .. }
             | Self::NoBundledCase(_)
+            | Self::NoCase(_)
             | Self::NoBundledPaper(_)
             | Self::FileExists(_)
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
@@ -197,8 +201,22 @@ pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
         Some(one) => {
             format.from_text(&arguments.case.with_extension("toml"), one.text, &overrides)?
         }
+        None if !arguments.case.exists() => {
+            return Err(CommandError::NoCase(arguments.case.display().to_string()));
+        }
         None => format.read(&arguments.case, &overrides)?,
     })
+}
+
+/// The bundled case whose name is close to what was given, as a question.
+fn close_case(given: &str) -> String {
+    let name = Path::new(given).file_stem().and_then(|stem| stem.to_str());
+    let all = bundled::all();
+    let names = all.iter().map(|one| one.name);
+    match name.and_then(|name| nearest(name, names)) {
+        Some(close) => format!(" (did you mean {close}?)"),
+        None => String::new(),
+    }
 }
 
 /// The bundled cases with their questions, or the text of one.
@@ -458,15 +476,7 @@ pub fn run(
             return Err(error.into());
         }
     };
-    let report = |folder: &Path| -> Result<String, CommandError> {
-        Ok(write_report(folder)?.display().to_string())
-    };
-    if summary.is_sweep {
-        for point in &summary.points {
-            report(&point.folder)?;
-        }
-    }
-    let page = report(&summary.folder)?;
+    let page = write_report(&summary.folder)?.display().to_string();
     if arguments.printed.json {
         return Ok(say(&as_json(&summary.points, &page))?);
     }

@@ -16,6 +16,16 @@ KINDS = {
     "frontier": ["quick", "--budget", "10s", "--set", "gas.number=400", "--until", "5", "--tests", "1"],
 }
 
+# Elements that stick out of the page and cannot be scrolled to.
+CUT = """() => {
+  const width = document.documentElement.clientWidth;
+  const rolls = (one) => one && (["auto", "scroll"].includes(getComputedStyle(one).overflowX) || rolls(one.parentElement));
+  return [...document.body.querySelectorAll("*")].filter((one) => {
+    const box = one.getBoundingClientRect();
+    return box.width > 0 && (box.right > width + 1 || box.left < -1) && !rolls(one) && !one.closest("svg");
+  }).map((one) => one.outerHTML.slice(0, 120));
+}"""
+
 
 def make(kind):
     """Runs a case unless its page is newer than the program, and returns the path of the page."""

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from pypdf import PdfReader
 
-from conftest import KINDS, until
+from conftest import CUT, KINDS, until
 
 # All that a figure shows: pixels of its charts, which buttons are pressed, and its text.
 STATE = """(figure) => [...figure.querySelectorAll("canvas")].map((canvas) => canvas.toDataURL()).join()
@@ -20,15 +20,6 @@ COLOURS = """(figure) => [...figure.querySelectorAll("canvas")].map((canvas) => 
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   return new Set(new Uint32Array(data.buffer)).size;
 })"""
-# Elements that stick out of the page and cannot be scrolled to.
-CUT = """() => {
-  const width = document.documentElement.clientWidth;
-  const rolls = (one) => one && (["auto", "scroll"].includes(getComputedStyle(one).overflowX) || rolls(one.parentElement));
-  return [...document.body.querySelectorAll("*")].filter((one) => {
-    const box = one.getBoundingClientRect();
-    return box.width > 0 && (box.right > width + 1 || box.left < -1) && !rolls(one) && !one.closest("svg");
-  }).map((one) => one.outerHTML.slice(0, 120));
-}"""
 
 
 def figures(page):
