@@ -11,7 +11,7 @@ use crate::case::{CaseError, CaseFile, nearest};
 use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
 use crate::results::{
-    Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, write_file,
+    Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, quantity_title, write_file,
 };
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
@@ -328,8 +328,8 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
         }
         for quantity in &outline.derived {
             say(&format!(
-                "  {:<40} {} {}",
-                quantity.name.replace('_', " "),
+                "  {:<50} {} {}",
+                quantity_title(&quantity.name),
                 figure(quantity.value),
                 quantity.unit
             ))?;
@@ -480,22 +480,25 @@ pub fn run(
     if arguments.printed.json {
         return Ok(say(&as_json(&summary.points, &page))?);
     }
+    let (verbose, brief) = (arguments.printed.verbose, summary.points.len() > 1);
     for point in summary.points.iter().filter(|_| !arguments.printed.quiet) {
         if !point.name.is_empty() {
-            say(&format!("\n{}", point.name))?;
+            let blank = if verbose { "\n" } else { "" };
+            say(&format!("{blank}{}", point.name))?;
         }
         if point.was_complete {
             say("complete already")?;
         }
-        for line in lines(point, arguments.printed.verbose) {
+        for line in lines(point, verbose, brief) {
             say(&line)?;
         }
     }
     Ok(say(&page)?)
 }
 
-/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are.
-fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
+/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
+/// among others only the first conclusion and warnings.
+fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
     let others = point.choices.iter().chain(&point.warnings);
@@ -507,7 +510,12 @@ fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
     }
     let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
     let urgent = point.verdicts.iter().filter(warnings).map(told);
-    let mut lines: Vec<String> = first.iter().map(|one| told(one)).chain(urgent).collect();
+    let most = if brief { 1 } else { first.len() };
+    let first = first.iter().take(most).map(|one| told(one));
+    let mut lines: Vec<String> = first.chain(urgent).collect();
+    if brief {
+        return lines;
+    }
     let more = point.verdicts.len() + others.count() - lines.len();
     if more > 0 {
         let what = match more {

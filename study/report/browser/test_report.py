@@ -213,6 +213,29 @@ def test_every_control_of_the_player_moves_something(open_page, kind):
     assert not changes(lambda: None)
 
 
+# Colours at shares of the width and height of the first picture, from its lower left corner.
+PIXELS = """(places) => {
+  const canvas = document.querySelector("#viewer canvas");
+  const pen = canvas.getContext("2d");
+  const at = ([x, y]) => [...pen.getImageData(Math.round(x * canvas.width), Math.round((1 - y) * canvas.height), 1, 1).data];
+  return places.map((place) => at(place).join());
+}"""
+
+
+def test_obstacles_cover_what_they_cover(open_page):
+    """The disc of the case has its centre at (14, 10) and radius 2 in a box of 40 by 20, above particles and fields."""
+    page = open_page("obstacle")
+    page.wait_for_selector("#viewer[data-ready]")
+    inside = [(14 / 40, 0.5), (12.5 / 40, 0.5), (15.5 / 40, 0.5), (14 / 40, 8.5 / 20), (14 / 40, 11.5 / 20)]
+    for colour in ("direction", "speed", "density", "field"):
+        page.select_option("#viewer-colour", colour)
+        page.wait_for_timeout(200)
+        assert set(page.evaluate(PIXELS, inside)) == {"85,85,85,255"}, colour
+    # Outside of it there is the field.
+    outside = [(11 / 40, 0.5), (17 / 40, 0.5), (14 / 40, 7 / 20), (14 / 40, 13 / 20)]
+    assert "85,85,85,255" not in page.evaluate(PIXELS, outside)
+
+
 def test_the_player_draws_a_fair_sample(open_page):
     """Two simulators stand for each disk: as many are drawn as there are disks."""
     page = open_page("comparison")

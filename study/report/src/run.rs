@@ -4,7 +4,7 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Manifest, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+    Manifest, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines, quantity_title,
 };
 
 use crate::figure::draw;
@@ -238,7 +238,7 @@ fn derived(manifest: &Manifest) -> Markup {
         } else {
             one.unit.clone()
         };
-        vec![one.name.replace('_', " "), number(one.value, 6), unit]
+        vec![quantity_title(&one.name), number(one.value, 6), unit]
     });
     let columns: [Column<'_>; 3] = [("quantity", true), ("value", false), ("unit", true)];
     html! {

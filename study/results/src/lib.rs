@@ -18,7 +18,7 @@ mod manifest;
 mod table;
 mod verdict;
 
-pub use engines::{ENGINES, engine_rank, engine_title};
+pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
 pub use error::ResultsError;
 pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, write_file};
 pub use identity::{Keys, RunId};
