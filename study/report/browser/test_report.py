@@ -215,8 +215,10 @@ def test_every_control_of_the_player_moves_something(open_page, kind):
 
 # Colours at shares of the width and height of the first picture, from its lower left corner.
 PIXELS = """(places) => {
-  const canvas = document.querySelector("#viewer canvas");
-  const pen = canvas.getContext("2d");
+  const seen = document.querySelector("#viewer canvas");
+  const canvas = Object.assign(document.createElement("canvas"), { width: seen.width, height: seen.height });
+  const pen = canvas.getContext("2d", { willReadFrequently: true });
+  pen.drawImage(seen, 0, 0);
   const at = ([x, y]) => [...pen.getImageData(Math.round(x * canvas.width), Math.round((1 - y) * canvas.height), 1, 1).data];
   return places.map((place) => at(place).join());
 }"""
@@ -234,6 +236,15 @@ def test_obstacles_cover_what_they_cover(open_page):
     # Outside of it there is the field.
     outside = [(11 / 40, 0.5), (17 / 40, 0.5), (14 / 40, 7 / 20), (14 / 40, 13 / 20)]
     assert "85,85,85,255" not in page.evaluate(PIXELS, outside)
+    # Maps of fields, whose frame is the box, have it at the same place.
+    maps = page.locator("figure.interactive:has(g.obstacles) svg.plot").all()
+    assert len(maps) >= 4
+    for drawn in maps:
+        frame = drawn.locator("g.cells").first.bounding_box()
+        disc = drawn.locator("g.obstacles ellipse").bounding_box()
+        assert (disc["x"] - frame["x"]) / frame["width"] == pytest.approx(12 / 40, abs=0.02)
+        assert (disc["y"] - frame["y"]) / frame["height"] == pytest.approx(8 / 20, abs=0.04)
+        assert disc["width"] / frame["width"] == pytest.approx(4 / 40, abs=0.02)
 
 
 def test_the_player_draws_a_fair_sample(open_page):

@@ -96,7 +96,8 @@
     }
 
     start() {
-      if (this.started) return;
+      // Maps are drawings, and have no charts to be made.
+      if (this.started || !this.charts.length) return;
       this.started = true;
       this.reset();
       let width = 0;
