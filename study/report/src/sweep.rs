@@ -37,7 +37,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
     let finished = points.iter().flatten().count();
     let keys = keys(sweep);
     let like = common(&points);
-    let files = like.iter().flat_map(|(table, figure)| {
+    let files = like.iter().filter_map(|(table, figure)| {
         let number = table
             .figures
             .iter()

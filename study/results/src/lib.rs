@@ -17,6 +17,7 @@ mod list;
 mod manifest;
 mod table;
 mod verdict;
+mod words;
 
 pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
 pub use error::ResultsError;
@@ -29,3 +30,4 @@ pub use manifest::{
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
 pub use verdict::{Verdict, VerdictKind, headlines};
+pub use words::unsigned_zero;
