@@ -7,12 +7,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::case::format::share;
-use crate::case::{CaseError, CaseFile};
+use crate::case::{CaseError, CaseFile, nearest};
 use crate::dsmc::Ranks;
 use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
 use crate::results::{
-    Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, write_file,
+    Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, quantity_title, write_file,
 };
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
@@ -67,8 +67,11 @@ pub enum CommandError {
         found: String,
     },
     /// There is no bundled case of this name.
-    #[error("no bundled case is called {0}; `stosszahl cases` lists them")]
+    #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
     NoBundledCase(String),
+    /// There is neither a file nor a bundled case of this name.
+    #[error("{0}: there is no such file, and no bundled case of that name{close}; `stosszahl cases` lists them", close = close_case(.0))]
+    NoCase(String),
     /// A file that would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
@@ -109,6 +112,7 @@ impl CommandError {
             | Self::Reproduce(ReproduceError::NoFigure { .. } | ReproduceError::Occupied { .. })
             | Self::Target { .. }
             | Self::NoBundledCase(_)
+            | Self::NoCase(_)
             | Self::NoBundledPaper(_)
             | Self::FileExists(_)
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
@@ -200,8 +204,22 @@ pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
         Some(one) => {
             format.from_text(&arguments.case.with_extension("toml"), one.text, &overrides)?
         }
+        None if !arguments.case.exists() => {
+            return Err(CommandError::NoCase(arguments.case.display().to_string()));
+        }
         None => format.read(&arguments.case, &overrides)?,
     })
+}
+
+/// The bundled case whose name is close to what was given, as a question.
+fn close_case(given: &str) -> String {
+    let name = Path::new(given).file_stem().and_then(|stem| stem.to_str());
+    let all = bundled::all();
+    let names = all.iter().map(|one| one.name);
+    match name.and_then(|name| nearest(name, names)) {
+        Some(close) => format!(" (did you mean {close}?)"),
+        None => String::new(),
+    }
 }
 
 /// The bundled cases with their questions, or the text of one.
@@ -313,8 +331,8 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
         }
         for quantity in &outline.derived {
             say(&format!(
-                "  {:<40} {} {}",
-                quantity.name.replace('_', " "),
+                "  {:<50} {} {}",
+                quantity_title(&quantity.name),
                 figure(quantity.value),
                 quantity.unit
             ))?;
@@ -461,34 +479,29 @@ pub fn run(
             return Err(error.into());
         }
     };
-    let report = |folder: &Path| -> Result<String, CommandError> {
-        Ok(write_report(folder)?.display().to_string())
-    };
-    if summary.is_sweep {
-        for point in &summary.points {
-            report(&point.folder)?;
-        }
-    }
-    let page = report(&summary.folder)?;
+    let page = write_report(&summary.folder)?.display().to_string();
     if arguments.printed.json {
         return Ok(say(&as_json(&summary.points, &page))?);
     }
+    let (verbose, brief) = (arguments.printed.verbose, summary.points.len() > 1);
     for point in summary.points.iter().filter(|_| !arguments.printed.quiet) {
         if !point.name.is_empty() {
-            say(&format!("\n{}", point.name))?;
+            let blank = if verbose { "\n" } else { "" };
+            say(&format!("{blank}{}", point.name))?;
         }
         if point.was_complete {
             say("complete already")?;
         }
-        for line in lines(point, arguments.printed.verbose) {
+        for line in lines(point, verbose, brief) {
             say(&line)?;
         }
     }
     Ok(say(&page)?)
 }
 
-/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are.
-fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
+/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
+/// among others only the first conclusion and warnings.
+fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
     let others = point.choices.iter().chain(&point.warnings);
@@ -500,7 +513,12 @@ fn lines(point: &PointSummary, verbose: bool) -> Vec<String> {
     }
     let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
     let urgent = point.verdicts.iter().filter(warnings).map(told);
-    let mut lines: Vec<String> = first.iter().map(|one| told(one)).chain(urgent).collect();
+    let most = if brief { 1 } else { first.len() };
+    let first = first.iter().take(most).map(|one| told(one));
+    let mut lines: Vec<String> = first.chain(urgent).collect();
+    if brief {
+        return lines;
+    }
     let more = point.verdicts.len() + others.count() - lines.len();
     if more > 0 {
         let what = match more {

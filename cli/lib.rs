@@ -43,3 +43,8 @@ pub use stosszahl_report as report;
 pub use stosszahl_reproduce as reproduction;
 pub use stosszahl_results as results;
 pub use stosszahl_study as study;
+
+/// The programs in the book, which are compiled and run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/extending.md")]
+struct Extending;

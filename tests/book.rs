@@ -95,6 +95,43 @@ fn every_link_leads_somewhere() {
     assert!(checked > 50, "{checked} links");
 }
 
+/// The book holds this folder and no other, so that a link out of it is dead there.
+#[test]
+fn no_page_links_to_what_is_not_in_the_book() {
+    let folder = docs();
+    for page in pages(&folder) {
+        let depth = page
+            .strip_prefix(&folder)
+            .map_or(0, |inside| inside.components().count() - 1);
+        for link in links(&fs::read_to_string(&page).expect("a page")) {
+            let up = link.matches("../").count();
+            assert!(up <= depth, "{}: {link}", page.display());
+        }
+    }
+}
+
+/// What is said about where things are added stays true when files move.
+#[test]
+fn files_that_pages_for_developers_name_are_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut checked = 0;
+    for page in ["CONTRIBUTING.md", "docs/extending.md"] {
+        let text = fs::read_to_string(root.join(page)).expect("a page");
+        for line in text.lines().filter(|line| !line.starts_with("    ")) {
+            let code = line.split('`').skip(1).step_by(2);
+            let is_path = |word: &&str| word.contains('/') && !word.contains([' ', '-', '>']);
+            for path in code
+                .filter(is_path)
+                .filter(|path| !path.starts_with("target"))
+            {
+                checked += 1;
+                assert!(root.join(path).exists(), "{page}: {path}");
+            }
+        }
+    }
+    assert!(checked > 15, "{checked} paths");
+}
+
 #[test]
 fn the_summary_has_every_page_once() {
     let folder = docs();

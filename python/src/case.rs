@@ -179,11 +179,6 @@ pub fn run(
         }
     })?;
     tell(py)?;
-    if summary.is_sweep {
-        for point in &summary.points {
-            write_report(&point.folder).map_err(Raise::raise)?;
-        }
-    }
     write_report(&summary.folder).map_err(Raise::raise)?;
     Ok((summary.folder, summary.is_sweep))
 }

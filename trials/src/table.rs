@@ -160,7 +160,7 @@ impl Row {
             if small {
                 format!("{value:.1e}")
             } else {
-                format!("{value:.4}")
+                stosszahl_results::unsigned_zero(format!("{value:.4}"))
             }
         };
         let within = self.tolerance.map_or_else(|| "-".to_owned(), show);

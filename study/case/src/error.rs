@@ -274,11 +274,8 @@ pub(crate) fn brief(value: &toml::Value) -> String {
     text.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-/// The choice closest to a word, if any is close.
-pub(crate) fn nearest<'a>(
-    word: &str,
-    choices: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+/// The choice closest to a word, if any is close: two letters away at most.
+pub fn nearest<'a>(word: &str, choices: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A word from a file may be of any length, and nothing this long is close.
     if word.len() > 64 {
         return None;

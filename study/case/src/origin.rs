@@ -9,6 +9,9 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{CaseError, Fault, Problem, Refusal};
 
+/// Where a key that is in no table stands in a file, after its name.
+pub(crate) const OUTSIDE: &str = " before the first [table]";
+
 /// The keys from the root; elements of lists are counted from 1.
 pub(crate) type Key = Vec<String>;
 
@@ -118,9 +121,7 @@ impl Origins {
         let (span, depth) = self.find(key, is_key);
         if replaced.is_none() && depth < key.len() {
             // A table that is there only because of what replaced a value in it.
-            let beside = |(known, _): &&(Key, Replaced)| {
-                depth + 1 < key.len() && known.starts_with(&key[..=depth])
-            };
+            let beside = |(known, _): &&(Key, Replaced)| known.starts_with(&key[..=depth]);
             replaced = self.replaced.iter().rev().find(beside);
         }
         match replaced {
@@ -129,6 +130,13 @@ impl Origins {
                 let mut error = self.at(problem, None, false);
                 if let CaseError::Refused(refusal) = &mut error {
                     refusal.argument = Some(argument);
+                    // An argument has no place before or after tables.
+                    let close = refusal.suggestion.as_mut();
+                    if let Some(name) = close
+                        && let Some(end) = name.find(OUTSIDE)
+                    {
+                        name.truncate(end);
+                    }
                 }
                 error
             }

@@ -12,7 +12,7 @@ use toml::Value;
 
 use crate::error::{Fault, Problem, nearest};
 use crate::format::Case;
-use crate::origin::{below, dotted};
+use crate::origin::{Key, OUTSIDE, below, dotted};
 
 /// Smallest and largest number, so that squares and cubes of what is written are numbers too.
 const SMALLEST: f64 = 1e-100;
@@ -184,22 +184,32 @@ impl Format {
         Ok(())
     }
 
-    /// The full name of a key that belongs into another table.
+    /// The full name of a key that belongs into another table, the least deep one.
     fn elsewhere(&self, name: &str) -> Option<String> {
-        let keys = self.json["properties"].as_object()?;
-        if keys.contains_key(name) {
-            return Some(format!("{name} before the first [table]"));
-        }
-        let holds = |table: &Json| {
-            let inside = [
-                &table["properties"][name],
-                &table["items"]["properties"][name],
-            ];
-            inside.iter().any(|found| found.is_object())
-        };
-        let (table, _) = keys.iter().find(|(_, table)| holds(table))?;
-        Some(dotted(&[table.clone(), name.to_owned()]))
+        /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
+        const DEPTH: usize = 3;
+        let found = (1..=DEPTH).find_map(|depth| path_to(&self.json, name, depth))?;
+        Some(match &found[..] {
+            [alone] => format!("{alone}{OUTSIDE}"),
+            _ => dotted(&found),
+        })
     }
+}
+
+/// The keys that lead to a key of a name through as many tables and lists of tables.
+fn path_to(schema: &Json, name: &str, depth: usize) -> Option<Key> {
+    let tables = [&schema["properties"], &schema["items"]["properties"]];
+    let mut inside = tables.into_iter().filter_map(Json::as_object);
+    if depth == 1 {
+        return inside
+            .any(|keys| keys.contains_key(name))
+            .then(|| vec![name.to_owned()]);
+    }
+    inside.flatten().find_map(|(key, below)| {
+        let mut path = path_to(below, name, depth - 1)?;
+        path.insert(0, key.clone());
+        Some(path)
+    })
 }
 
 /// The JSON Schema of case files, without measurements.

@@ -141,8 +141,8 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
             let count = (along(to) - along(from)) / stride;
             if !(count.is_finite() && count * (1.0 + 1e-9) >= 1.0 && count < MOST_POINTS as f64) {
                 return Err(
-                    "a step leads from the first value towards the last in one step or more: of its sign, or with log a factor \
-                     above 1 upwards and below 1 downwards",
+                    "the step leads from `from` to `to` in one step or more: it is negative where `to` is less, and with log a \
+                     factor, below 1 where `to` is less",
                 );
             }
             // What is a whole number of steps but for rounding is one.

@@ -178,6 +178,12 @@ fn unknown_keys_are_refused_with_the_nearest() {
             ),
             (&["gass.number=3"], "gass", "did you mean gas?"),
             (&["gas.until=3"], "gas.until", "did you mean run.until?"),
+            (&["gas.gravity=1"], "gas.gravity", "did you mean gravity?"),
+            (
+                &["run.contact_time=1"],
+                "run.contact_time",
+                "did you mean engine.ed.contact_time?",
+            ),
             (
                 &["engine.dsmc-enskg={}"],
                 "engine.dsmc-enskg",
@@ -678,6 +684,12 @@ fn places_are_lines_arguments_and_sweeps() {
         "{error}"
     );
 
+    // An argument that makes a table of an unknown name is the place, not the tables beside it.
+    let argument = "engine.dsmc-enskogg.displacement=false";
+    let error = read(COMPARISON, &[argument]).expect_err("no engine");
+    let place = format!("--set {argument}: unknown key engine.dsmc-enskogg");
+    assert!(error.to_string().starts_with(&place), "{error}");
+
     let sweep = format!("{COMPARISON}[[sweep]]\n\"gas.restitution\" = [0.9, 1.9]\n");
     let error = read(&sweep, &[]).expect_err("1.9");
     assert!(
@@ -817,19 +829,19 @@ fn sweeps_that_are_none_are_refused() {
     for (block, words) in [
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = -0.1 }\n",
-            "of its sign",
+            "it is negative where `to` is less",
         ),
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 0 }\n",
-            "of its sign",
+            "it is negative where `to` is less",
         ),
         (
             "[[sweep]]\n\"gas.number\" = { from = 10, to = 40, step = 0.5, log = true }\n",
-            "factor above 1 upwards",
+            "below 1 where `to` is less",
         ),
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 1e-9 }\n",
-            "of its sign",
+            "it is negative where `to` is less",
         ),
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4 }\n",

@@ -12,9 +12,20 @@ KINDS = {
     "comparison": ["quick", "--replicas", "4", "--until", "20"],
     "homogeneous": ["mixture-cooling", "--set", "power_law.monomers=5000", "--until", "100", "--replicas", "3"],
     "flow": ["channel-disks", "--until", "20", "--replicas", "2"],
+    "obstacle": ["flow-past-disc", "--until", "3", "--replicas", "2", "--set", "gas.number=4000"],
     "sweep": ["haff-3d", "--until", "10", "--replicas", "2"],
     "frontier": ["quick", "--budget", "10s", "--set", "gas.number=400", "--until", "5", "--tests", "1"],
 }
+
+# Elements that stick out of the page and cannot be scrolled to.
+CUT = """() => {
+  const width = document.documentElement.clientWidth;
+  const rolls = (one) => one && (["auto", "scroll"].includes(getComputedStyle(one).overflowX) || rolls(one.parentElement));
+  return [...document.body.querySelectorAll("*")].filter((one) => {
+    const box = one.getBoundingClientRect();
+    return box.width > 0 && (box.right > width + 1 || box.left < -1) && !rolls(one) && !one.closest("svg");
+  }).map((one) => one.outerHTML.slice(0, 120));
+}"""
 
 
 def make(kind):

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from pypdf import PdfReader
 
-from conftest import KINDS, until
+from conftest import CUT, KINDS, until
 
 # All that a figure shows: pixels of its charts, which buttons are pressed, and its text.
 STATE = """(figure) => [...figure.querySelectorAll("canvas")].map((canvas) => canvas.toDataURL()).join()
@@ -20,15 +20,6 @@ COLOURS = """(figure) => [...figure.querySelectorAll("canvas")].map((canvas) => 
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   return new Set(new Uint32Array(data.buffer)).size;
 })"""
-# Elements that stick out of the page and cannot be scrolled to.
-CUT = """() => {
-  const width = document.documentElement.clientWidth;
-  const rolls = (one) => one && (["auto", "scroll"].includes(getComputedStyle(one).overflowX) || rolls(one.parentElement));
-  return [...document.body.querySelectorAll("*")].filter((one) => {
-    const box = one.getBoundingClientRect();
-    return box.width > 0 && (box.right > width + 1 || box.left < -1) && !rolls(one) && !one.closest("svg");
-  }).map((one) => one.outerHTML.slice(0, 120));
-}"""
 
 
 def figures(page):
@@ -220,6 +211,40 @@ def test_every_control_of_the_player_moves_something(open_page, kind):
     page.locator("#viewer-play").click()
     page.wait_for_timeout(150)
     assert not changes(lambda: None)
+
+
+# Colours at shares of the width and height of the first picture, from its lower left corner.
+PIXELS = """(places) => {
+  const seen = document.querySelector("#viewer canvas");
+  const canvas = Object.assign(document.createElement("canvas"), { width: seen.width, height: seen.height });
+  const pen = canvas.getContext("2d", { willReadFrequently: true });
+  pen.drawImage(seen, 0, 0);
+  const at = ([x, y]) => [...pen.getImageData(Math.round(x * canvas.width), Math.round((1 - y) * canvas.height), 1, 1).data];
+  return places.map((place) => at(place).join());
+}"""
+
+
+def test_obstacles_cover_what_they_cover(open_page):
+    """The disc of the case has its centre at (14, 10) and radius 2 in a box of 40 by 20, above particles and fields."""
+    page = open_page("obstacle")
+    page.wait_for_selector("#viewer[data-ready]")
+    inside = [(14 / 40, 0.5), (12.5 / 40, 0.5), (15.5 / 40, 0.5), (14 / 40, 8.5 / 20), (14 / 40, 11.5 / 20)]
+    for colour in ("direction", "speed", "density", "field"):
+        page.select_option("#viewer-colour", colour)
+        page.wait_for_timeout(200)
+        assert set(page.evaluate(PIXELS, inside)) == {"85,85,85,255"}, colour
+    # Outside of it there is the field.
+    outside = [(11 / 40, 0.5), (17 / 40, 0.5), (14 / 40, 7 / 20), (14 / 40, 13 / 20)]
+    assert "85,85,85,255" not in page.evaluate(PIXELS, outside)
+    # Maps of fields, whose frame is the box, have it at the same place.
+    maps = page.locator("figure.interactive:has(g.obstacles) svg.plot").all()
+    assert len(maps) >= 4
+    for drawn in maps:
+        frame = drawn.locator("g.cells").first.bounding_box()
+        disc = drawn.locator("g.obstacles ellipse").bounding_box()
+        assert (disc["x"] - frame["x"]) / frame["width"] == pytest.approx(12 / 40, abs=0.02)
+        assert (disc["y"] - frame["y"]) / frame["height"] == pytest.approx(8 / 20, abs=0.04)
+        assert disc["width"] / frame["width"] == pytest.approx(4 / 40, abs=0.02)
 
 
 def test_the_player_draws_a_fair_sample(open_page):

@@ -29,7 +29,9 @@
     if (!(error > 0) || !Number.isFinite(error)) return number(value);
     const decimals = Math.max(0, 1 - Math.floor(Math.log10(error)));
     if (decimals > 7 || Math.max(Math.abs(value), error) >= 1e6) return `${number(value)} ± ${number(error, 2)}`;
-    return `${value.toFixed(decimals)} ± ${error.toFixed(decimals)}`.replace("-", "−");
+    // What is rounded to zero has no sign.
+    const text = value.toFixed(decimals).replace(/^-(?=[0.]*$)/, "");
+    return `${text} ± ${error.toFixed(decimals)}`.replace("-", "−");
   };
   const save = (blob, name) => {
     const link = element("a", { href: URL.createObjectURL(blob), download: name });
@@ -96,7 +98,8 @@
     }
 
     start() {
-      if (this.started) return;
+      // Maps are drawings, and have no charts to be made.
+      if (this.started || !this.charts.length) return;
       this.started = true;
       this.reset();
       let width = 0;

@@ -123,6 +123,41 @@ impl Map {
     }
 }
 
+/// Draws the obstacles of a case over a map of its plane: discs, polylines and polygons as the case has them.
+pub(crate) fn with_obstacles(plot: &mut Plot, obstacles: &[Value]) {
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let range = |axis: &str| [0, 1].map(|end| number(&plot.data[axis]["range"][end]));
+    let [left, top, width, height] = [0, 1, 2, 3].map(|part| number(&plot.data["frame"][part]));
+    let ([x0, x1], [y0, y1]) = (range("x"), range("y"));
+    let [across, up] = [width / (x1 - x0), height / (y1 - y0)];
+    let place = |point: &Value| {
+        let [x, y] = [0, 1].map(|axis| number(&point[axis]));
+        [left + (x - x0) * across, top + (y1 - y) * up]
+    };
+    let path = |points: &Value, close: &str| {
+        let mut path = String::new();
+        for (at, point) in points.as_array().into_iter().flatten().enumerate() {
+            let [x, y] = place(point);
+            // Writing to a string cannot fail.
+            let _ = write!(path, "{}{x:.1} {y:.1}", if at == 0 { 'M' } else { 'L' });
+        }
+        path + close
+    };
+    let content = html! {
+        (plot.content)
+        g.obstacles { @for one in obstacles {
+            @if one["disc"].is_object() {
+                @let [x, y] = place(&one["disc"]["centre"]);
+                @let radius = number(&one["disc"]["radius"]);
+                ellipse cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) rx=(format!("{:.1}", radius * across)) ry=(format!("{:.1}", radius * up)) {}
+            }
+            @if one["polygon"].is_array() { path d=(path(&one["polygon"], "z")) {} }
+            @if one["polyline"].is_array() { path.open d=(path(&one["polyline"], "")) {} }
+        } }
+    };
+    plot.content = content;
+}
+
 /// Edges of the cells around the distinct places: half-way between neighbours.
 fn edges(places: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut places: Vec<f64> = places.filter(|place| place.is_finite()).collect();

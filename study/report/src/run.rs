@@ -4,10 +4,12 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Manifest, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+    Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+    quantity_title,
 };
 
 use crate::figure::draw;
+use crate::map::with_obstacles;
 use crate::page::{self, Column};
 use crate::sheet::sheet;
 use crate::viewer::{self, Player};
@@ -144,12 +146,17 @@ struct Figures {
 
 fn figures(stored: &Stored) -> Figures {
     let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
+    let obstacles = viewer::obstacles(&stored.manifest);
     for table in &stored.tables {
         for (figure, file) in table.figures.iter().zip(table.drawings()) {
-            let Some(drawn) = draw(table, figure) else {
+            let Some(mut drawn) = draw(table, figure) else {
                 others.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
                 continue;
             };
+            if figure.mark == Mark::Map && figure.x.column == "x" && figure.y.column == "y" {
+                let plots = drawn.panels.iter_mut();
+                plots.for_each(|(_, plot)| with_obstacles(plot, &obstacles));
+            }
             let markup = page::figure(drawings.len() + 1, &figure.title, &figure.caption, &drawn);
             drawings.push((file, sheet(&figure.title, &drawn).into_bytes()));
             if drawings.len() == 1 || (table.name == QUOTIENTS && first.len() == 1) {
@@ -238,7 +245,7 @@ fn derived(manifest: &Manifest) -> Markup {
         } else {
             one.unit.clone()
         };
-        vec![one.name.replace('_', " "), number(one.value, 6), unit]
+        vec![quantity_title(&one.name), number(one.value, 6), unit]
     });
     let columns: [Column<'_>; 3] = [("quantity", true), ("value", false), ("unit", true)];
     html! {

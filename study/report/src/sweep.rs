@@ -9,11 +9,12 @@ use maud::{Markup, html};
 use serde_json::Value;
 use stosszahl_results::{
     Axis, Cell, Column, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role, SWEEP_TABLE, Scale, Stored,
-    Sweep, SweepPoint, Table, headlines,
+    Sweep, SweepPoint, Table, Verdict, VerdictKind, headlines,
 };
 
 use crate::figure::{Drawn, draw};
 use crate::page;
+use crate::sheet::sheet;
 use crate::words::number;
 use crate::{Report, ReportError, run, summary};
 
@@ -35,14 +36,26 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
     }
     let finished = points.iter().flatten().count();
     let keys = keys(sweep);
-    let all: Vec<(Table, &Figure)> = common(&points)
-        .into_iter()
-        .map(|like| (gather(sweep, &points, &keys, like), like.1))
+    let like = common(&points);
+    let files = like.iter().filter_map(|(table, figure)| {
+        let number = table
+            .figures
+            .iter()
+            .position(|one| std::ptr::eq(one, *figure));
+        number.and_then(|number| table.drawings().into_iter().nth(number))
+    });
+    let all: Vec<(Table, &Figure, String)> = (like.iter().zip(files))
+        .map(|(like, file)| (gather(sweep, &points, &keys, *like), like.1, file))
         .collect();
     // What answers the question of a sweep: the comparison of engines, or else what is measured first, against the swept keys.
-    let drawn = |(table, figure): &(Table, &Figure)| {
+    let drawn = |(table, figure, file): &(Table, &Figure, String)| {
         let (table, figure) = trend(table, &keys, figure)?;
-        Some((table.name.clone(), draw(&table, &figure)?, figure))
+        Some((
+            table.name.clone(),
+            draw(&table, &figure)?,
+            figure,
+            file.clone(),
+        ))
     };
     let trends: Vec<_> = all.iter().filter_map(drawn).collect();
     let answer = trends
@@ -51,29 +64,32 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
         .unwrap_or(0);
     let (first, others): (Vec<_>, Vec<_>) =
         (trends.iter().zip(0..)).partition(|one| one.1 == answer);
-    let mut count = 0;
-    let mut next = |drawn: &Drawn, title: &str, caption: &str| {
-        count += 1;
-        page::figure(count, title, caption, drawn)
+    let mut drawings: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut next = |drawn: &Drawn, figure: &Figure, file: String| {
+        drawings.push((file, sheet(&figure.title, drawn).into_bytes()));
+        page::figure(drawings.len(), &figure.title, &figure.caption, drawn)
     };
     let content = html! {
         h1 { (sweep.title) }
         p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
-        @for ((_, drawn, figure), _) in &first { (next(drawn, &figure.title, &figure.caption)) }
+        (tally(&points))
+        @for ((_, drawn, figure, file), _) in &first { (next(drawn, figure, file.clone())) }
         (overview(sweep, &points, &keys))
         @if !others.is_empty() { h2 { "Against what was swept" } }
-        @for ((_, drawn, figure), _) in &others { (next(drawn, &figure.title, &figure.caption)) }
+        @for ((_, drawn, figure, file), _) in &others { (next(drawn, figure, file.clone())) }
         h2 { "At each point" }
-        @for (table, figure) in &all {
+        @for (table, figure, file) in &all {
             @let figure = at_each(figure);
-            @if let Some(drawn) = draw(table, &figure) { (next(&drawn, &figure.title, &figure.caption)) }
+            @let file = file.replace(".svg", "-at-each-point.svg");
+            @if let Some(drawn) = draw(table, &figure) { (next(&drawn, &figure, file)) }
         }
         (page::case_file(&sweep.case_text))
     };
     let summary = summary::summary(sweep, &points, &keys);
+    drawings.push((SWEEP_TABLE.to_owned(), summary.to_csv()?));
     Ok(Report {
         page: page::document(&sweep.title, &content, None),
-        beside: vec![(SWEEP_TABLE.to_owned(), summary.to_csv()?)],
+        beside: drawings,
     })
 }
 
@@ -121,21 +137,48 @@ pub(crate) fn text(value: Option<&Value>) -> String {
     }
 }
 
+/// The conclusion of a point that comes first.
+fn conclusion(stored: &Stored) -> Option<&Verdict> {
+    headlines(&stored.manifest.verdicts).first().copied()
+}
+
+/// At how many points the first conclusion is of each kind.
+fn tally(points: &[Option<Stored>]) -> Markup {
+    let mut kinds: Vec<(VerdictKind, usize)> = Vec::new();
+    for verdict in points.iter().flatten().filter_map(conclusion) {
+        match kinds.iter_mut().find(|one| one.0 == verdict.kind) {
+            Some(one) => one.1 += 1,
+            None => kinds.push((verdict.kind, 1)),
+        }
+    }
+    html! {
+        @if !kinds.is_empty() {
+            p.headline { @for (kind, count) in &kinds { (page::kind(*kind)) " at " (count) @if *count == 1 { " point. " } @else { " points. " } } }
+        }
+    }
+}
+
+/// A key that a narrow screen may break after its dots and low lines.
+fn breakable(key: &str) -> Markup {
+    html! { @for part in key.split_inclusive(['.', '_']) { (part) wbr; } }
+}
+
 /// List of the points with their values, first verdicts and links.
 fn overview(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> Markup {
     html! {
         h2 { "Points" }
-        div.scroll { table {
+        p { "A number leads to the report of the point." }
+        div.scroll { table.points {
             thead { tr {
                 th.text scope="col" { "point" }
-                @for key in keys { th scope="col" { (key) } }
+                @for key in keys { th scope="col" { (breakable(key)) } }
                 th.text scope="col" { "verdict" }
             } }
-            tbody { @for (point, stored) in sweep.points.iter().zip(points) { tr {
-                td.text { @if stored.is_some() { a href=(link(&point.name)) { (point.name) } } @else { (point.name) } }
+            tbody { @for ((point, stored), number) in sweep.points.iter().zip(points).zip(1..) { tr {
+                td.text { @if stored.is_some() { a href=(link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
                 @for key in keys { td { (text(point.values.get(*key))) } }
                 td.text.long {
-                    @match stored.as_ref().map(|stored| headlines(&stored.manifest.verdicts).first().copied()) {
+                    @match stored.as_ref().map(conclusion) {
                         Some(Some(verdict)) => { (page::kind(verdict.kind)) " " (verdict.sentence) }
                         Some(None) => "–",
                         None => { "not finished: no " code { (MANIFEST_FILE) } }

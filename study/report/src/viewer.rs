@@ -155,7 +155,7 @@ fn frame_of(particles: &StartFile, time: f64) -> Frame {
 }
 
 /// Obstacles of the case as it was run: discs, polylines and polygons.
-fn obstacles(manifest: &Manifest) -> Vec<Value> {
+pub(crate) fn obstacles(manifest: &Manifest) -> Vec<Value> {
     let listed = manifest.case.get("obstacle").and_then(Value::as_array);
     let shapes = listed.into_iter().flatten().map(|one| {
         json!({ "disc": one.get("disc"), "polyline": one.get("polyline"), "polygon": one.get("polygon") })

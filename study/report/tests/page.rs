@@ -319,7 +319,7 @@ fn balanced(page: &str) {
             assert_eq!(open.pop(), Some(name), "closed too early");
         } else if !tag.starts_with('!') {
             let name = tag.split_whitespace().next().unwrap();
-            if ["meta", "input"].contains(&name) {
+            if ["meta", "input", "wbr"].contains(&name) {
                 continue;
             }
             open.push(name);
@@ -566,6 +566,13 @@ fn the_page_of_a_sweep_compares_its_points() {
     assert!((number("energy.energy_ratio[ed]") / law - 11.0).abs() < 1e-9);
     assert!((number("energy.energy_ratio_se[ed]") / law - 0.04 * 11.0).abs() < 1e-9);
     assert!(lines[4].contains("not finished"));
+    // Each figure stands beside the page as a drawing, as that of a run does.
+    let drawing = |name: &str| fs::read_to_string(place.path().join("figures").join(name)).unwrap();
+    assert!(drawing("energy.svg").contains("against gas.restitution"));
+    assert!(drawing("energy-at-each-point.svg").contains("at each point"));
+    let kinds = page.matches("</span> at ").count();
+    assert_eq!(kinds, 1, "three finished points that agree");
+    assert!(page.contains(" at 3 points. "));
     assert!(
         place.path().join("r 0.8/report.html").exists()
             && !place.path().join("r 0.6/report.html").exists()

@@ -21,3 +21,33 @@ pub fn engine_title(name: &str) -> &str {
 pub fn engine_rank(name: &str) -> Option<usize> {
     ENGINES.iter().position(|engine| engine.0 == name)
 }
+
+/// The title of a derived quantity: words, after the title of the engine that it is of.
+pub fn quantity_title(name: &str) -> String {
+    let of_engine = |(engine, title): &(&str, &str)| {
+        let rest = name.strip_prefix(&engine.replace('-', "_"))?;
+        Some(format!("{title}: {}", rest.strip_prefix('_')?))
+    };
+    let title = ENGINES.iter().find_map(of_engine);
+    title.unwrap_or(name.to_owned()).replace('_', " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantity_title;
+
+    #[test]
+    fn quantities_of_engines_have_their_titles() {
+        for (name, title) in [
+            ("mean_free_path", "mean free path"),
+            ("ed_cells", "ED (exact): cells"),
+            ("edge_length", "edge length"),
+            (
+                "dsmc_contact_point_cell_size",
+                "DSMC contact point: cell size",
+            ),
+        ] {
+            assert_eq!(quantity_title(name), title);
+        }
+    }
+}

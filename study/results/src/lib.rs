@@ -17,8 +17,9 @@ mod list;
 mod manifest;
 mod table;
 mod verdict;
+mod words;
 
-pub use engines::{ENGINES, engine_rank, engine_title};
+pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
 pub use error::ResultsError;
 pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, write_file};
 pub use identity::{Keys, RunId};
@@ -29,3 +30,4 @@ pub use manifest::{
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
 pub use verdict::{Verdict, VerdictKind, headlines};
+pub use words::unsigned_zero;

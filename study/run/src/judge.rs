@@ -21,7 +21,7 @@ use stosszahl_analysis::compare::{Quotient, Verdict as Test, quotients};
 use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, quantile, shape};
 use stosszahl_analysis::statistics::{Estimate as Mean, TTest, holm, student_t_test};
 use stosszahl_analysis::windows::{Window, pooled};
-use stosszahl_results::{Estimate, Verdict, VerdictKind};
+use stosszahl_results::{Estimate, Verdict, VerdictKind, unsigned_zero};
 
 pub use stosszahl_results::engine_title as title;
 
@@ -100,7 +100,8 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
         }
         Some(error) => {
             let digits = decimals(error);
-            format!("{value:.digits$} ± {error:.digits$}")
+            let value = unsigned_zero(format!("{value:.digits$}"));
+            format!("{value} ± {error:.digits$}")
         }
         None => format!("{} (error unknown)", short(value)),
     }

@@ -1,0 +1,21 @@
+//! Numbers in words.
+
+/// A number as text, without the sign of one that is rounded to zero: "-0.000" is "0.000".
+pub fn unsigned_zero(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| "0.".contains(c)) => zero.to_owned(),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unsigned_zero;
+
+    #[test]
+    fn zero_has_no_sign() {
+        for (value, text) in [(-1e-5, "0.000"), (1e-5, "0.000"), (-0.0013, "-0.001")] {
+            assert_eq!(unsigned_zero(format!("{value:.3}")), text);
+        }
+    }
+}
