@@ -555,7 +555,8 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
     let points = points.iter().map(|point| {
         json!({
             "name": point.name,
-            "folder": point.folder,
+            // A path need not be a text.
+            "folder": point.folder.display().to_string(),
             "complete_already": point.was_complete,
             "seconds": point.seconds,
             "verdicts": point.verdicts,

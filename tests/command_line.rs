@@ -224,6 +224,7 @@ fn bad_cases_leave_nothing_behind() {
         ("run case.toml --set species.7.number=3", "species"),
         ("run case.toml --threads 0", "threads"),
         ("run case.toml --threads 100000", "100000"),
+        ("run case.toml --threads 1025", "1024"),
         ("report nowhere", "nowhere"),
         ("report .", "."),
     ] {
@@ -513,6 +514,17 @@ fn a_run_says_as_much_as_is_asked_for() {
     let told = &json["points"][0]["verdicts"];
     assert_eq!(told, &serde_json::to_value(&verdicts).expect("JSON"));
     desk.refused("run case.toml --quiet --verbose", &["--quiet", "--verbose"]);
+    // A path need not be a text.
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::ffi::OsStrExt as _;
+        let odd = std::ffi::OsStr::from_bytes(b"out\xff");
+        let mut command = desk.command("run case.toml --until 1 --json --out");
+        let output = command.arg(odd).output().expect("the program starts");
+        assert!(output.status.success(), "{output:?}");
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(json["points"][0]["folder"], "out\u{fffd}");
+    }
 }
 
 /// Starts the program and waits until it has its folder, which it locks before it marks it.

@@ -315,6 +315,11 @@ where
     /// Goes on as a new engine from the present checkpoint.
     fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
         self.time = self.present(until);
+        let (cells, disks) = (self.disks.cells.places(), self.disks.all.len());
+        if let Some(crossings) = self.progress.fresh_start(cells, disks) {
+            let time = self.time;
+            return Err(EngineError::NoCollisions { time, crossings });
+        }
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         self.forget_events();

@@ -154,13 +154,13 @@ pub enum EngineError {
     },
     /// The disks move but do not meet.
     #[error(
-        "no collision while disks crossed {crossings} cells, until time {time}: they may never meet; ask for an earlier time, or for a gas whose disks do not fly past each other for ever",
+        "no collision in the work of {crossings} crossings of cells, until time {time}: they may never meet; ask for an earlier time, or for a gas whose disks do not fly past each other for ever",
         time = brief(*time)
     )]
     NoCollisions {
         /// When the engine gave up.
         time: f64,
-        /// Cell boundaries crossed since the last collision.
+        /// Cell boundaries crossed since the last collision, and work that took as long.
         crossings: u64,
     },
     /// Infinitely many contacts with a wall or an obstacle in a finite time, or a disk that comes to rest on it.

@@ -28,6 +28,10 @@ const COARSE: f64 = 1e-12;
 /// Crossings without a collision, beyond those that many disks need, after which none is awaited.
 pub(crate) const PATIENCE: u64 = 10_000_000;
 
+/// Cells that are cleared in about the time that a crossing takes, or less: patience with a gas of two disks in a million
+/// cells is some seconds either way.
+const CELLS_OF_A_CROSSING: usize = 512;
+
 /// Distinguishes progress from its lack. Times are the engine's own.
 #[derive(Clone)]
 pub(crate) struct Progress {
@@ -70,6 +74,13 @@ impl Progress {
             feeble: 0,
             idle: 0,
         }
+    }
+
+    /// A fresh start with this many cells, whose work stands for crossings; what they are together since the last collision,
+    /// if they are too many for this number of disks. In a wide box of few disks hardly any are between two such starts.
+    pub(crate) fn fresh_start(&mut self, cells: usize, disks: usize) -> Option<u64> {
+        self.idle += (cells / CELLS_OF_A_CROSSING) as u64;
+        self.crossing(disks)
     }
 
     /// The same with the clock set to zero, after a fresh start.

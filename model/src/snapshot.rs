@@ -5,7 +5,7 @@
 //! appears under its name only when it is complete, so a kill leaves either the old or the new one.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -59,11 +59,11 @@ pub enum SnapshotError {
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     when_complete(path, |file| {
         file.write_all(bytes)
-            .map_err(|source| unwritten(path, source))
+            .map_err(|source| of_file(path, source))
     })
 }
 
-fn unwritten(path: &Path, source: io::Error) -> SnapshotError {
+fn of_file(path: &Path, source: io::Error) -> SnapshotError {
     SnapshotError::File {
         path: path.to_owned(),
         source,
@@ -75,11 +75,18 @@ fn when_complete(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), SnapshotError>,
 ) -> Result<(), SnapshotError> {
-    let failed = |source| unwritten(path, source);
+    let failed = |source| of_file(path, source);
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let partial = PathBuf::from(partial);
-    let mut file = File::create(&partial).map_err(failed)?;
+    // What a kill left; and never through a link into a file of somebody else's, or into a pipe that nobody reads.
+    match fs::remove_file(&partial) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            return Err(of_file(&partial, error));
+        }
+        _ => {}
+    }
+    let mut file = File::create_new(&partial).map_err(|error| of_file(&partial, error))?;
     write(&mut file)?;
     file.sync_data().map_err(failed)?;
     fs::rename(&partial, path).map_err(failed)
@@ -125,39 +132,47 @@ pub fn write<T: Serialize>(
     run: &Fingerprint,
     content: &T,
 ) -> Result<(), SnapshotError> {
-    when_complete(path, |file| {
-        let failed = |source| unwritten(path, source);
-        // Its place; what stands there is known at the end.
-        file.write_all(&[0; HEADER]).map_err(failed)?;
-        let mut payload = BufWriter::with_capacity(
-            BUFFER,
-            Hashed {
-                file,
-                hash: blake3::Hasher::new(),
-                length: 0,
-                failure: None,
-            },
-        );
-        let serialised = postcard::to_io(content, &mut payload).map(drop);
-        let (payload, _) = payload.into_parts();
-        if let Some(source) = payload.failure {
-            return Err(failed(source));
-        }
-        serialised.map_err(|error| SnapshotError::Damaged {
-            path: path.to_owned(),
-            found: error.to_string(),
-            expected: "serialisable content",
-        })?;
-        let mut header = Vec::with_capacity(HEADER);
-        header.extend_from_slice(MAGIC);
-        header.extend_from_slice(&FORMAT.to_le_bytes());
-        header.extend_from_slice(&payload.length.to_le_bytes());
-        header.extend_from_slice(run);
-        header.extend_from_slice(payload.hash.finalize().as_bytes());
-        let file = payload.file;
-        file.rewind().map_err(failed)?;
-        file.write_all(&header).map_err(failed)
-    })
+    when_complete(path, |file| fill(path, file, run, content))
+}
+
+/// Header and payload of the snapshot that is to become `path`.
+fn fill<T: Serialize>(
+    path: &Path,
+    file: &mut File,
+    run: &Fingerprint,
+    content: &T,
+) -> Result<(), SnapshotError> {
+    let failed = |source| of_file(path, source);
+    // Its place; what stands there is known at the end.
+    file.write_all(&[0; HEADER]).map_err(failed)?;
+    let mut payload = BufWriter::with_capacity(
+        BUFFER,
+        Hashed {
+            file,
+            hash: blake3::Hasher::new(),
+            length: 0,
+            failure: None,
+        },
+    );
+    let serialised = postcard::to_io(content, &mut payload).map(drop);
+    let (payload, _) = payload.into_parts();
+    if let Some(source) = payload.failure {
+        return Err(failed(source));
+    }
+    serialised.map_err(|error| SnapshotError::Damaged {
+        path: path.to_owned(),
+        found: error.to_string(),
+        expected: "serialisable content",
+    })?;
+    let mut header = Vec::with_capacity(HEADER);
+    header.extend_from_slice(MAGIC);
+    header.extend_from_slice(&FORMAT.to_le_bytes());
+    header.extend_from_slice(&payload.length.to_le_bytes());
+    header.extend_from_slice(run);
+    header.extend_from_slice(payload.hash.finalize().as_bytes());
+    let file = payload.file;
+    file.rewind().map_err(failed)?;
+    file.write_all(&header).map_err(failed)
 }
 
 /// Reads the snapshot of the given run.
@@ -165,15 +180,20 @@ pub fn write<T: Serialize>(
 /// # Errors
 /// [`SnapshotError`] if the file is absent, damaged, or belongs to another run.
 pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, SnapshotError> {
-    let bytes = fs::read(path).map_err(|source| SnapshotError::File {
-        path: path.to_owned(),
-        source,
-    })?;
+    let failed = |source| of_file(path, source);
     let damaged = |found: String, expected| SnapshotError::Damaged {
         path: path.to_owned(),
         found,
         expected,
     };
+    // A pipe would be waited for, and a device read without end.
+    if !fs::metadata(path).map_err(failed)?.is_file() {
+        let found = "a folder, a pipe or a device".into();
+        return Err(damaged(found, "a file"));
+    }
+    let mut bytes = Vec::new();
+    let mut file = File::open(path).map_err(failed)?;
+    file.read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() < HEADER || &bytes[..8] != MAGIC {
         return Err(damaged(
             format!("{} bytes without its mark", bytes.len()),
@@ -284,11 +304,40 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.snapshot");
         write(&path, &[7; 32], &1_u64).expect("written");
-        std::os::unix::fs::symlink("/dev/full", folder.path().join("a.snapshot.partial"))
-            .expect("a link");
-        let failed = write(&path, &[7; 32], &vec![1_u64; 3 * BUFFER]);
+        let mut full = File::options()
+            .write(true)
+            .open("/dev/full")
+            .expect("a device");
+        let long = vec![1_u64; 3 * BUFFER];
+        let failed = when_complete(&path, |_| fill(&path, &mut full, &[7; 32], &long));
         let said = failed.expect_err("a full disk").to_string();
         assert!(said.contains("No space left"), "{said}");
+        assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
+    }
+
+    /// A pipe would be waited for, and a device read for ever; `/dev/null` is one that ends.
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.snapshot");
+        std::os::unix::fs::symlink("/dev/null", &path).expect("a link");
+        let said = read::<u64>(&path, &[7; 32]).expect_err("no file");
+        assert!(said.to_string().contains("expected a file"), "{said}");
+    }
+
+    /// Nothing is written through a link that stands where the new file is to be made.
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_the_way_is_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [path, other] = ["a.snapshot", "other"].map(|name| folder.path().join(name));
+        fs::write(&other, "of somebody else").expect("written");
+        std::os::unix::fs::symlink(&other, folder.path().join("a.snapshot.partial"))
+            .expect("a link");
+        write(&path, &[7; 32], &1_u64).expect("written");
+        assert_eq!(fs::read(&other).expect("bytes"), b"of somebody else");
+        assert!(!path.is_symlink());
         assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
     }
 }

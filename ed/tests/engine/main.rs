@@ -8,3 +8,4 @@ mod rough;
 mod strips;
 mod support;
 mod walls;
+mod wide;

@@ -116,10 +116,19 @@ struct Columns {
 /// # Errors
 /// [`FileError`] names the file, the line, what was found and what belongs there.
 pub fn read(path: &Path) -> Result<StartFile, FileError> {
-    let text = fs::read_to_string(path).map_err(|source| FileError::Unreadable {
+    let failed = |source| FileError::Unreadable {
         path: path.to_owned(),
         source,
-    })?;
+    };
+    // A run reads it more than once, and would wait for a pipe.
+    if !fs::metadata(path).map_err(failed)?.is_file() {
+        let kind = io::ErrorKind::InvalidInput;
+        return Err(failed(io::Error::new(
+            kind,
+            "a folder, a pipe or a device; expected a file",
+        )));
+    }
+    let text = fs::read_to_string(path).map_err(failed)?;
     // Editors of some systems begin a file with a byte order mark.
     let text = text.trim_start_matches('\u{feff}');
     let source = Source { path };
@@ -418,6 +427,17 @@ mod tests {
         let bare = from_text("a.csv", "# box: 1 1\ny,x\n0.5,0.25\n").expect("positions alone");
         assert_eq!(bare.positions, vec![vector![0.25, 0.5]]);
         assert_eq!(bare.velocities, None);
+    }
+
+    /// `/dev/null` is a device that ends; of others, and of pipes, that is not known.
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("start.csv");
+        std::os::unix::fs::symlink("/dev/null", &path).expect("a link");
+        let said = read(&path).expect_err("no file").to_string();
+        assert!(said.contains("expected a file"), "{said}");
     }
 
     #[test]

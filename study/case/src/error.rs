@@ -171,6 +171,9 @@ impl Refusal {
             Fault::UnknownKey { allowed } => {
                 let list = allowed.join(", ");
                 match key.rsplit_once('.') {
+                    Some((table, _)) if allowed.is_empty() => {
+                        format!("unknown key {key}: {table} has no keys")
+                    }
                     Some((table, _)) => {
                         format!("unknown key {key}{close}: the keys of {table} are {list}")
                     }

@@ -29,6 +29,7 @@ pub struct Case {
     #[serde(default)]
     pub units: Units,
     /// Seed of every random stream.
+    #[schemars(extend("maximum" = i64::MAX))]
     #[serde(default = "one")]
     pub seed: u64,
     /// Number of independent runs, each with its own initial state; error bars come from their spread.

@@ -79,13 +79,11 @@ pub(crate) fn expand(
                 Axis::List(list) => list.clone(),
                 Axis::Range(range) => match steps(range, format.type_of(&key) == Some("integer")) {
                     Ok(values) => values,
-                    Err(allowed) => return refuse(allowed),
+                    Err(allowed) => return refuse(&allowed),
                 },
             };
             if product.len() * values.len() + points.len() > MOST_POINTS {
-                return refuse(&format!(
-                    "all sweeps together make at most {MOST_POINTS} points"
-                ));
+                return refuse(&too_many());
             }
             let list = matches!(axis, Axis::List(_));
             let chosen = |(index, value): (usize, &Value)| Chosen {
@@ -120,8 +118,13 @@ fn value_at_of(block: &Value, key: &str) -> Value {
         .unwrap_or(Value::Table(table))
 }
 
+/// What is allowed where there are more points than that.
+fn too_many() -> String {
+    format!("all sweeps together make at most {MOST_POINTS} points")
+}
+
 /// The values of a range.
-fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
+fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, String> {
     let &Range {
         from,
         to,
@@ -130,7 +133,7 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
         log,
     } = range;
     if log && !(from > 0.0 && to > 0.0) {
-        return Err("the ends of a range in equal factors lie above 0");
+        return Err("the ends of a range in equal factors lie above 0".into());
     }
     // Steps in which all is counted: of the logarithm where they are factors.
     let along = |value: f64| if log { value.ln() } else { value };
@@ -139,10 +142,14 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
         (None, Some(step)) => {
             let stride = along(step);
             let count = (along(to) - along(from)) / stride;
-            if !(count.is_finite() && count * (1.0 + 1e-9) >= 1.0 && count < MOST_POINTS as f64) {
+            if count.is_finite() && count >= MOST_POINTS as f64 {
+                return Err(too_many());
+            }
+            if !(count.is_finite() && count * (1.0 + 1e-9) >= 1.0) {
                 return Err(
                     "the step leads from `from` to `to` in one step or more: it is negative where `to` is less, and with log a \
-                     factor, below 1 where `to` is less",
+                     factor, below 1 where `to` is less"
+                        .into(),
                 );
             }
             // What is a whole number of steps but for rounding is one.
@@ -150,7 +157,7 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, &'static str> {
             let end = along(from) + whole * stride;
             (whole as u64, if log { end.exp() } else { end })
         }
-        _ => return Err("a range has either points or a step"),
+        _ => return Err("a range has either points or a step".into()),
     };
     let value = |index: u64| {
         let share = index as f64 / last as f64;

@@ -113,7 +113,7 @@ fn values_out_of_range_are_refused() {
             (&["replicas=0"], "replicas", "from 1 to 1000000"),
             (&["title=\"\""], "title", "a text"),
             (&["units=sii"], "units", "did you mean \"si\"?"),
-            (&["seed=-1"], "seed", "at least 0"),
+            (&["seed=-1"], "seed", "from 0 to 9223372036854775807"),
             (
                 &["box.packing_fraction=0.95"],
                 "box.packing_fraction",
@@ -161,7 +161,11 @@ fn values_out_of_range_are_refused() {
                 "accuracy.target",
                 "a share in quotes",
             ),
-            (&["seed=9223372036854775808"], "seed", "a whole number"),
+            (
+                &["seed=9223372036854775808"],
+                "seed",
+                "from 0 to 9223372036854775807",
+            ),
         ],
     );
 }
@@ -171,6 +175,11 @@ fn unknown_keys_are_refused_with_the_nearest() {
     refused(
         COMPARISON,
         &[
+            (
+                &["measure.energy.bins=3"],
+                "measure.energy.bins",
+                "measure.energy has no keys",
+            ),
             (
                 &["gas.restitutoin=0.9"],
                 "gas.restitutoin",
@@ -841,7 +850,7 @@ fn sweeps_that_are_none_are_refused() {
         ),
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4, step = 1e-9 }\n",
-            "it is negative where `to` is less",
+            "at most 10000 points",
         ),
         (
             "[[sweep]]\n\"gas.restitution\" = { from = 0.1, to = 0.4 }\n",

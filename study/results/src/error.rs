@@ -66,7 +66,7 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// Files that the run has written are gone.
-    #[error("{}: {} is missing, which this run has written; use --force to run it again", path.display(), files.join(", "))]
+    #[error("{}: {}, which this run has written; use --force to run it again", path.display(), absent(files))]
     Lost {
         /// The folder.
         path: PathBuf,
@@ -185,5 +185,29 @@ impl ResultsError {
             action,
             source,
         }
+    }
+}
+
+/// Files that are missing, in words.
+fn absent(files: &[String]) -> String {
+    match files {
+        [one] => format!("{one} is missing"),
+        _ => format!("{} are missing", files.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_file_is_missing_and_several_are() {
+        let lost = |files: &[&str]| {
+            let (path, files) = ("out".into(), files.iter().map(|&file| file.to_owned()));
+            let files = files.collect();
+            ResultsError::Lost { path, files }.to_string()
+        };
+        assert!(lost(&["a.csv"]).starts_with("out: a.csv is missing, which"));
+        assert!(lost(&["a.csv", "b.csv"]).starts_with("out: a.csv, b.csv are missing, which"));
     }
 }

@@ -85,7 +85,7 @@ pub fn settle<'a>(
             .note("a pilot chooses simulators and time steps for accuracy.target");
         let found = pool.install(|| choose(&one.plan, target, options.stop));
         let (case, choices) = found.map_err(RunError::Pilot)?;
-        let mut settled = Planned::of(file, one.point, &case)?;
+        let mut settled = Planned::of(file, one.point, &case, options.free_memory())?;
         settled.plan.choices.extend(choices);
         Ok(settled)
     };

@@ -9,7 +9,7 @@ use stosszahl_results::Table;
 use crate::accuracy;
 use crate::measure::{BadOption, Finished, Measure, Runs};
 use crate::measures;
-use crate::plan::{Cost, EnginePlan, Kept, Plan, PlanError, Quantity};
+use crate::plan::{Cost, EnginePlan, Kept, Plan, PlanError, Quantity, available_memory};
 use crate::words::short;
 
 /// Trials for each collision from which a scheme is called slow.
@@ -63,16 +63,22 @@ impl<'a> Planned<'a> {
     /// # Errors
     /// [`CaseError`] shows where the key is written that is to blame.
     pub fn new(file: &CaseFile, point: &'a Point) -> Result<Self, CaseError> {
-        Self::of(file, point, &point.case)
+        Self::of(file, point, &point.case, available_memory())
     }
 
-    /// Plans a point with a case in which choices are made that the point leaves open.
+    /// Plans a point with a case in which choices are made that the point leaves open, where this much memory is free
+    /// \[bytes\], as [`Plan::within`].
     ///
     /// # Errors
     /// As [`Planned::new`].
-    pub fn of(file: &CaseFile, point: &'a Point, case: &Case) -> Result<Self, CaseError> {
+    pub fn of(
+        file: &CaseFile,
+        point: &'a Point,
+        case: &Case,
+        free: Option<f64>,
+    ) -> Result<Self, CaseError> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
-        let plan = Plan::new(case, folder).map_err(|error| refused(point, &error))?;
+        let plan = Plan::within(case, folder, free).map_err(|error| refused(point, &error))?;
         accuracy::check(&plan).map_err(|error| refused(point, &error))?;
         let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
         Ok(Self {

@@ -11,7 +11,7 @@ use stosszahl_results::{
 };
 
 use crate::accuracy;
-use crate::check::{Planned, check, level};
+use crate::check::{Planned, level};
 use crate::control::Progress;
 use crate::follow::PartError;
 use crate::plan::{Plan, available_memory, available_threads};
@@ -40,6 +40,13 @@ pub struct Options<'a> {
     pub progress: &'a dyn Progress,
     /// The commit that the program was built from, for the manifest; may be empty.
     pub commit: &'a str,
+}
+
+impl Options<'_> {
+    /// Memory that the run may take \[bytes\], as far as that is known and it is asked to keep to it.
+    pub(crate) fn free_memory(&self) -> Option<f64> {
+        available_memory().filter(|_| !self.force_memory)
+    }
 }
 
 /// What a run left.
@@ -159,7 +166,11 @@ pub(crate) fn prepare<'a>(
     if !(1..=MOST_THREADS).contains(&threads) {
         return Err(RunError::Threads { found: threads });
     }
-    let planned = accuracy::settle(file, check(file)?, options, threads)?;
+    let free = options.free_memory();
+    let points = file.points.iter();
+    let planned = points.map(|point| Planned::of(file, point, &point.case, free));
+    let planned = planned.collect::<Result<_, _>>()?;
+    let planned = accuracy::settle(file, planned, options, threads)?;
     Ok((planned, threads))
 }
 
@@ -201,10 +212,8 @@ pub fn run_planned(
 /// # Errors
 /// [`RunError::Memory`].
 pub(crate) fn require_memory(needed: f64, options: &Options<'_>) -> Result<(), RunError> {
-    match available_memory() {
-        Some(available) if needed > available && !options.force_memory => {
-            Err(RunError::Memory { needed, available })
-        }
+    match options.free_memory() {
+        Some(available) if needed > available => Err(RunError::Memory { needed, available }),
         _ => Ok(()),
     }
 }

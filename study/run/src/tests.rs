@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Collision, Interrupt, Observer};
-use stosszahl_results::VerdictKind;
+use stosszahl_results::{Existing, VerdictKind};
 
 use crate::control::Control;
 use crate::engines::{self, From};
@@ -270,6 +270,27 @@ fn an_interrupt_ends_a_start() {
     assert!(matches!(leg, Err(StartError::Interrupted)));
     assert_eq!(postcard::to_stdvec(&start).expect("bytes"), before);
     assert!(!start.leg(&plan, streams, &never).expect("a leg"));
+}
+
+/// More threads than any machine has are refused, whoever asks for them.
+#[test]
+fn threads_have_a_limit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "format = 2\ntitle = \"few\"\nreplicas = 1\n[gas]\nnumber = 4\n[box]\npacking_fraction = 0.1\n[start]\n\
+                equilibration = 0\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n";
+    let file = crate::format().from_text(Path::new("case.toml"), text, &[]);
+    let file = file.expect("a case");
+    let options = crate::Options {
+        out: Some(folder.path().join("out")),
+        existing: Existing::Refuse,
+        threads: Some(1025),
+        force_memory: false,
+        stop: &Interrupt::default(),
+        progress: &(),
+        commit: "",
+    };
+    let refused = crate::run_case(&file, &options).expect_err("too many");
+    assert!(refused.to_string().contains("from 1 to 1024"), "{refused}");
 }
 
 /// Interrupted in the middle of a leg, again and again, each time a little later, a part ends with the same numbers: the leg

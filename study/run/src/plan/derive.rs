@@ -28,6 +28,15 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] names the key that is to blame.
     pub fn new(case: &Case, folder: &Path) -> Result<Self, PlanError> {
+        Self::within(case, folder, available_memory())
+    }
+
+    /// The same, where this much memory is free for what a plan holds of each particle \[bytes\]; without a number, whatever
+    /// it takes.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
         let numbered = numbered(case)?;
         let case = &*numbered;
         let kind = case.kind();
@@ -37,7 +46,7 @@ impl Plan {
             _ if case.start.placement == Placement::File => {
                 start_file::gas(case, folder, temperature)?
             }
-            _ => boxed(case, kind, temperature)?,
+            _ => boxed(case, kind, temperature, free)?,
         };
         let thermal = match kind {
             // Engine units are thermal.
@@ -337,7 +346,7 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
 }
 
 /// A gas in a box, placed by the program.
-fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
+fn boxed(case: &Case, kind: Kind, temperature: f64, free: Option<f64>) -> Result<Gas, PlanError> {
     for (key, given) in [
         ("power_law", case.power_law.is_some()),
         ("continuous", case.continuous.is_some()),
@@ -394,7 +403,7 @@ fn boxed(case: &Case, kind: Kind, temperature: f64) -> Result<Gas, PlanError> {
             radius: particles.kinds[0].radius,
             mass: particles.kinds[0].mass,
         }),
-        Kind::Comparison => GrainSizes::Each(each(&particles, available_memory())?),
+        Kind::Comparison => GrainSizes::Each(each(&particles, free)?),
         _ => GrainSizes::Species(listed(particles)?),
     };
     Ok(Gas {
@@ -480,7 +489,9 @@ fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanEr
     {
         let most = (free / LISTED) as u64;
         let found = format!("{count} particles of several sizes");
-        let allowed = format!("up to {most}, whose sizes fit into the memory that is free");
+        let allowed = format!(
+            "up to {most}, whose sizes fit into the memory that is free; `run --force-memory` lists them all the same"
+        );
         return Err(PlanError::new("species", found, allowed));
     }
     let (mut list, mut numbers) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -557,5 +568,18 @@ mod tests {
         assert_eq!(refused.key, "species");
         assert!(refused.found.contains("2000000000"), "{}", refused.found);
         assert!(refused.allowed.contains("memory"), "{}", refused.allowed);
+    }
+
+    /// The same of a plan, unless it may take whatever memory it takes.
+    #[test]
+    fn lists_may_take_more_memory_than_is_free_if_that_is_asked_for() {
+        let text = "format = 2\ntitle = \"two sizes\"\n[gas]\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n\
+                    [[species]]\nnumber = 10\n[[species]]\nnumber = 10\ndiameter = 2\n";
+        let file = format().from_text(Path::new("case.toml"), text, &[]);
+        let file = file.expect("a case");
+        let plan = |free| Plan::within(&file.points[0].case, Path::new(""), free);
+        let said = plan(Some(1.0)).expect_err("too much").to_string();
+        assert!(said.contains("--force-memory"), "{said}");
+        assert_eq!(plan(None).expect("a plan").count(), 20);
     }
 }
