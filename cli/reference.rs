@@ -143,7 +143,12 @@ fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
 
 /// What may stand there, in words; none for a table that is described key by key.
 fn allowed(schema: &Value) -> Option<String> {
-    let number = |name: &str| schema.get(name).and_then(Value::as_f64);
+    let number = |name: &str| {
+        let limit = schema.get(name)?;
+        // Large whole numbers have more digits than a number that is rounded.
+        let whole = limit.as_u64().map(|whole| whole.to_string());
+        whole.or_else(|| limit.as_f64().map(|number| number.to_string()))
+    };
     if let Some(value) = schema.get("const") {
         return Some(format!("`{value}`"));
     }

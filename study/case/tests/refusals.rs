@@ -176,11 +176,6 @@ fn unknown_keys_are_refused_with_the_nearest() {
         COMPARISON,
         &[
             (
-                &["measure.energy.bins=3"],
-                "measure.energy.bins",
-                "measure.energy has no keys",
-            ),
-            (
                 &["gas.restitutoin=0.9"],
                 "gas.restitutoin",
                 "did you mean restitution?",
