@@ -259,7 +259,7 @@ fn damaged_checkpoints_are_refused_by_the_program() {
 
 /// The long form: fifty chains for each bundled case. `cargo test --release --test resume -- --ignored`.
 #[test]
-#[ignore = "takes an hour of a core: cargo long-tests"]
+#[ignore = "takes some twenty minutes: cargo long-tests"]
 fn every_bundled_case_resumes_from_fifty_chains() {
     let chains = part_of(50);
     let seeds = 1000 + chains.start as u64..1000 + chains.end as u64;

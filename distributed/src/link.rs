@@ -4,6 +4,7 @@
 //! computes ever waits for another process, and a process that computes for an hour still has a pulse.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -18,7 +19,7 @@ pub const ROOT: i32 = 0;
 
 /// Time between two looks for messages, and between two beats of the pulse.
 const LOOK: Duration = Duration::from_millis(1);
-const BEAT: Duration = Duration::from_millis(500);
+pub const BEAT: Duration = Duration::from_millis(500);
 /// Most bytes of one message of MPI, which counts them with 31 bits.
 const MOST: usize = 1 << 30;
 
@@ -85,6 +86,11 @@ impl Link {
     }
 }
 
+/// The processes that one listens to: the root to all others, and they to the root.
+pub fn listened(me: i32, size: i32) -> Range<i32> {
+    if me == ROOT { ROOT + 1..size } else { ROOT..1 }
+}
+
 /// A process that this one listens to.
 struct Peer {
     rank: i32,
@@ -102,9 +108,7 @@ pub fn pump(
     patience: Duration,
     finished: &AtomicBool,
 ) -> bool {
-    let me = world.rank();
-    let ranks = if me == ROOT { 1..world.size() } else { ROOT..1 };
-    let mut peers: Vec<Peer> = ranks
+    let mut peers: Vec<Peer> = listened(world.rank(), world.size())
         .map(|rank| Peer {
             rank,
             heard: Instant::now(),

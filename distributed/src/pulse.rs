@@ -1,6 +1,6 @@
 //! The pulse of the processes that hold one gas. One that stands still would make all others wait for ever; the job is ended.
 //!
-//! The first process listens to all others, and they to the first. A thread of its own beats, so that work of hours between two
+//! A thread of its own beats, so that work of hours between two
 //! exchanges has a pulse.
 
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use mpi::traits::{Communicator as _, Destination as _, Source as _};
 use stosszahl::commands::note;
 use stosszahl::dsmc::Ranks as _;
 
+use crate::link::{BEAT, listened};
 use crate::world::World;
 
-/// Time between two beats, and between two looks for whether it is the end.
-const BEAT: Duration = Duration::from_millis(500);
+/// Time between two looks for whether it is the end.
 const LOOK: Duration = Duration::from_millis(20);
 /// The tag of beats.
 const BEATS: Tag = 1;
@@ -39,12 +39,12 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Beats, and ends the job if nothing is heard of another process for `patience`.
-    pub fn start(world: &Arc<World>, patience: Duration) -> Self {
+    /// Beats, and ends the job if nothing is heard of another process for `patience`; `after` says what can be done then.
+    pub fn start(world: &Arc<World>, patience: Duration, after: &'static str) -> Self {
         let is_over = Arc::new(AtomicBool::new(false));
         let (world, over) = (world.clone(), is_over.clone());
         let thread =
-            (world.size() > 1).then(|| thread::spawn(move || beat(&world, patience, &over)));
+            (world.size() > 1).then(|| thread::spawn(move || beat(&world, patience, after, &over)));
         Self { is_over, thread }
     }
 }
@@ -58,12 +58,8 @@ impl Drop for Pulse {
     }
 }
 
-fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
-    let ranks = if world.rank() == 0 {
-        1..world.size() as i32
-    } else {
-        0..1
-    };
+fn beat(world: &World, patience: Duration, after: &str, is_over: &AtomicBool) {
+    let ranks = listened(world.rank() as i32, world.size() as i32);
     let peer = |rank| Peer {
         rank,
         heard: Instant::now(),
@@ -80,8 +76,7 @@ fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
         let silent = |one: &&Peer| !one.has_left && one.heard.elapsed() > patience;
         if let Some(Peer { rank, .. }) = peers.iter().find(silent) {
             note(&format!(
-                "error: rank {rank} stands still: nothing was heard of it for {} s; the job ends, and --resume goes on from the \
-                 last checkpoint",
+                "error: rank {rank} stands still: nothing was heard of it for {} s; the job ends, and {after}",
                 patience.as_secs_f64()
             ));
             world.call(|world| world.abort(1));

@@ -31,7 +31,11 @@ struct Case {
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
 pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
-    let _pulse = Pulse::start(&world, patience);
+    let _pulse = Pulse::start(
+        &world,
+        patience,
+        "--resume goes on from the last checkpoint",
+    );
     let ranks: Arc<dyn Ranks> = world.clone();
     let began = Instant::now();
     let code = if world.rank() == 0 {
@@ -58,7 +62,11 @@ pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
 /// Measures a frontier with all processes. If nothing is heard of one for `patience`, the job ends.
 pub fn frontier(arguments: &FrontierArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
-    let _pulse = Pulse::start(&world, patience);
+    let _pulse = Pulse::start(
+        &world,
+        patience,
+        "a new one begins with the runs of the reference that are kept",
+    );
     let file = if world.rank() == 0 {
         match first_file(&arguments.case, &*world) {
             Ok(file) => Ok(file),

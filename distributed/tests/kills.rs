@@ -119,7 +119,7 @@ fn one_gas_killed_at_ten_moments_leaves_the_same_bytes() {
 }
 
 #[test]
-#[ignore = "three hundred jobs, some ten minutes: cargo test of this file with --ignored"]
+#[ignore = "three hundred jobs, some ten minutes: distributed/test.sh --include-ignored"]
 fn jobs_killed_at_many_moments_leave_the_same_bytes() {
     for seed in 3..6 {
         assert_survives(SWEEP, &[], seed, 50);

@@ -102,7 +102,7 @@ fn refusals_end_all_processes() {
     assert_eq!(text.matches("gas.restitution").count(), 1, "{text}");
 }
 
-/// A process that stands still ends the job, with its number; so does the first. The job can be gone on with.
+/// A process that stands still ends the job, with its number; so does the first.
 #[test]
 fn a_process_that_stands_still_ends_the_job() {
     let scratch =

@@ -36,16 +36,8 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
     }
     let finished = points.iter().flatten().count();
     let keys = keys(sweep);
-    let like = common(&points);
-    let files = like.iter().filter_map(|(table, figure)| {
-        let number = table
-            .figures
-            .iter()
-            .position(|one| std::ptr::eq(one, *figure));
-        number.and_then(|number| table.drawings().into_iter().nth(number))
-    });
-    let all: Vec<(Table, &Figure, String)> = (like.iter().zip(files))
-        .map(|(like, file)| (gather(sweep, &points, &keys, *like), like.1, file))
+    let all: Vec<(Table, &Figure, String)> = (common(&points).into_iter())
+        .map(|(like, figure, file)| (gather(sweep, &points, &keys, like, figure), figure, file))
         .collect();
     // What answers the question of a sweep: the comparison of engines, or else what is measured first, against the swept keys.
     let drawn = |(table, figure, file): &(Table, &Figure, String)| {
@@ -109,12 +101,15 @@ pub(crate) fn at_each_point(
     let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
     let keys = keys(sweep);
     let drawn = common(&points).into_iter();
-    let drawn = drawn.map(|like| (gather(sweep, &points, &keys, like), at_each(like.1)));
+    let drawn = drawn.map(|(like, figure, _)| {
+        let gathered = gather(sweep, &points, &keys, like, figure);
+        (gathered, at_each(figure))
+    });
     Ok(drawn.collect())
 }
 
-/// The tables and figures of the first finished point.
-fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure)> {
+/// The tables and figures of the first finished point, and the names of their drawings.
+fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
     let tables = points
         .iter()
         .flatten()
@@ -122,7 +117,10 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure)> {
         .map_or(&[][..], |stored| &stored.tables);
     tables
         .iter()
-        .flat_map(|table| table.figures.iter().map(move |figure| (table, figure)))
+        .flat_map(|table| {
+            let figures = table.figures.iter().zip(table.drawings());
+            figures.map(move |(figure, file)| (table, figure, file))
+        })
         .collect()
 }
 
@@ -208,7 +206,8 @@ fn gather(
     sweep: &Sweep,
     points: &[Option<Stored>],
     keys: &[&String],
-    (like, figure): (&Table, &Figure),
+    like: &Table,
+    figure: &Figure,
 ) -> Table {
     let column = |name: String, unit: &'static str| Column {
         name: name.into(),

@@ -1,6 +1,6 @@
 //! Numbers as people write them.
 
-use stosszahl_results::unsigned_zero;
+use stosszahl_results::with_decimals;
 
 /// A number with about `digits` significant digits; a dash if it is not finite.
 pub fn number(value: f64, digits: usize) -> String {
@@ -45,8 +45,7 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
             if decimals > 7 || value.abs() >= 1e6 || error >= 1e6 {
                 return format!("{} ± {}", number(value, 5), number(error, 2));
             }
-            let text = unsigned_zero(format!("{value:.decimals$}")).replace('-', "−");
-            format!("{text} ± {error:.decimals$}")
+            with_decimals(value, error, decimals).replace('-', "−")
         }
     }
 }

@@ -30,4 +30,4 @@ pub use manifest::{
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
 pub use verdict::{Verdict, VerdictKind, headlines};
-pub use words::unsigned_zero;
+pub use words::{unsigned_zero, with_decimals};

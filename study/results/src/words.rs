@@ -8,6 +8,12 @@ pub fn unsigned_zero(text: String) -> String {
     }
 }
 
+/// A value and its error with so many decimals.
+pub fn with_decimals(value: f64, error: f64, decimals: usize) -> String {
+    let value = unsigned_zero(format!("{value:.decimals$}"));
+    format!("{value} ± {error:.decimals$}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::unsigned_zero;

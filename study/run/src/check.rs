@@ -186,8 +186,17 @@ pub fn level(planned: &[Planned<'_>]) -> f64 {
 /// # Errors
 /// As [`Planned::new`].
 pub fn check(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
+    check_within(file, available_memory())
+}
+
+/// The same, where this much memory is free \[bytes\], as [`Plan::within`].
+pub(crate) fn check_within(
+    file: &CaseFile,
+    free: Option<f64>,
+) -> Result<Vec<Planned<'_>>, CaseError> {
     let points = file.points.iter();
-    points.map(|point| Planned::new(file, point)).collect()
+    let planned = points.map(|point| Planned::of(file, point, &point.case, free));
+    planned.collect()
 }
 
 /// The measures of a case: those that it names, and those that are made without being named.

@@ -223,17 +223,13 @@ fn starts<'a>(
     interrupt: &Interrupt,
 ) -> Result<Cow<'a, [Particles]>, StartError> {
     let made = |set| Ok(start::placed(plan, set, streams, interrupt)?.0);
-    match prepared {
-        Some(start) if sets == 1 => Ok(Cow::Borrowed(slice::from_ref(start))),
-        Some(start) => iter::once(Ok(start.clone()))
-            .chain((1..sets).map(made))
-            .collect::<Result<_, _>>()
-            .map(Cow::Owned),
-        None => (0..sets)
-            .map(made)
-            .collect::<Result<_, _>>()
-            .map(Cow::Owned),
-    }
+    let first = match prepared {
+        Some(start) if sets == 1 => return Ok(Cow::Borrowed(slice::from_ref(start))),
+        Some(start) => Ok(start.clone()),
+        None => made(0),
+    };
+    let all = iter::once(first).chain((1..sets).map(made));
+    all.collect::<Result<_, _>>().map(Cow::Owned)
 }
 
 /// Different schemes of one replica draw different numbers.

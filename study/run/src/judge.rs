@@ -21,7 +21,7 @@ use stosszahl_analysis::compare::{Quotient, Verdict as Test, quotients};
 use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, quantile, shape};
 use stosszahl_analysis::statistics::{Estimate as Mean, TTest, holm, student_t_test};
 use stosszahl_analysis::windows::{Window, pooled};
-use stosszahl_results::{Estimate, Verdict, VerdictKind, unsigned_zero};
+use stosszahl_results::{Estimate, Verdict, VerdictKind, with_decimals};
 
 pub use stosszahl_results::engine_title as title;
 
@@ -98,11 +98,7 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
         Some(error) if value.abs().max(error) >= LARGE => {
             format!("{} ± {}", short(value), short(error))
         }
-        Some(error) => {
-            let digits = decimals(error);
-            let value = unsigned_zero(format!("{value:.digits$}"));
-            format!("{value} ± {error:.digits$}")
-        }
+        Some(error) => with_decimals(value, error, decimals(error)),
         None => format!("{} (error unknown)", short(value)),
     }
 }

@@ -11,7 +11,7 @@ use stosszahl_results::{
 };
 
 use crate::accuracy;
-use crate::check::{Planned, level};
+use crate::check::{Planned, check_within, level};
 use crate::control::Progress;
 use crate::follow::PartError;
 use crate::plan::{Plan, available_memory, available_threads};
@@ -166,10 +166,7 @@ pub(crate) fn prepare<'a>(
     if !(1..=MOST_THREADS).contains(&threads) {
         return Err(RunError::Threads { found: threads });
     }
-    let free = options.free_memory();
-    let points = file.points.iter();
-    let planned = points.map(|point| Planned::of(file, point, &point.case, free));
-    let planned = planned.collect::<Result<_, _>>()?;
+    let planned = check_within(file, options.free_memory())?;
     let planned = accuracy::settle(file, planned, options, threads)?;
     Ok((planned, threads))
 }
