@@ -189,6 +189,7 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     (COOLING, "packing_fraction = 0.25", "packing_fraction = 0.95", &["box.packing_fraction", "0.9069"]),
     (COOLING, "until = 10", "until = 0", &["run.until", "above 0"]),
     (COOLING, "times = [10]", "times = [11]", &["measure.snapshots.times", "11"]),
+    (COOLING, "times = [10]", "times = [10]\n[measure.contacts]\nwindows = [0, 1]", &["measure.contacts.windows", "[[start, end], ...]"]),
     (COOLING, "[measure.snapshots]", "[measure.snapshot]", &["measure.snapshot", "snapshots"]),
     (COOLING, "[measure.snapshots]", "[measure.fields]", &["measure.fields"]),
     (MIXTURE, "restitution = 0.8", "restitution = 1.8", &["gas.restitution = 1.8", "from 0 to 1"]),

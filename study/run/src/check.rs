@@ -221,11 +221,7 @@ pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
     for measure in &list {
         measure.check(plan).map_err(|BadOption { key, allowed }| {
             let dot = if key.is_empty() { "" } else { "." };
-            PlanError::new(
-                format!("measure.{}{dot}{key}", measure.name()),
-                "as written",
-                allowed,
-            )
+            PlanError::new(format!("measure.{}{dot}{key}", measure.name()), "", allowed)
         })?;
     }
     Ok(list)
@@ -238,5 +234,10 @@ fn refused(point: &Point, error: &PlanError) -> CaseError {
         found,
         allowed,
     } = error;
-    point.refuse(key, format!("{allowed}; found: {found}"))
+    let message = if found.is_empty() {
+        allowed.clone()
+    } else {
+        format!("{allowed}; found: {found}")
+    };
+    point.refuse(key, message)
 }

@@ -37,7 +37,10 @@ pub struct Options {
 
 /// Windows as written.
 #[derive(Clone, Debug, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a list of windows [[start, end], ...], or \"whole-run\""
+)]
 pub enum Spans {
     /// One window from the start to the end of the run.
     Whole(WholeRun),

@@ -303,11 +303,11 @@ impl Quantity {
 
 /// A case that has no meaning as a whole.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key}: {found}; allowed: {allowed}")]
+#[error("{key}: {}allowed: {allowed}", if found.is_empty() { String::new() } else { format!("{found}; ") })]
 pub struct PlanError {
     /// The dotted key that is to blame.
     pub key: String,
-    /// What was found.
+    /// What was found; empty where the value that is written says it all.
     pub found: String,
     /// What is allowed.
     pub allowed: String,
