@@ -348,6 +348,48 @@ fn elastic_rate_and_pressure_are_enskogs() {
     }
 }
 
+/// What is left of the energy after 1.5 Haff times at restitution 0.8.
+fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
+    let scene = equal::<Plane>(0.8);
+    let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
+    let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
+    let temperature = state.temperature(&scene);
+    let mut engine =
+        Engine::new(&scene, parameters, &state, Streams::new(seed, 0)).expect("an engine");
+    let haff = kinetic::haff_time(packing, 0.8, Plane::contact_value(packing));
+    engine.advance(1.5 * haff / temperature.sqrt(), u64::MAX, &mut ());
+    engine.state().temperature(&scene) / temperature
+}
+
+/// With few simulators energy is left over as the estimate of repeated pairs says, within a factor of 1.6, in a thin gas and in one where
+/// partners stay within reach for several mean free paths. The standard error may be an eighth of the estimate.
+#[test]
+fn repeated_pairs_leave_the_energy_that_is_estimated() {
+    for (packing, simulators) in [(0.03, 200_000), (0.25, 80_000)] {
+        let gas = |copies: u32| {
+            let parameters = Parameters {
+                simulators_per_disk: copies,
+                ..PARAMETERS
+            };
+            let seeds: Vec<u64> = (0..12).collect();
+            let disks = simulators / copies / seeds.len() as u32;
+            let left: Vec<f64> = (seeds.par_iter())
+                .map(|&seed| energy_left(parameters, disks, packing, seed))
+                .collect();
+            let estimate = parameters.excess_of_repeated_pairs::<Plane>(packing, 1.0, 0.8);
+            (mean_and_error(&left), estimate)
+        };
+        let ((few, few_error), much) = gas(1);
+        let ((many, many_error), little) = gas(8);
+        let estimate = much - little;
+        let (found, error) = (few / many - 1.0, few_error.hypot(many_error) / many);
+        let what = format!("{packing}: {found} ± {error}, estimate {estimate}");
+        assert!(error < estimate / 8.0, "too wide: {what}");
+        assert!(found > estimate / 1.6 - 3.0 * error, "{what}");
+        assert!(found < estimate * 1.6 + 3.0 * error, "{what}");
+    }
+}
+
 /// Collisions by kind of pair, which its reduced mass tells.
 #[derive(Default)]
 struct Kinds([u64; 3]);

@@ -10,8 +10,8 @@
 //!   sum by the trapezoidal rule, which raises the viscosity by (ν Δt)²/12: π/48 (v Δt/λ)² for disks with v = √(2T/m), and
 //!   16/(75 π) for spheres (N. G. Hadjiconstantinou, Phys. Fluids 12, 2634 (2000)). Where partners are displaced, one that
 //!   collides again in the same step gives momentum back: about half a collision per step of it;
-//! - *few simulators*: the rate of displaced cells errs by a third over the number in a cell, K at `t_0` with partners
-//!   around the point of contact by 0.4 over their number, both measured at packing 0.25 and restitution 0.8;
+//! - *few simulators*: the rate of displaced cells errs by a third over the number in a cell, measured at packing 0.25 and
+//!   restitution 0.8; K at `t_0` with partners around the point of contact by [`Parameters::excess_of_repeated_pairs`];
 //! - *limit*, *contact time*: the share of collisions that are not what they should be, twice that for the energy of a gas
 //!   that cools at a rate that is wrong by it;
 //! - *majorant*, *separation* across cells: no estimate, and a mark by the size of what was measured;
@@ -21,7 +21,6 @@ use std::f64::consts::PI;
 
 use stosszahl_case::Kind;
 use stosszahl_dsmc::{Displacement, Parameters, Scheme};
-use stosszahl_model::Space as _;
 use stosszahl_results::{Table, table};
 
 use super::over;
@@ -240,19 +239,17 @@ impl Budget<'_> {
     fn simulators(&self, parameters: &Parameters) -> Option<Source> {
         let plan = self.plan;
         if let Scheme::ContactPoint { .. } = parameters.scheme {
-            let share = in_space!(plan.dimension, S => {
-                let radius = parameters.partner_radius::<S>(plan.packing_fraction, 1.0);
-                let shell = S::ball(1.0 + radius) - S::ball((1.0 - radius).max(0.0));
-                plan.packing_fraction / S::ball(0.5) * shell
-            });
-            // With radius 0 the nearest is taken.
-            let partners = (share * f64::from(parameters.simulators_per_disk)).max(1.0);
+            let packing = plan.packing_fraction;
+            let (partners, excess) = in_space!(plan.dimension, S => (
+                parameters.partners::<S>(packing, 1.0),
+                parameters.excess_of_repeated_pairs::<S>(packing, 1.0, plan.restitution),
+            ));
             let reason =
                 "simulators that collided meet again and lose less energy: error of K at t0";
             return Some(Source::new(
                 "partners",
                 (partners, "simulators"),
-                0.4 / partners,
+                excess,
                 reason,
             ));
         }
