@@ -118,10 +118,10 @@ pub struct CaseArguments {
     /// The case file (TOML), or the name of a bundled case.
     pub case: PathBuf,
     /// Number of replicas, in place of the case's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number)]
     pub replicas: Option<u64>,
     /// Seed, in place of the case's.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = whole_number)]
     pub seed: Option<u64>,
     /// End of the run, in place of the case's and in its unit of time; times and windows beyond it are left out.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
@@ -129,6 +129,29 @@ pub struct CaseArguments {
     /// Set any key of the case: --set gas.restitution=0.9 --set species.1.number=4000. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+}
+
+/// A whole number, also as `1e5`, as cases take it.
+fn whole_number(text: &str) -> Result<u64, String> {
+    // Beyond, whole numbers are not all told apart by their floating-point values.
+    let largest = 2.0_f64.powi(53);
+    let rounded = || {
+        text.parse::<f64>()
+            .ok()
+            .filter(|value| value.fract() == 0.0)
+    };
+    let within = |value: &f64| (0.0..=largest).contains(value);
+    let written = text.parse().ok();
+    let number = written.or_else(|| rounded().filter(within).map(|value| value as u64));
+    number.ok_or_else(|| "expected a whole number, such as 1000 or 1e3".into())
+}
+
+/// A number of threads.
+fn threads(text: &str) -> Result<u16, String> {
+    let number = whole_number(text)?;
+    let few = u16::try_from(number).ok();
+    few.filter(|number| (1..=1024).contains(number))
+        .ok_or_else(|| format!("{number} is not in 1..=1024"))
 }
 
 impl CaseArguments {
@@ -151,7 +174,7 @@ pub struct InitArguments {
     #[arg(long, value_enum, default_value_t)]
     pub kind: Template,
     /// Number of particles.
-    #[arg(long, value_name = "N", default_value_t = 2500)]
+    #[arg(long, value_name = "N", default_value_t = 2500, value_parser = whole_number)]
     pub number: u64,
     /// Share of the area or volume that particles fill.
     #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
@@ -163,7 +186,7 @@ pub struct InitArguments {
     #[arg(long, value_name = "T", default_value_t = 100.0)]
     pub until: f64,
     /// Independent runs.
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole_number)]
     pub replicas: u64,
     /// Replace a file that exists.
     #[arg(long)]
@@ -192,7 +215,7 @@ pub struct RunArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<u16>,
     /// Continue a stopped run from its checkpoints, to the same bytes.
     #[arg(long, conflicts_with = "force")]
@@ -237,7 +260,7 @@ pub struct ReproduceArguments {
     #[arg(long, value_name = "DIR", requires = "paper")]
     pub out: Option<PathBuf>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<u16>,
     /// Replace finished runs.
     #[arg(long, requires = "paper")]
@@ -270,7 +293,7 @@ pub struct FrontierArguments {
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<u16>,
     /// Most times that a recommendation is tested on fresh seeds.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1000))]

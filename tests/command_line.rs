@@ -228,6 +228,8 @@ fn bad_cases_leave_nothing_behind() {
             "measure.energy has no keys",
         ),
         ("run case.toml --threads 0", "threads"),
+        ("run case.toml --replicas 1.5", "1e3"),
+        ("run case.toml --seed 1e30", "1e3"),
         ("run case.toml --threads 100000", "100000"),
         ("run case.toml --threads 1025", "1024"),
         ("report nowhere", "nowhere"),
@@ -256,6 +258,34 @@ fn a_report_without_tables_is_refused() {
     assert_eq!(said.code, Some(1), "{}", said.err);
     assert!(said.err.contains("energy.csv"), "{}", said.err);
     assert!(said.err.contains("missing"), "{}", said.err);
+}
+
+/// Nothing waits for a pipe that stands where a file of results should.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_file_of_results() {
+    let desk = Desk::new(COOLING);
+    desk.done("run case.toml --out out --replicas 1 --until 1");
+    for name in ["energy.csv", "manifest.json"] {
+        let path = desk.path("out").join(name);
+        fs::remove_file(&path).expect("removed");
+        let made = Command::new("mkfifo").arg(&path).status();
+        assert!(made.expect("mkfifo").success());
+        let said = desk.say("report out");
+        assert_eq!(said.code, Some(1), "{}", said.err);
+        assert!(said.err.contains(name), "{}", said.err);
+        assert!(said.err.contains("expected a file"), "{}", said.err);
+    }
+}
+
+/// Whole numbers are written as in cases.
+#[test]
+fn options_take_whole_numbers_with_exponents() {
+    let desk = Desk::new(COOLING);
+    desk.done("run case.toml --out plain --replicas 2 --seed 1000 --until 1 --threads 1");
+    desk.done("run case.toml --out short --replicas 2e0 --seed 1e3 --until 1 --threads 1e0");
+    let energy = |out: &str| fs::read(desk.path(out).join("energy.csv")).expect("a table");
+    assert_eq!(energy("plain"), energy("short"));
 }
 
 /// A file of format 1 is no case any more; what its keys have become is said.

@@ -225,8 +225,11 @@ impl Parameters {
         (1.0 - restitution * restitution) * (0.05 + 0.15 * reach) / partners
     }
 
+    /// Largest [`Parameters::excess_of_repeated_pairs`] of partners that count as uncorrelated.
+    pub const LARGEST_EXCESS: f64 = 0.0012;
+
     /// Simulators for each particle with which the partners of a collision are uncorrelated: as many as make
-    /// [`Parameters::excess_of_repeated_pairs`] at most 0.12 % at restitution 0.8, but not more than put 120 partners into
+    /// [`Parameters::excess_of_repeated_pairs`] at most [`Parameters::LARGEST_EXCESS`] at restitution 0.8, but not more than put 120 partners into
     /// reach. At most 1000, and at most 2^20 in all.
     pub fn enough_for_chaos<S: Space>(
         scheme: Scheme,
@@ -234,7 +237,6 @@ impl Parameters {
         diameter: f64,
         particles: usize,
     ) -> u32 {
-        const EXCESS: f64 = 0.0012;
         const RESTITUTION: f64 = 0.8;
         const PARTNERS: f64 = 120.0;
         const MOST: usize = 1 << 20;
@@ -247,7 +249,7 @@ impl Parameters {
         };
         let partners = many.partners::<S>(packing_fraction, diameter);
         let excess = many.excess_of_repeated_pairs::<S>(packing_fraction, diameter, RESTITUTION);
-        let wanted = most * (excess / EXCESS).min(PARTNERS / partners);
+        let wanted = most * (excess / Self::LARGEST_EXCESS).min(PARTNERS / partners);
         let affordable = ((MOST / particles.max(1)) as f64).clamp(1.0, most);
         2_u32
             .pow(

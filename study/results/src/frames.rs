@@ -11,6 +11,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ResultsError;
+use crate::regular;
 
 /// Name of the folder of frames inside that of a run.
 pub const FRAMES: &str = "frames";
@@ -167,11 +168,8 @@ pub fn to_bytes(frames: &[Frame]) -> Result<Vec<u8>, ResultsError> {
 /// # Errors
 /// It cannot be read, or is damaged.
 pub fn read(path: &Path) -> Result<Vec<Frame>, ResultsError> {
-    let failed = ResultsError::system(path, "read");
-    let bytes = match std::fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(error) => return Err(failed(error)),
-    };
+    let failed = |error| ResultsError::system(path, "read")(error);
+    let bytes = regular::read(path).map_err(failed)?;
     postcard::from_bytes(&bytes).map_err(|error| failed(std::io::Error::other(error)))
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -10,6 +9,7 @@ use serde_json::Value;
 
 use crate::error::ResultsError;
 use crate::manifest::Fingerprint;
+use crate::regular;
 
 /// Marks a results folder.
 pub(crate) const RUN_FILE: &str = "run.json";
@@ -81,7 +81,7 @@ impl RunId {
             .update(b"\n")
             .update(physics.to_string().as_bytes());
         for path in inputs {
-            let bytes = fs::read(path).map_err(ResultsError::system(path, "read"))?;
+            let bytes = regular::read(path).map_err(ResultsError::system(path, "read"))?;
             hash.update(blake3::hash(&bytes).as_bytes());
         }
         Ok(Self {
@@ -135,7 +135,7 @@ impl Mark {
 
     /// The mark of a folder; `None` without one of this program.
     pub(crate) fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
-        let read = fs::read(folder.join(RUN_FILE)).ok();
+        let read = regular::read(&folder.join(RUN_FILE)).ok();
         let value = read.and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
         let Some(value) = value.filter(|value| value["program"] == "stosszahl") else {
             return Ok(None);

@@ -15,6 +15,7 @@ pub mod frames;
 mod identity;
 mod list;
 mod manifest;
+mod regular;
 mod table;
 mod verdict;
 mod words;

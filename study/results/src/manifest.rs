@@ -4,7 +4,6 @@
 //! what each table means. JSON has no NaN: a number that is not finite is written as `null` and read back as NaN.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -12,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::ResultsError;
+use crate::regular;
 use crate::table::{Column, Figure, Table};
 use crate::verdict::Verdict;
 
@@ -417,7 +417,7 @@ impl Stored {
 pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
     let read = || -> std::io::Result<String> {
         let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(fs::File::open(path)?)?;
+        hasher.update_reader(regular::open(path)?)?;
         Ok(hasher.finalize().to_string())
     };
     match read() {
@@ -428,7 +428,7 @@ pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
 
 /// Reads a JSON file with a format number; `None` where there is no file.
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ResultsError> {
-    let bytes = match fs::read(path) {
+    let bytes = match regular::read(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         other => other.map_err(ResultsError::system(path, "read"))?,
     };

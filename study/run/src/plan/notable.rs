@@ -135,19 +135,21 @@ impl Plan {
     }
 
     fn notable_engine(&self, engine: &EnginePlan, parameters: &Parameters, list: &mut Vec<String>) {
-        let name = engine.name;
+        let name = engine_title(engine.name);
         if let Scheme::ContactPoint { .. } = parameters.scheme {
             let diameter = 2.0 * self.mean_radius();
             let (scheme, packing) = (parameters.scheme, self.packing_fraction);
-            let wanted = in_space!(self.dimension, S => {
-                Parameters::enough_for_chaos::<S>(scheme, packing, diameter, 1)
-            });
-            if parameters.simulators_per_disk < wanted {
+            let (wanted, excess) = in_space!(self.dimension, S => (
+                Parameters::enough_for_chaos::<S>(scheme, packing, diameter, 1),
+                parameters.excess_of_repeated_pairs::<S>(packing, diameter, self.restitution),
+            ));
+            if parameters.simulators_per_disk < wanted && excess > Parameters::LARGEST_EXCESS {
                 list.push(format!(
                     "{name}: {} simulators per particle, where {wanted} make the partners of a collision independent; with fewer \
-                     they meet again and lose less energy, as real particles do, so a difference to ed is a lower bound of \
-                     broken chaos",
-                    parameters.simulators_per_disk
+                     they meet again and lose less energy, some {} % of it at t0, as real particles do, so a difference to ED is \
+                     a lower bound of broken chaos",
+                    parameters.simulators_per_disk,
+                    short((1000.0 * excess).round() / 10.0)
                 ));
             }
             // `stosszahl_dsmc::Engine::wall_error`, before there is an engine.
@@ -175,7 +177,7 @@ impl Plan {
         if simulators < FEW {
             list.push(format!(
                 "{name}: {} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
-                 meet again and again; a difference to ed says nothing about chaos by itself. More simulators_per_particle or \
+                 meet again and again; a difference to ED says nothing about chaos by itself. More simulators_per_particle or \
                  a larger cell_size make it smaller",
                 short(simulators)
             ));
