@@ -205,6 +205,13 @@ impl<R: Restitution> Mixture<R> {
         rates
     }
 
+    /// Collisions of a particle of species k with others of its species, per time, at a temperature of the species:
+    /// `4 n d^2 chi sqrt(pi T/m)` in space, `2 n d chi sqrt(pi T/m)` in the plane.
+    pub fn like_collisions(&self, k: usize, temperature: f64) -> f64 {
+        let spread = (2.0 * temperature / self.components[k].mass).sqrt();
+        0.5 * self.dimension as f64 * self.base(k, k) * spread
+    }
+
     /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements, correlations of the velocity
     /// and collisions at the given times, which do not fall, from given temperatures at time zero, when all others are zero.
     ///

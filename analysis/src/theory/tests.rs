@@ -175,6 +175,29 @@ fn one_species_is_haff_in_two_and_three_dimensions() {
     }
 }
 
+#[test]
+fn collisions_with_ones_like_are_those_of_the_paper() {
+    use std::f64::consts::PI;
+    let partner = component(7.0, 3.0, 0.2);
+    let both = vec![component(2.0, 1.5, 0.1), partner];
+    let root = (PI * 0.3 / 2.0_f64).sqrt();
+    for (dimension, expected) in [
+        (2, 2.0 * 0.1 * 1.5 * root),
+        // Eq. 7.
+        (3, 4.0 * 0.1 * 1.5 * 1.5 * root),
+    ] {
+        let mixture = Mixture::new(dimension, both.clone(), half(), Contact::Dilute);
+        let found = mixture.expect("a mixture").like_collisions(0, 0.3);
+        // Rounding of a few operations.
+        assert!((found / expected - 1.0).abs() < 1e-14, "{found}");
+        // A gas of one species hits nothing else.
+        let alone = Mixture::new(dimension, vec![both[0]], half(), Contact::Dilute);
+        let alone = alone.expect("a gas");
+        let all = alone.rates(0, &[0.3]).collisions;
+        assert!((found / all - 1.0).abs() < 1e-14, "{all}");
+    }
+}
+
 /// The integrated curves put back into the equations: central differences of the values against the rates.
 #[test]
 fn residuals_are_small() {

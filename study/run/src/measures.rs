@@ -25,6 +25,7 @@ mod species_temperatures;
 mod spectra;
 mod steady_state;
 mod structure_factor;
+mod tau;
 #[cfg(test)]
 mod tests;
 mod time_averaged_displacement;

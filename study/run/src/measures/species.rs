@@ -2,9 +2,10 @@
 
 use stosszahl_case::Kind;
 use stosszahl_dsmc::homogeneous::Moments;
-use stosszahl_results::{Axis, Estimate, Table, table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::gas::{self, Record, Sample, against, measured};
+use super::tau;
 use crate::measure::{self, BadOption, Measure, NoOptions, Runs, described};
 use crate::plan::Plan;
 use crate::theory::homogeneous::{self, Curve, GroupCurve, Predicted};
@@ -68,6 +69,7 @@ pub(super) struct Row {
     pub time: f64,
     /// Number of the species, from 0.
     pub species: usize,
+    pub tau: Estimate,
     pub temperature: Estimate,
     pub fourth_cumulant: Estimate,
     pub displacement: Estimate,
@@ -77,11 +79,17 @@ pub(super) struct Row {
 /// All species at all sample times.
 pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
     let curves = homogeneous::curves(plan).ok();
+    let taus = tau::all(plan, records);
     let mut rows = Vec::new();
     for (index, time) in plan.sample_times().into_iter().enumerate() {
         let curve = curves.and_then(|curves| curves.at.get(index));
         let pairs = gas::pairs(records, index);
-        rows.extend((0..plan.species.len()).map(|species| row(plan, species, time, &pairs, curve)));
+        let tau = taus.get(index).copied().unwrap_or_default();
+        let of = |species| Row {
+            tau,
+            ..row(plan, species, time, &pairs, curve)
+        };
+        rows.extend((0..plan.species.len()).map(of));
     }
     rows
 }
@@ -126,6 +134,7 @@ fn row(
     Row {
         time,
         species,
+        tau: Estimate::default(),
         temperature: against(temperature, theory(|group| group.temperature)),
         fourth_cumulant: against(cumulant, predicted),
         displacement: displacement.unwrap_or_default(),
@@ -141,6 +150,9 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         note "mass", "mass", "Mass of a particle";
         note "diameter", "length", "Diameter of a particle";
         note "count", "1", "Particles in each replica";
+        with_theory "tau_1", "1",
+            "Collisions of a particle of species 1 with its like since the start, as its temperature T1 gives them in a Maxwellian gas: \
+             d tau_1 = 4 n1 d1^2 chi sqrt(pi T1/m1) dt in space, 2 n1 d1 chi sqrt(pi T1/m1) dt in the plane";
         with_theory_error "temperature", "energy", "Temperature T = m <v^2>/D";
         with_theory_error "fourth_cumulant", "1",
             "Fourth cumulant a2 of the velocities, zero for Maxwellian ones; theory is empty in the first order";
@@ -157,7 +169,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
             row.displacement,
             row.correlation,
         ];
-        table.add((row.time, row.species + 1, about, found));
+        table.add((row.time, row.species + 1, about, row.tau, found));
     }
     let several = plan.species.len() > 1;
     for (shown, title, y, caption) in [
@@ -189,6 +201,18 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     ] {
         let figure = || gas::against_time(title, y, caption).by(&["species"]);
         table.figures.extend(shown.then(figure));
+    }
+    if several && tau::rate(plan).is_some() && gas::has_displacement(plan) {
+        let figure = gas::against_time(
+            "Mean squared displacement against collisions",
+            Axis::logarithmic("displacement_square", "<R²>"),
+            "Mean squared displacement against the collisions of a particle of species 1 with its like, τ₁: of power 2 while \
+             particles fly freely, of power 1 where diffusion is normal on the clock of the collisions.",
+        );
+        table.figures.push(Figure {
+            x: Axis::logarithmic("tau_1", "τ₁"),
+            ..figure.by(&["species"])
+        });
     }
     table
 }
