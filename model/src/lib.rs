@@ -56,7 +56,7 @@ pub use interrupt::Interrupt;
 pub use invalid::Invalid;
 pub use observer::{EachCollision, Observer, Recorder};
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
-pub use restitution::{Constant, Law, PerPair, Restitution, Viscoelastic};
+pub use restitution::{Constant, Law, Material, PerPair, Restitution, Viscoelastic};
 pub use simulation::{
     BoundaryFlux, Budget, Census, Failure, Particle, Particles, Simulation, Work,
 };

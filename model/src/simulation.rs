@@ -257,8 +257,13 @@ pub trait Simulation: Send {
         None
     }
 
-    /// Displacements averaged over time, for the given particles and lags: `<|R(t + lag) - R(t)|^2>` of each, summed.
-    fn time_averaged_displacements(&self, _particles: &[u32], _lags: &[f64]) -> Option<Vec<f64>> {
+    /// Displacements averaged over time, for the given particles and lags: `<|R(t + lag) - R(t)|^2>` of each, summed over
+    /// particles, and their squares summed.
+    fn time_averaged_displacements(
+        &self,
+        _particles: &[u32],
+        _lags: &[f64],
+    ) -> Option<Vec<[f64; 2]>> {
         None
     }
 

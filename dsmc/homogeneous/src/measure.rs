@@ -19,6 +19,10 @@ pub struct Moments {
     pub displacement: f64,
     /// `<R^4>`, where it is kept.
     pub displacement_fourth: f64,
+    /// `<R . v>`, D times the diffusion coefficient where displacements grow as it says, where displacements are kept.
+    pub displacement_velocity: f64,
+    /// `<(R . v)^2>`, where displacements are kept.
+    pub displacement_velocity_square: f64,
     /// `<v(0) . v(t)>`, where the velocities at the start are given.
     pub velocity_correlation: f64,
 }
@@ -49,6 +53,8 @@ pub fn moments_by<P: Grains>(
         fourth: f64,
         displacement: f64,
         displacement_fourth: f64,
+        displacement_velocity: f64,
+        displacement_velocity_square: f64,
         correlation: f64,
     }
     let sizes = gas.scene.sizes();
@@ -67,9 +73,12 @@ pub fn moments_by<P: Grains>(
         own.second += square;
         own.fourth += square * square;
         if let Some((paths, time)) = displacement {
-            let square = paths.at(index, &particle.velocity, time).square();
+            let place = paths.at(index, &particle.velocity, time);
+            let (square, along) = (place.square(), place.inner(&particle.velocity));
             own.displacement += square;
             own.displacement_fourth += square * square;
+            own.displacement_velocity += along;
+            own.displacement_velocity_square += along * along;
         }
         if let Some(before) = start.and_then(|start| start.get(index)) {
             own.correlation += before.inner(&particle.velocity);
@@ -93,6 +102,8 @@ pub fn moments_by<P: Grains>(
                 },
                 displacement: sums.displacement / n,
                 displacement_fourth: sums.displacement_fourth / n,
+                displacement_velocity: sums.displacement_velocity / n,
+                displacement_velocity_square: sums.displacement_velocity_square / n,
                 velocity_correlation: sums.correlation / n,
             }
         })

@@ -471,10 +471,14 @@ where
         Some(particles.map(way).collect())
     }
 
-    fn time_averaged_displacements(&self, particles: &[u32], lags: &[f64]) -> Option<Vec<f64>> {
+    fn time_averaged_displacements(
+        &self,
+        particles: &[u32],
+        lags: &[f64],
+    ) -> Option<Vec<[f64; 2]>> {
         let paths = self.engine.motion().paths()?;
         let velocities: Vec<VectorOf<P>> = self.engine.gas().alive().map(|p| p.velocity).collect();
-        let mut sums = vec![0.0; lags.len()];
+        let mut sums = vec![[0.0; 2]; lags.len()];
         for &index in particles {
             let mut corners = paths.corners(paths.of(index)?).to_vec();
             if let Some(&(since, place)) = corners.last() {
@@ -482,8 +486,10 @@ where
                 let velocity = *velocities.get(index as usize)?;
                 corners.push((end, place + velocity * (end - since)));
             }
-            for (sum, &lag) in sums.iter_mut().zip(lags) {
-                *sum += time_averaged(&corners, lag);
+            for ([sum, squares], &lag) in sums.iter_mut().zip(lags) {
+                let average = time_averaged(&corners, lag);
+                *sum += average;
+                *squares += average * average;
             }
         }
         Some(sums)

@@ -5,12 +5,14 @@
 //! law of their own.
 
 mod constant;
+mod material;
 mod per_pair;
 mod viscoelastic;
 
 use std::fmt::Debug;
 
 pub use constant::Constant;
+pub use material::Material;
 pub use per_pair::PerPair;
 pub use viscoelastic::Viscoelastic;
 

@@ -35,6 +35,7 @@ pub(crate) fn check(table: &Table, case: &Case, folder: &Path) -> Checked {
     all.places()?;
     all.particles()?;
     all.species()?;
+    all.laws()?;
     all.start(folder)?;
     all.temperatures()?;
     all.spins()?;

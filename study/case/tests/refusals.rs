@@ -96,7 +96,24 @@ fn values_out_of_range_are_refused() {
             (
                 &["gas.restitution=soft"],
                 "gas.restitution",
-                "or a table with the keys viscoelastic",
+                "or a table with the keys poisson_ratio, viscoelastic, viscosities, young_modulus",
+            ),
+            (
+                &["gas.restitution={ young_modulus = 1e6, poisson_ratio = 0.3 }"],
+                "gas.restitution",
+                "young_modulus, poisson_ratio and viscosities",
+            ),
+            (
+                &["gas.restitution={ viscoelastic = 0.3, poisson_ratio = 0.3 }"],
+                "gas.restitution",
+                "{ viscoelastic = STRENGTH }, or",
+            ),
+            (
+                &[
+                    "gas.restitution={ young_modulus = 1e6, poisson_ratio = 0.6, viscosities = [1, 1] }",
+                ],
+                "gas.restitution.poisson_ratio",
+                "above -1 and at most 0.5",
             ),
             (
                 &["gas.restitution={ viscoelastic = 0 }"],

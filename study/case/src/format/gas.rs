@@ -67,14 +67,31 @@ impl Default for Restitution {
     }
 }
 
-/// Viscoelastic particles.
+/// Viscoelastic particles: their dissipation strength, or the constants of their material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Viscoelastic {
     /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in thermal speeds `sqrt(T/m)` of the start in a box, and in the
     /// units of the case without one.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub viscoelastic: f64,
+    pub viscoelastic: Option<f64>,
+    /// Young's modulus Y, in units of the case: an energy per volume. With it each pair of species has the strength that follows from
+    /// its sizes and masses.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub young_modulus: Option<f64>,
+    /// Poisson's ratio of the material.
+    #[schemars(extend("exclusiveMinimum" = -1.0, "maximum" = 0.5))]
+    pub poisson_ratio: Option<f64>,
+    /// Viscosities of shear and of bulk of the material, each an energy times a time per volume.
+    #[schemars(extend("items" = json!({"type": "number", "minimum": 0.0})))]
+    pub viscosities: Option<[f64; 2]>,
+}
+
+impl Viscoelastic {
+    /// Young's modulus, Poisson's ratio and the viscosities, where they are given.
+    pub fn material(&self) -> Option<(f64, f64, [f64; 2])> {
+        Some((self.young_modulus?, self.poisson_ratio?, self.viscosities?))
+    }
 }
 
 /// How density raises collision rates.

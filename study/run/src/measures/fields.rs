@@ -1,6 +1,7 @@
 //! `fields`: density, velocity, temperatures, pressure and collision rate in cells and along both axes, in windows of time.
 
 mod channel;
+mod layers;
 mod tables;
 mod verdicts;
 
@@ -149,14 +150,21 @@ impl Measure for Fields {
         let options = Options::of(plan);
         let windows = windows(plan, &options, runs);
         let (mut cells, mut profiles) = (tables::cells(&options), tables::profiles(&options));
+        let mut layers = layers::has_layers(plan, &options).then(layers::table);
         for (engine, records) in runs.each::<Record>(plan) {
             let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
             for window in &windows {
                 tables::fill_cells(&mut cells, plan, engine, &sums, window);
                 tables::fill_profiles(&mut profiles, plan, engine, &sums, window);
+                if let Some(layers) = &mut layers {
+                    layers::fill(layers, plan, engine, &sums, window);
+                }
             }
         }
-        vec![cells, profiles]
+        [Some(cells), Some(profiles), layers]
+            .into_iter()
+            .flatten()
+            .collect()
     }
 
     fn tests(&self, plan: &Plan) -> usize {

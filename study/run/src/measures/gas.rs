@@ -166,9 +166,11 @@ pub(super) fn moments(
         own.temperature += square;
         own.fourth_cumulant += square * square;
         if let Some(path) = displacements.get(index) {
-            let square = path.norm_squared();
+            let (square, along) = (path.norm_squared(), path.dot(&particle.velocity));
             own.displacement += square;
             own.displacement_fourth += square * square;
+            own.displacement_velocity += along;
+            own.displacement_velocity_square += along * along;
         }
         if let Some(&before) = start.get(index) {
             own.velocity_correlation += Vector3::from(before).dot(&particle.velocity);
@@ -187,6 +189,8 @@ pub(super) fn moments(
         own.temperature = mean / d;
         own.displacement /= n;
         own.displacement_fourth /= n;
+        own.displacement_velocity /= n;
+        own.displacement_velocity_square /= n;
         own.velocity_correlation /= n;
     }
     (0.5 * twice, groups)

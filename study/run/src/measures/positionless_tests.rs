@@ -167,6 +167,12 @@ fn moments_are_those_of_the_particles() {
             found.displacement_fourth,
             mean(&|i| paths[i].norm_squared().powi(2)),
         );
+        let along = |i: usize| paths[i].dot(&all[i].velocity);
+        close(found.displacement_velocity, mean(&along));
+        close(
+            found.displacement_velocity_square,
+            mean(&|i| along(i).powi(2)),
+        );
         let kept = mean(&|i| (0..3).map(|a| start[i][a] * all[i].velocity[a]).sum());
         assert!((found.velocity_correlation - kept).abs() < 1e-12);
     }
@@ -245,7 +251,8 @@ samples_per_decade = 3",
     }
 }
 
-/// Without collisions a path is straight: `delta^2 = <v^2> lag^2 = D T lag^2/m`, to rounding.
+/// Without collisions a path is straight: `delta^2 = <v^2> lag^2 = D T lag^2/m`, as is the displacement since the start, and the
+/// averages of single paths differ as `v^2` does, at all lags alike; to rounding.
 #[test]
 fn straight_paths_are_averaged_exactly() {
     let plan = plan(
@@ -260,13 +267,21 @@ restitution = 0.9
 until = 10
 first_sample = 0.1
 samples_per_decade = 2
+[measure.displacement]
 [measure.time_averaged_displacement]
 particles = 50",
     );
     let (tables, _) = results(&plan);
+    let species = table(&tables, "species");
+    // In the plane the mean of v^4 is 2 (1 + a2) times the squared mean of v^2.
+    let cumulant = number(species, 0, "fourth_cumulant");
     let averaged = table(&tables, "time_averaged_displacement");
     assert_eq!(averaged.rows.len(), 3);
     for row in 0..3 {
+        let breaking = number(averaged, row, "ergodicity_breaking");
+        assert!((breaking - 1.0 - 2.0 * cumulant).abs() < 1e-9, "{breaking}");
+        let ratio = number(averaged, row, "over_ensemble");
+        assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
         let lag = number(averaged, row, "lag");
         let found = number(averaged, row, "displacement_square");
         assert!((found / (6.0 * lag * lag) - 1.0).abs() < 1e-9, "{found}");

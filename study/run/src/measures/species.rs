@@ -73,6 +73,8 @@ pub(super) struct Row {
     pub temperature: Estimate,
     pub fourth_cumulant: Estimate,
     pub displacement: Estimate,
+    pub diffusion: Estimate,
+    pub relaxation: Estimate,
     pub correlation: Estimate,
 }
 
@@ -120,6 +122,7 @@ fn row(
         let found = measured(pairs, |pair| of(pair.0).displacement, single);
         against(found, theory(|group| group.displacement))
     });
+    let [diffusion, relaxation] = diffusion(plan, species, pairs, curve);
     let correlation = has_correlation(plan).then(|| {
         let kept = |pair: &(&Sample, &Sample)| {
             of(pair.0).velocity_correlation / of(pair.1).velocity_correlation
@@ -138,8 +141,44 @@ fn row(
         temperature: against(temperature, theory(|group| group.temperature)),
         fourth_cumulant: against(cumulant, predicted),
         displacement: displacement.unwrap_or_default(),
+        diffusion,
+        relaxation,
         correlation: correlation.unwrap_or_default(),
     }
+}
+
+/// The diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and the relaxation time of the velocity,
+/// `m/T` of it, which has no meaning for particles of unlike masses together.
+fn diffusion(
+    plan: &Plan,
+    species: usize,
+    pairs: &gas::Pairs<'_>,
+    curve: Option<&GroupCurve>,
+) -> [Estimate; 2] {
+    if !gas::has_displacement(plan) {
+        return [Estimate::default(); 2];
+    }
+    let none = Moments::default();
+    let of = |sample: &Sample| *sample.groups.get(species).unwrap_or(&none);
+    let one = pairs.first().map_or(none, |pair| of(pair.0));
+    let d = plan.dimension as f64;
+    let single = (one.count > 1).then(|| {
+        let spread = one.displacement_velocity_square - one.displacement_velocity.powi(2);
+        (spread.max(0.0) / one.count as f64).sqrt() / d
+    });
+    let found = measured(pairs, |pair| of(pair.0).displacement_velocity / d, single);
+    let diffusion = against(found, curve.map(|curve| curve.diffusion));
+    let mass = plan.species[species].mass;
+    if plan.classes.len() != plan.species.len() {
+        return [diffusion, Estimate::default()];
+    }
+    let time = |moments: Moments| moments.displacement_velocity * mass / (d * moments.temperature);
+    let single = single.map(|error| error * mass / one.temperature);
+    let found = measured(pairs, |pair| time(of(pair.0)), single);
+    [
+        diffusion,
+        against(found, curve.map(|curve| curve.relaxation)),
+    ]
 }
 
 fn table(plan: &Plan, rows: &[Row]) -> Table {
@@ -159,6 +198,9 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         with_theory_error "displacement_square", "length^2", "Mean squared displacement";
         with_theory_error "velocity_correlation", "1",
             "Correlation of the velocity with that of the start, <v(0) . v(t)>/<v(0)^2>";
+        with_theory_error "diffusion_coefficient", "length^2/time", "Diffusion coefficient <R . v>/D: half the growth of the displacement over D";
+        with_theory_error "velocity_relaxation_time", "time",
+            "Relaxation time of the velocity, m/T of the diffusion coefficient; empty where masses differ in a group";
     };
     for row in rows {
         let species = &plan.species[row.species];
@@ -168,6 +210,8 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
             row.fourth_cumulant,
             row.displacement,
             row.correlation,
+            row.diffusion,
+            row.relaxation,
         ];
         table.add((row.time, row.species + 1, about, row.tau, found));
     }
@@ -191,6 +235,13 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
             "Mean squared displacement",
             Axis::logarithmic("displacement_square", "<R²>"),
             "Mean squared displacement since the start: ballistic at first, then ever slower as the gas cools.",
+        ),
+        (
+            gas::has_displacement(plan),
+            "Diffusion coefficient",
+            Axis::logarithmic("diffusion_coefficient", "<R·v>/D"),
+            "Diffusion coefficient <R·v>/D, by which the mean squared displacement grows: from zero while particles fly freely, \
+             then T τᵥ/m, which falls as the root of the temperature.",
         ),
         (
             has_correlation(plan),

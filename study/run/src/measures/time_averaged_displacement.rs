@@ -2,10 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stosszahl_analysis::replicas::of_sums;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use super::gas::{self, against, measured};
-use super::species;
+use super::gas::{self, against, measured, pairs};
+use super::{over, species};
 use crate::measure::{
     self, BadOption, Measure, Moment, Needs, Probe, Runs, described, keeps_record,
 };
@@ -70,7 +71,9 @@ impl Measure for TimeAveragedDisplacement {
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        vec![table(plan, &rows(plan, &runs.records(0)))]
+        let mut rows = rows(plan, &runs.records(0));
+        compare_with_ensemble(plan, &mut rows, &runs.records(0), &runs.find(0));
+        vec![table(plan, &rows)]
     }
 }
 
@@ -93,9 +96,17 @@ fn lags(plan: &Plan) -> Vec<f64> {
     logarithmic(first, last, plan.samples_per_decade()).collect()
 }
 
-/// Averages of one replica, by group and lag.
+/// Averages of one replica over its paths, by group and lag, and averages of their squares.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record(Vec<Vec<f64>>);
+pub struct Record(Vec<Vec<[f64; 2]>>);
+
+impl Record {
+    /// The average of a group at a lag, and that of its square over paths; no numbers without them.
+    fn at(&self, group: usize, lag: usize) -> [f64; 2] {
+        let averages = self.0.get(group).and_then(|averages| averages.get(lag));
+        averages.copied().unwrap_or([f64::NAN; 2])
+    }
+}
 
 struct PathProbe {
     grouping: Grouping,
@@ -134,7 +145,7 @@ impl Probe for PathProbe {
             let sums = simulation.time_averaged_displacements(&list, &self.lags);
             let count = list.len().max(1) as f64;
             let sums = sums.into_iter().flatten();
-            sums.map(|sum| sum / count).collect()
+            sums.map(|sums| sums.map(|sum| sum / count)).collect()
         });
         self.record = Record(averages.collect());
     }
@@ -149,6 +160,10 @@ pub(super) struct Row {
     /// Number of the species, from 0.
     pub species: usize,
     pub displacement: Estimate,
+    /// Variance of the averages of single paths over their squared mean.
+    pub breaking: Estimate,
+    /// The average over the displacement in the lag since the start.
+    pub over_ensemble: Estimate,
 }
 
 /// All species and lags; none without records.
@@ -166,22 +181,58 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
     let mut rows = Vec::new();
     for species in 0..plan.species.len() {
         for (index, &lag) in lags.iter().enumerate() {
-            let of = |record: &&Record| {
-                let known = record
-                    .0
-                    .get(species)
-                    .and_then(|averages| averages.get(index));
-                known.copied().unwrap_or(f64::NAN)
-            };
+            let of = |record: &&Record| record.at(species, index)[0];
             let theory = theory.as_ref().map(|theory| theory[species][index]);
+            let moments = |record: &&Record| {
+                let [mean, square] = record.at(species, index);
+                [1.0, mean, square]
+            };
+            let moments: Vec<[f64; 3]> = records.iter().map(moments).collect();
+            let variance = |[count, mean, square]: [f64; 3]| count * square / (mean * mean) - 1.0;
             rows.push(Row {
                 lag,
                 species,
                 displacement: against(measured(records, of, None), theory),
+                breaking: over(of_sums(&moments, variance).into_iter().map(Some)),
+                over_ensemble: Estimate::default(),
             });
         }
     }
     rows
+}
+
+/// Averages over time over the displacements of all particles in the same time since the start, where those are measured at
+/// it: one where diffusion does not age.
+fn compare_with_ensemble(plan: &Plan, rows: &mut [Row], records: &[&Record], gas: &[&gas::Record]) {
+    if !gas::has_displacement(plan) {
+        return;
+    }
+    let curves = homogeneous::curves(plan).ok();
+    let lags = lags(plan);
+    for (index, time) in plan.sample_times().into_iter().enumerate() {
+        let Some(lag) = lags.iter().position(|&lag| lag == time) else {
+            continue;
+        };
+        let curve = curves.and_then(|curves| curves.at.get(index));
+        for row in rows.iter_mut().filter(|row| row.lag == time) {
+            let all = records.iter().zip(pairs(gas, index));
+            let both = all.filter_map(|(record, (sample, _))| {
+                let ensemble = sample.groups.get(row.species)?.displacement;
+                Some([record.at(row.species, lag)[0], ensemble])
+            });
+            let both: Vec<[f64; 2]> = both.collect();
+            let group = curve.and_then(|curve| curve.groups.get(row.species));
+            let theory = row.displacement.theory.zip(group);
+            row.over_ensemble = Estimate {
+                theory: theory.map(|(averaged, group)| averaged / group.displacement.value),
+                ..over(
+                    of_sums(&both, |[averaged, all]| averaged / all)
+                        .into_iter()
+                        .map(Some),
+                )
+            };
+        }
+    }
 }
 
 fn table(plan: &Plan, rows: &[Row]) -> Table {
@@ -193,6 +244,11 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         with_theory_error "displacement_square", "length^2",
             "Squared displacement over the lag, averaged over all its starts and over paths";
         note "paths", "1", "Paths in each replica";
+        estimate "ergodicity_breaking", "1",
+            "Ergodicity breaking parameter: variance over paths of the averages of single paths, over their squared mean";
+        with_theory "over_ensemble", "1",
+            "The average over the mean squared displacement in the same time since the start, 1 where diffusion does not age; \
+             empty without [measure.displacement]";
     };
     for row in rows {
         let species = &plan.species[row.species];
@@ -203,6 +259,8 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
             species.mass,
             row.displacement,
             paths,
+            row.breaking,
+            row.over_ensemble,
         ));
     }
     let figure = gas::against_time(
@@ -211,7 +269,17 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
          differs from the mean squared displacement since the start: diffusion ages.",
     );
-    let x = Axis::logarithmic("lag", "lag");
-    let curves = figure.by(&["species"]);
-    table.figure(Figure { x, ..curves })
+    let breaking = gas::against_time(
+        "Ergodicity breaking",
+        Axis::logarithmic("ergodicity_breaking", "<(δ²)²>/<δ²>² − 1"),
+        "Variance of the averages of single paths over their squared mean: zero where one long path tells what all do. It grows \
+         with the lag, as ever fewer independent starts fit in the run.",
+    );
+    for figure in [figure, breaking] {
+        table.figures.push(Figure {
+            x: Axis::logarithmic("lag", "lag"),
+            ..figure.by(&["species"])
+        });
+    }
+    table
 }

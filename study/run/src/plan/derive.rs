@@ -53,7 +53,7 @@ impl Plan {
             Kind::Comparison | Kind::Homogeneous => 1.0,
             Kind::Flow => (temperature / gas.mean_mass).sqrt(),
         };
-        let law = species::law(case, gas.species.len(), thermal)?;
+        let law = species::law(case, &gas, thermal)?;
         let dimension = case.gas.dimension as usize;
         let grains = Grains {
             sizes: gas.sizes,
@@ -546,6 +546,8 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
 
 #[cfg(test)]
 mod tests {
+    use stosszahl_model::{Material, Restitution as _};
+
     use super::*;
     use crate::check::format;
 
@@ -568,6 +570,53 @@ mod tests {
         assert_eq!(refused.key, "species");
         assert!(refused.found.contains("2000000000"), "{}", refused.found);
         assert!(refused.allowed.contains("memory"), "{}", refused.allowed);
+    }
+
+    /// A plan of the text of a case, and what refuses it.
+    fn planned(text: &str) -> Result<Plan, PlanError> {
+        let file = format().from_text(Path::new("case.toml"), text, &[]);
+        Plan::new(&file.expect("a case").points[0].case, Path::new(""))
+    }
+
+    /// Constants of a material make the law that they make by hand, for each pair of species, at speeds in units of the engine.
+    #[test]
+    fn a_material_has_a_law_for_each_pair() {
+        let law =
+            "restitution = { young_modulus = 3e4, poisson_ratio = 0.3, viscosities = [40, 25] }";
+        let by_hand = Material::new(3e4, 0.3, [40.0, 25.0]).expect("a material");
+        let gas = std::format!("format = 2\ntitle = \"material\"\n[gas]\n{law}\n");
+        let species =
+            "[[species]]\nnumber = 10\n[[species]]\nnumber = 10\ndiameter = 2\nmass = 5\n";
+
+        let plan = planned(&std::format!(
+            "{gas}volume = 1e4\ntemperature = 9\n[run]\nuntil = 1\n{species}"
+        ));
+        let plan = plan.expect("a homogeneous gas");
+        for (kinds, radii, masses) in [
+            ([0, 0], [0.5, 0.5], [1.0, 1.0]),
+            ([0, 1], [0.5, 1.0], [1.0, 5.0]),
+            ([1, 1], [1.0, 1.0], [5.0, 5.0]),
+        ] {
+            let exact = by_hand.between(radii, masses).expect("a law").normal(0.1);
+            assert_eq!(plan.law.between(kinds, 0.1), exact);
+        }
+
+        // A comparison whose unit of speed is 3, of mass 4 and of length 0.5.
+        let one = "diameter = 0.5\nmass = 4\ntemperature = 36\nnumber = 20\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n";
+        let plan = planned(&std::format!("{gas}{one}")).expect("a comparison");
+        let law = by_hand.between([0.25, 0.25], [4.0, 4.0]).expect("a law");
+        // Rounding of two powers.
+        assert!((plan.law.normal(0.1) - law.normal(0.3)).abs() < 1e-14);
+        assert!(plan.haff_time.is_finite() && plan.restitution < 1.0);
+
+        let continuous = "volume = 1e4\n[run]\nuntil = 1\n[continuous]\nnumber = 100\ndistribution = \"uniform\"\nrelative_width = 0.2\n";
+        let refused = planned(&std::format!("{gas}{continuous}")).expect_err("unlike particles");
+        assert_eq!(refused.key, "gas.restitution");
+        assert!(
+            refused.allowed.contains("particles of one species differ"),
+            "{}",
+            refused.allowed
+        );
     }
 
     /// The same of a plan, unless it may take whatever memory it takes.

@@ -4,9 +4,12 @@ use rand::{Rng, RngExt};
 use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Constant, Kind as Like, Law, PerPair, Viscoelastic};
+use stosszahl_model::{
+    Constant, GrainSizes, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
+};
 
 use super::data::{Class, PlanError, SpeciesPlan};
+use super::derive::Gas;
 
 /// Most particles of a gas.
 const MOST: usize = (1 << 31) - 1;
@@ -316,29 +319,36 @@ impl Particles {
     }
 }
 
-/// The normal law of a case with this many species; `thermal` is the unit of speed that viscoelastic strengths are in.
-pub(super) fn law(case: &Case, species: usize, thermal: f64) -> Result<Law, PlanError> {
-    let one = |key: &str, written: Restitution| -> Result<Law, PlanError> {
-        let law = match written {
-            Restitution::Constant(coefficient) => Constant::new(coefficient).map(Law::from),
-            // v* = strength (g/thermal)^(1/10)
-            Restitution::Viscoelastic(law) => {
-                Viscoelastic::new(law.viscoelastic / thermal.powf(0.1)).map(Law::from)
-            }
-        };
-        law.map_err(|error| PlanError::new(key, error.found, error.allowed))
-    };
-    let general = one("gas.restitution", case.gas.restitution)?;
-    if case.pair.is_empty() {
-        return Ok(general);
+/// Most species that have a law for each pair.
+const MOST_IN_PAIRS: usize = 4096;
+
+/// The normal law of a case; `thermal` is the unit of speed that viscoelastic strengths are in.
+pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError> {
+    let species = gas.species.len();
+    let one = |key: &str, written: Restitution, pair| one_law(key, written, gas, pair, thermal);
+    let material = is_material(case.gas.restitution);
+    let first = one("gas.restitution", case.gas.restitution, [0, 0])?;
+    if case.pair.is_empty() && !(material && species > 1) {
+        return Ok(first);
     }
-    let places = species
-        .checked_mul(species)
-        .filter(|&places| places <= 1 << 24);
-    let places = places
-        .filter(|_| !case.species.is_empty())
-        .ok_or_else(|| PlanError::new("pair", "pairs", "species in [[species]], at most 4096"))?;
-    let mut laws = vec![general; places];
+    let few = species <= MOST_IN_PAIRS;
+    let allowed = format!("at most {MOST_IN_PAIRS} species, as each pair has its own law");
+    PlanError::unless(
+        few || !material,
+        "gas.restitution",
+        format!("{species} species"),
+        allowed,
+    )?;
+    let listed = few && (case.pair.is_empty() || !case.species.is_empty());
+    let allowed = format!("species in [[species]], at most {MOST_IN_PAIRS}");
+    PlanError::unless(listed, "pair", "pairs", allowed)?;
+    let mut laws = vec![first; species * species];
+    if material {
+        for (place, law) in laws.iter_mut().enumerate() {
+            let pair = [place / species, place % species];
+            *law = one("gas.restitution", case.gas.restitution, pair)?;
+        }
+    }
     let mut known = Vec::new();
     for (index, pair) in case.pair.iter().enumerate() {
         let [a, b] = pair.species;
@@ -352,10 +362,51 @@ pub(super) fn law(case: &Case, species: usize, thermal: f64) -> Result<Law, Plan
         PlanError::unless(good, key, found, allowed)?;
         known.push(named);
         let [first, second] = named.map(|number| number as usize - 1);
-        laws[first * species + second] =
-            one(&format!("pair.{}.restitution", index + 1), pair.restitution)?;
+        let key = format!("pair.{}.restitution", index + 1);
+        laws[first * species + second] = one(&key, pair.restitution, [first, second])?;
     }
     PerPair::new(species, laws)
         .map(Law::from)
         .map_err(|error| PlanError::new("pair", error.found, error.allowed))
+}
+
+/// Whether a law follows from the constants of a material, so that unlike pairs have unlike laws.
+fn is_material(written: Restitution) -> bool {
+    matches!(written, Restitution::Viscoelastic(law) if law.material().is_some())
+}
+
+/// The law of a key between two species.
+fn one_law(
+    key: &str,
+    written: Restitution,
+    gas: &Gas,
+    pair: [usize; 2],
+    thermal: f64,
+) -> Result<Law, PlanError> {
+    let refused = |error: Invalid| PlanError::new(key, error.found, error.allowed);
+    let viscoelastic = match written {
+        Restitution::Constant(coefficient) => {
+            return Constant::new(coefficient).map(Law::from).map_err(refused);
+        }
+        Restitution::Viscoelastic(law) => law,
+    };
+    let Some((modulus, ratio, viscosities)) = viscoelastic.material() else {
+        // v* = strength (g/thermal)^(1/10)
+        let strength = viscoelastic.viscoelastic.unwrap_or(f64::NAN) / thermal.powf(0.1);
+        return Viscoelastic::new(strength).map(Law::from).map_err(refused);
+    };
+    let from_file = gas.file.is_some() && matches!(gas.sizes, GrainSizes::Each(_));
+    let alike = !from_file && gas.classes.len() == gas.species.len();
+    let allowed = "a constant or { viscoelastic = STRENGTH }, as particles of one species differ and the constants of a material \
+                   make another law of each pair";
+    PlanError::unless(alike, key, "constants of a material", allowed)?;
+    let (length, mass) = (gas.scale.length, gas.scale.mass);
+    let of_case = Material::new(modulus, ratio, viscosities).and_then(|material| {
+        let of = |index: usize| &gas.species[index];
+        let radii = pair.map(|index| of(index).radius * length);
+        material.between(radii, pair.map(|index| of(index).mass * mass))
+    });
+    // Speeds of the engine are in its own unit.
+    let strength = of_case.map_err(refused)?.strength() * gas.scale.speed().powf(0.1);
+    Viscoelastic::new(strength).map(Law::from).map_err(refused)
 }

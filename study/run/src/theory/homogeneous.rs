@@ -134,6 +134,7 @@ impl<'a> Theory<'a> {
     /// What a moment says of the groups, and how far that is from what one order less says.
     fn curve(&self, moment: &Moment, below: Option<&Moment>) -> Curve {
         let (classes, start) = (&self.plan.classes, &self.start);
+        let d = self.plan.dimension as f64;
         let predicted = |of: &dyn Fn(&Moment) -> f64| {
             let value = of(moment);
             let error = below.map(|below| (value - of(below)).abs());
@@ -154,6 +155,15 @@ impl<'a> Theory<'a> {
                 temperature: over(|moment| &moment.temperatures),
                 fourth_cumulant: over(|moment| &moment.fourth_cumulants),
                 displacement: over(|moment| &moment.displacements),
+                diffusion: predicted(&|moment| {
+                    self.over_classes(group, count, |k| moment.correlations[k] / d)
+                }),
+                relaxation: predicted(&|moment| {
+                    let time = |k: usize| {
+                        moment.correlations[k] * classes[k].mass / (d * moment.temperatures[k])
+                    };
+                    self.over_classes(group, count, time)
+                }),
                 correlation: predicted(&|m| self.over_classes(group, square, |k| m.kept[k])),
             }
         };
@@ -226,6 +236,10 @@ pub struct GroupCurve {
     pub fourth_cumulant: Predicted,
     /// Mean squared displacement \[length^2\].
     pub displacement: Predicted,
+    /// Diffusion coefficient `<R . v>/D` \[length^2/time\].
+    pub diffusion: Predicted,
+    /// Relaxation time of the velocity, `m/T` of the diffusion coefficient \[time\]; the mean over the classes of a group.
+    pub relaxation: Predicted,
     /// `<v(0) . v(t)>/<v(0)^2>`.
     pub correlation: Predicted,
 }

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use stosszahl_case::format::{Face, FaceWord};
+use stosszahl_case::Case;
+use stosszahl_case::format::{Face, FaceWord, Inflow};
 use stosszahl_results::{Estimate, Verdict};
 
 use super::Options;
@@ -10,7 +11,7 @@ use super::verdicts::{Row, mean};
 use crate::judge::{self, in_units};
 use crate::plan::Plan;
 
-/// A channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
+/// The fields of a flow along a channel.
 pub(super) struct Channel<'a> {
     plan: &'a Plan,
     /// Fields of the last window, the first axis running fastest.
@@ -27,6 +28,29 @@ const SPEED: &str = "velocity_x";
 const HEAT: &str = "temperature";
 const DENSITY: &str = "number_density";
 
+/// Fewest cells across a channel that show its layers.
+pub(super) const FEWEST_ROWS: usize = 4;
+
+/// Whether a case is a channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
+pub(super) fn is_channel(case: &Case) -> bool {
+    let open = *case.walls.at(0, 1) == Face::Word(FaceWord::Open);
+    let walled = [0, 1].iter().all(|&side| match case.walls.at(1, side) {
+        Face::Word(word) => *word == FaceWord::Specular,
+        Face::Wall(_) => true,
+    });
+    entering(case).is_some() && open && walled && case.obstacle.is_empty()
+}
+
+/// The inflow on the left.
+fn entering(case: &Case) -> Option<&Inflow> {
+    case.inflow.iter().find(|inflow| inflow.face == "left")
+}
+
+/// The middle fifth of so many cells across.
+pub(super) fn middle(rows: usize) -> Range<usize> {
+    2 * rows / 5..(3 * rows).div_ceil(5)
+}
+
 impl<'a> Channel<'a> {
     /// The channel of a case, if it is one and its fields are fine enough.
     pub(super) fn of(
@@ -36,15 +60,10 @@ impl<'a> Channel<'a> {
         parts: usize,
     ) -> Option<Self> {
         let case = &plan.case;
-        let inflow = case.inflow.iter().find(|inflow| inflow.face == "left")?;
-        let open = *case.walls.at(0, 1) == Face::Word(FaceWord::Open);
-        let walled = [0, 1].iter().all(|&side| match case.walls.at(1, side) {
-            Face::Word(word) => *word == FaceWord::Specular,
-            Face::Wall(_) => true,
-        });
+        let inflow = entering(case)?;
         let [columns, rows] = options.cells.map(|count| count as usize);
-        let fine = rows >= 4 && columns >= 8 && cells.len() == rows * columns;
-        (open && walled && fine && case.obstacle.is_empty()).then_some(Self {
+        let fine = rows >= FEWEST_ROWS && columns >= 8 && cells.len() == rows * columns;
+        (is_channel(case) && fine).then_some(Self {
             plan,
             cells,
             columns,
@@ -70,7 +89,7 @@ impl<'a> Channel<'a> {
 
     /// The middle fifth of the height.
     fn middle(&self) -> Range<usize> {
-        2 * self.rows / 5..(3 * self.rows).div_ceil(5)
+        middle(self.rows)
     }
 
     /// The first and the last eighth of the length.

@@ -12,7 +12,7 @@ use crate::theory::flow;
 const PLACES: [usize; 7] = [0, 1, 2, 4, 5, 6, 7];
 
 /// Units of the quantities, in their order.
-fn units(plan: &Plan) -> [f64; 7] {
+pub(super) fn units(plan: &Plan) -> [f64; 7] {
     let (scale, speed, energy) = (plan.scale, plan.scale.speed(), plan.scale.energy);
     let volume = scale.length.powi(plan.dimension as i32);
     let density = 1.0 / volume;
@@ -109,7 +109,7 @@ pub(super) fn profiles(options: &Options) -> Table {
 }
 
 /// The quantities of a cell in the units of the case.
-fn estimates(found: &Measured, units: [f64; 7]) -> [Estimate; 7] {
+pub(super) fn estimates(found: &Measured, units: [f64; 7]) -> [Estimate; 7] {
     std::array::from_fn(|quantity| {
         let of = |values: &Values| values.list()[PLACES[quantity]] * units[quantity];
         let error = found
