@@ -145,7 +145,7 @@ where
     }
 
     /// The coordinates of all cells, in the order of their numbers.
-    fn cells_in_order(&self) -> impl Iterator<Item = [u32; 3]> + use<P, F> {
+    pub(crate) fn cells_in_order(&self) -> impl Iterator<Item = [u32; 3]> + use<P, F> {
         let [columns, rows, layers] = self.grid.counts();
         (0..layers)
             .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))

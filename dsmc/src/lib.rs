@@ -73,6 +73,7 @@ mod engine;
 mod fly;
 mod grid;
 mod parameters;
+mod regions;
 mod share;
 mod simulate;
 mod simulator;

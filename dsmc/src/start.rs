@@ -43,6 +43,8 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     arm: Arm,
     ledgers: Ledgers<P::Space>,
     means: Means,
+    /// Factors of the weights of regions that follow the number of simulators; empty where none do.
+    factors: Vec<f64>,
 }
 
 /// Sums over the particles of the start. Simulators may come and go; cells, tiles and steps stay as they were chosen.
@@ -88,6 +90,11 @@ impl Means {
             0 => (covered * self.count / self.covered).min(MOST_SIMULATORS) as usize,
             some => some,
         }
+    }
+
+    /// How many simulators there were at the start.
+    pub(crate) fn simulators(&self) -> usize {
+        self.simulators
     }
 
     /// What unequal sizes do to the count of a neighbourhood.
@@ -257,6 +264,7 @@ where
             arm: Arm::default(),
             ledgers: Ledgers::default(),
             means,
+            factors: Vec::new(),
         };
         let domain = state.domain;
         let fresh = Some(checked);
@@ -327,7 +335,12 @@ where
             arm,
             mut ledgers,
             means,
+            factors,
         } = checkpoint;
+        let boundaries = &Boundaries {
+            weights: boundaries.weights.with_factors(&factors),
+            ..boundaries.clone()
+        };
         check_numbers::<P, F>(&scene, &simulators)?;
         let (weight, sizes) = (1.0 / copies as f64, scene.sizes());
         let [mean_diameter, moment_ratio, mean_mass, ball] = means.averages();
@@ -472,6 +485,9 @@ where
             arm: self.arm.clone(),
             ledgers: self.ledgers.clone(),
             means: self.means,
+            factors: self
+                .followed()
+                .map_or_else(Vec::new, |all| all.factors().to_vec()),
         }
     }
 

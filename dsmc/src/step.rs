@@ -163,8 +163,13 @@ where
         let parallel = is_parallel(self.simulators);
         let across = self.parameters.scheme.is_across();
         let around = self.density.looks_around();
-        if around || across {
+        let weighs = self.weighs_anew();
+        let settled = around || across || weighs;
+        if settled {
             self.settle();
+        }
+        if weighs {
+            self.follow_number();
         }
         if around {
             self.look_around(parallel);
@@ -215,7 +220,7 @@ where
             &mut self.departing,
             &self.pool,
             |tile, outbox, scratch| {
-                if around {
+                if settled {
                     scratch.sorted.clear();
                     scratch.sorted.extend_from_slice(&tile.simulators);
                 } else {

@@ -5,7 +5,7 @@ use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
 
 use super::inflow::{Inflow, Source};
 use super::obstacles::Standing;
-use super::{Boundaries, Clearance};
+use super::{Boundaries, Clearance, Weights};
 use crate::density::Density;
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
@@ -27,6 +27,7 @@ pub(crate) struct Surroundings<P: Physics> {
     obstacles: Option<Standing>,
     /// Particles of a simulator over those where the factor is one, by the number of the cell; empty where all are one.
     factors: Vec<f64>,
+    weights: Weights,
     /// The share of each column of cells, along each axis, in which centres can now be; empty where walls cut none.
     columns: [Vec<f64>; 3],
     /// The same of bodies: a radius more at each wall.
@@ -103,7 +104,8 @@ impl<P: Physics> Surroundings<P> {
             obstacles,
             left,
             counts: grid.counts(),
-            factors: factors(grid, boundaries),
+            factors: factors(grid, &boundaries.weights),
+            weights: boundaries.weights.clone(),
             columns: [const { Vec::new() }; 3],
             bodies: [const { Vec::new() }; 3],
             mean_radius,
@@ -223,6 +225,22 @@ impl<P: Physics> Surroundings<P> {
     #[inline]
     pub(crate) fn factor(&self, cell: u32) -> f64 {
         self.factors.get(cell as usize).copied().unwrap_or(1.0)
+    }
+
+    /// The weights of regions.
+    pub(crate) fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// The region of a cell.
+    pub(crate) fn region(&self, grid: &Grid<P::Space>, cell: [u32; 3]) -> usize {
+        self.weights.block(middle(grid.counts(), cell))
+    }
+
+    /// Changes the weights of regions.
+    pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: Weights) {
+        self.factors = factors(grid, &weights);
+        self.weights = weights;
     }
 
     /// The least of all factors.
@@ -504,8 +522,8 @@ fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> 
 }
 
 /// The factor of each cell; empty if all are one.
-fn factors<S: Space>(grid: &Grid<S>, boundaries: &Boundaries<S>) -> Vec<f64> {
-    if boundaries.weights.is_uniform() {
+fn factors<S: Space>(grid: &Grid<S>, weights: &Weights) -> Vec<f64> {
+    if weights.is_uniform() {
         return Vec::new();
     }
     let [columns, rows, layers] = grid.counts();
@@ -513,11 +531,14 @@ fn factors<S: Space>(grid: &Grid<S>, boundaries: &Boundaries<S>) -> Vec<f64> {
     for z in 0..layers {
         for y in 0..rows {
             for x in 0..columns {
-                let middle = |at: u32, count: u32| (f64::from(at) + 0.5) / f64::from(count);
-                let shares = [middle(x, columns), middle(y, rows), middle(z, layers)];
-                factors.push(boundaries.weights.at(shares));
+                factors.push(weights.at(middle(grid.counts(), [x, y, z])));
             }
         }
     }
     factors
+}
+
+/// The middle of a cell, in shares of the sides of the box.
+fn middle(counts: [u32; 3], cell: [u32; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| (f64::from(cell[axis]) + 0.5) / f64::from(counts[axis]))
 }

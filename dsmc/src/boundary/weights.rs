@@ -7,13 +7,20 @@ use crate::parameters::EngineError;
 /// What goes from a region with the factor a to one with b becomes a/b simulators on average: one of the two whole
 /// numbers next to it, drawn so that the mean is right. A cell belongs to the region that holds its middle, so that all
 /// simulators of a cell weigh the same.
+///
+/// Factors are given, or follow the number of simulators ([`Weights::following`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Weights {
     /// Blocks along each axis.
     regions: [usize; 3],
     /// By block, the first axis running fastest; empty where all is uniform.
     factors: Vec<f64>,
+    /// Whether factors follow the number of simulators.
+    follows: bool,
 }
+
+/// Factors that follow the number stay within `1/MOST_FOLLOWED` and `MOST_FOLLOWED`.
+const MOST_FOLLOWED: f64 = 1024.0;
 
 impl Weights {
     /// The same weight everywhere.
@@ -31,6 +38,21 @@ impl Weights {
             *region = factors.len();
         }
         Self::table(regions, factors)
+    }
+
+    /// Equal slices along an axis whose factors are one at the start and follow the number of simulators: where there are more
+    /// than twice as many as at the start in the mean over slices, the factor doubles, and where there are fewer than half as
+    /// many, it halves, from 1/1024 to 1024. So particles are seen as well where they are few as where they are many
+    /// (T. Kawasaki, thesis, California Institute of Technology (1985), section 4).
+    ///
+    /// # Errors
+    /// As [`Weights::table`].
+    pub fn following(axis: usize, slices: usize) -> Result<Self, EngineError> {
+        let uniform = Self::along(axis, vec![1.0; slices])?;
+        Ok(Self {
+            follows: true,
+            ..uniform
+        })
     }
 
     /// Factors of equal blocks, this number along each axis, the first axis running fastest; one beyond the dimension.
@@ -56,12 +78,17 @@ impl Weights {
                 allowed: "1e-6 to 1e6",
             });
         }
-        Ok(Self { regions, factors })
+        Ok(Self {
+            regions,
+            factors,
+            follows: false,
+        })
     }
 
     /// Whether a simulator stands for the same everywhere.
     pub fn is_uniform(&self) -> bool {
-        self.factors.windows(2).all(|pair| pair[0] == pair[1])
+        !self.follows
+            && self.factors.windows(2).all(|pair| pair[0] == pair[1])
             && self.factors.first().is_none_or(|&factor| factor == 1.0)
     }
 
@@ -70,15 +97,55 @@ impl Weights {
         self.regions
     }
 
+    /// Whether factors follow the number of simulators.
+    pub fn follows(&self) -> bool {
+        self.follows
+    }
+
+    /// The factors by block, the first axis running fastest; none where all is uniform.
+    pub fn factors(&self) -> &[f64] {
+        &self.factors
+    }
+
+    /// The same with other factors, unless their number differs.
+    pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
+        let mut changed = self.clone();
+        if factors.len() == changed.factors.len() {
+            changed.factors.copy_from_slice(factors);
+        }
+        changed
+    }
+
+    /// By how much each factor changes that follows the number: `counts` simulators in each block, `mean` of the start.
+    pub(crate) fn changes(&self, counts: &[usize], mean: f64) -> Vec<f64> {
+        let change = |(&factor, &count): (&f64, &usize)| {
+            let count = count as f64;
+            if count > 2.0 * mean && factor < MOST_FOLLOWED {
+                2.0
+            } else if count > 0.0 && 2.0 * count < mean && factor > 1.0 / MOST_FOLLOWED {
+                0.5
+            } else {
+                1.0
+            }
+        };
+        self.factors.iter().zip(counts).map(change).collect()
+    }
+
     /// The factor at a point of the box, given in shares of its sides.
     pub fn at(&self, shares: [f64; 3]) -> f64 {
+        let block = self.block(shares);
+        self.factors.get(block).copied().unwrap_or(1.0)
+    }
+
+    /// The number of the block of such a point.
+    pub(crate) fn block(&self, shares: [f64; 3]) -> usize {
         let mut block = 0;
         for axis in (0..3).rev() {
             let count = self.regions[axis];
             let at = (shares[axis] * count as f64) as usize;
             block = block * count + at.min(count.max(1) - 1);
         }
-        self.factors.get(block).copied().unwrap_or(1.0)
+        block
     }
 }
 
@@ -97,6 +164,18 @@ mod tests {
         let slices = Weights::along(1, vec![1.0, 4.0]).expect("fit");
         assert_eq!(slices.at([0.9, 0.6, 0.0]), 4.0);
         assert!(!slices.is_uniform() && Weights::uniform().is_uniform());
+    }
+
+    #[test]
+    fn factors_follow_the_number() {
+        let weights = Weights::following(1, 5).expect("slices");
+        assert!(weights.follows() && !weights.is_uniform());
+        let changes = weights.changes(&[0, 49, 50, 200, 201], 100.0);
+        assert_eq!(changes, [1.0, 0.5, 1.0, 1.0, 2.0]);
+        let far = weights.with_factors(&[1.0, 1.0 / 1024.0, 1.0, 1.0, 1024.0]);
+        assert_eq!(far.changes(&[0, 1, 9, 9, 900], 10.0), [1.0; 5]);
+        assert_eq!(far.at([0.0, 0.99, 0.0]), 1024.0);
+        assert!(Weights::following(0, 0).is_err());
     }
 
     #[test]

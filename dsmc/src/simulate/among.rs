@@ -71,7 +71,14 @@ fn lead(
     source: Source<'_>,
     ranks: &Arc<dyn Ranks>,
 ) -> Result<Box<dyn Simulation>, EngineError> {
-    let led = begin(gas, source, &Lead(ranks.clone()));
+    let led = if gas.boundaries.weights.follows() {
+        Err(EngineError::BadWeights {
+            found: "weights that follow the number".into(),
+            allowed: "weights of given factors, where several processes hold one gas",
+        })
+    } else {
+        begin(gas, source, &Lead(ranks.clone()))
+    };
     let brief = led.as_ref().ok().map(|led| &led.brief);
     broadcast(&**ranks, write(&brief));
     let led = led?;

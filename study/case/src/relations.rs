@@ -108,6 +108,9 @@ impl Relations<'_> {
                 )
             }
             kind => {
+                let allowed = "this key is for gases without positions; gas.mean_free_path makes fewer simulators of dsmc-boltzmann \
+                               stand for a gas of many particles in a box";
+                self.without(&["gas.particles_per_simulator"], allowed)?;
                 let keys = [
                     "gas.volume",
                     "gas.contact_values",

@@ -248,6 +248,11 @@ const OF_COMPARISONS: &[Row] = &[
     ),
     (&["gas.volume=3"], "gas.volume", "without positions"),
     (
+        &["gas.particles_per_simulator=3"],
+        "gas.particles_per_simulator",
+        "gas.mean_free_path",
+    ),
+    (
         &["thermostat.interval=1"],
         "thermostat",
         "without positions",
@@ -409,6 +414,16 @@ fn relations_of_boxes_in_critical_lengths_are_checked() {
 }
 
 const OF_FLOWS: &[Row] = &[
+    (
+        &["engine.dsmc-boltzmann.weights={ along = \"x\" }"],
+        "engine.dsmc-boltzmann.weights",
+        "either factors, or a number of stripes",
+    ),
+    (
+        &["engine.dsmc-boltzmann.weights={ along = \"x\", factors = [1], stripes = 4 }"],
+        "engine.dsmc-boltzmann.weights",
+        "either factors, or a number of stripes",
+    ),
     (
         &["box.size=[40, 20, 10]"],
         "box.size",

@@ -149,9 +149,13 @@ pub enum WallsActOn {
 pub struct Weights {
     /// The axis across the stripes: "x" or "y".
     pub along: Along,
-    /// Weight in each stripe, over that of the start.
+    /// Weight in each stripe, over that of the start. This or `stripes`.
     #[schemars(extend("minItems" = 1, "maxItems" = 1000, "items" = json!({"type": "number", "minimum": 1e-3, "maximum": 1e3})))]
-    pub factors: Vec<f64>,
+    pub factors: Option<Vec<f64>>,
+    /// Number of stripes whose weights follow the number of simulators: they double where there are more than twice as many as in the
+    /// mean over stripes at the start, and halve where there are fewer than half as many.
+    #[schemars(range(min = 2, max = 1000))]
+    pub stripes: Option<u64>,
 }
 
 /// An axis of the plane.

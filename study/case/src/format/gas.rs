@@ -39,6 +39,10 @@ pub struct Gas {
     /// Volume of a gas without positions; an area in the plane.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub volume: Option<f64>,
+    /// Particles `F_N` that each simulated one stands for, in a gas without positions; below 1, several stand for one. Numbers of
+    /// particles are those that are simulated, and `volume / F_N` is their share of the volume. Default 1.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub particles_per_simulator: Option<f64>,
     /// How density raises collision rates in a gas without positions.
     #[serde(default)]
     pub contact_values: ContactValues,
@@ -49,6 +53,13 @@ pub struct Gas {
 
 fn two() -> u64 {
     2
+}
+
+impl Gas {
+    /// Volume of the particles that are simulated: that of the gas over the particles that each stands for.
+    pub fn simulated_volume(&self) -> Option<f64> {
+        Some(self.volume? / self.particles_per_simulator.unwrap_or(1.0))
+    }
 }
 
 /// Normal restitution.

@@ -1,7 +1,7 @@
 //! Which engines go with which gas, and which keys an engine has.
 
 use super::{Checked, Relations};
-use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo};
+use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo, Weights};
 
 /// Keys of all Monte Carlo schemes.
 const ALL: &[&str] = &["simulators_per_particle", "walls_act_on"];
@@ -153,6 +153,12 @@ impl Relations<'_> {
             !comparison || scheme.weights.is_none(),
             format!("engine.{name}.weights"),
             "weights are for flows: with walls, gravity or grains that spin",
+        )?;
+        let one = |all: &Weights| all.factors.is_some() != all.stripes.is_some();
+        self.ensure(
+            scheme.weights.as_ref().is_none_or(one),
+            format!("engine.{name}.weights"),
+            "weights have either factors, or a number of stripes whose factors follow the number of simulators",
         )?;
         let bounded = !case.walls.is_periodic() || !free;
         self.ensure(

@@ -98,7 +98,7 @@ impl Relations<'_> {
                 .collect();
         }
         let species = self.case.species.iter().map(|one| {
-            let dense = one.number_density.unwrap_or(0.0) * gas.volume.unwrap_or(0.0);
+            let dense = one.number_density.unwrap_or(0.0) * gas.simulated_volume().unwrap_or(0.0);
             let shared = one.share.unwrap_or(0.0) * all;
             (
                 one.number

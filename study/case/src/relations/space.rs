@@ -17,7 +17,7 @@ impl Relations<'_> {
         let filled = |one: &(f64, f64)| packing * one.0 * one.1.powi(dimension as i32);
         let filled: f64 = self.contents().iter().map(filled).sum();
         let Some(domain) = &self.case.domain else {
-            let share = filled / self.case.gas.volume.unwrap_or(f64::INFINITY);
+            let share = filled / self.case.gas.simulated_volume().unwrap_or(f64::INFINITY);
             let allowed = format!(
                 "particles fill less than all of the volume where contact values are dense; here {}",
                 brief_number(share)

@@ -106,6 +106,28 @@ samples_per_decade = 3
 [measure.velocity_correlation]
 ";
 
+/// Simulators that each stand for eight particles of eight times the volume are those of the gas itself, byte by byte, and say the
+/// density of all that they stand for.
+#[test]
+fn simulators_stand_for_particles() {
+    let one = plan(MIXTURE);
+    let many = plan(&MIXTURE.replace(
+        "volume = 3000",
+        "volume = 24000\nparticles_per_simulator = 8",
+    ));
+    let [(small, _), (large, _)] = [&one, &many].map(results);
+    for name in ["gas", "species"] {
+        assert_eq!(table(&small, name).rows, table(&large, name).rows);
+    }
+    let derived = |plan: &Plan, name: &str| {
+        let all = plan.derived();
+        all.iter().find(|one| one.name == name).expect("it").value
+    };
+    assert_eq!(derived(&many, "volume"), 24000.0);
+    assert_eq!(derived(&many, "number_density"), 0.1);
+    assert_eq!(derived(&many, "particles_per_simulator"), 8.0);
+}
+
 /// Every moment of a group against its definition, species by species.
 #[test]
 fn moments_are_those_of_the_particles() {

@@ -222,7 +222,11 @@ pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<Weights, P
         return Ok(Weights::uniform());
     };
     let axis = usize::from(written.along == Along::Y);
-    Weights::along(axis, written.factors.clone()).map_err(|error| {
+    let made = match written.stripes {
+        Some(stripes) => Weights::following(axis, stripes as usize),
+        None => Weights::along(axis, written.factors.clone().unwrap_or_default()),
+    };
+    made.map_err(|error| {
         PlanError::new(format!("{key}.weights"), error, "weights from 1e-6 to 1e6")
     })
 }

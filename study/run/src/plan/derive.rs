@@ -313,7 +313,7 @@ fn gravity(case: &Case) -> Result<Option<nalgebra::Vector3<f64>>, PlanError> {
 /// A gas without positions.
 fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
     let allowed = "a volume above 0 in a gas without [box]";
-    let volume = case.gas.volume;
+    let volume = case.gas.simulated_volume();
     let volume = volume.ok_or_else(|| PlanError::new("gas.volume", "none", allowed))?;
     let particles = species::particles(case, temperature)?;
     let (species, classes) = particles.groups(volume);

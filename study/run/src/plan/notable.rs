@@ -221,8 +221,13 @@ impl Plan {
         let mut list: Vec<Quantity> = Vec::new();
         let mut add = |name: &str, value, unit| list.push(Quantity::new(name, value, unit));
         let (length, time) = (self.scale.length, self.scale.time());
-        let volume = self.volume * length.powi(self.dimension as i32);
+        let stands_for = self.case.gas.particles_per_simulator;
+        let simulated = self.volume * length.powi(self.dimension as i32);
+        let volume = simulated * stands_for.unwrap_or(1.0);
         add("particles", self.count() as f64, "1");
+        if let Some(stands_for) = stands_for {
+            add("particles_per_simulator", stands_for, "1");
+        }
         add("species", self.species.len() as f64, "1");
         add("packing_fraction", self.packing_fraction, "1");
         if self.kind != Kind::Homogeneous {
@@ -231,7 +236,11 @@ impl Plan {
             }
         }
         add("volume", volume, "length^D");
-        add("number_density", self.count() as f64 / volume, "length^-D");
+        add(
+            "number_density",
+            self.count() as f64 / simulated,
+            "length^-D",
+        );
         add("restitution", self.restitution, "1");
         add("contact_value", self.contact_value, "1");
         add("mean_diameter", 2.0 * self.mean_radius() * length, "length");

@@ -178,7 +178,7 @@ fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
         }
         return Ok(counts);
     }
-    let volume = case.gas.volume;
+    let volume = case.gas.simulated_volume();
     let one = |(index, one): (usize, &Written)| match (one.number, one.number_density, volume) {
         (Some(number), None, _) if one.share.is_none() => Ok(number as usize),
         (None, Some(density), Some(volume)) if one.share.is_none() && !one.tracer => {

@@ -1,0 +1,83 @@
+//! Weights of regions that follow the number of simulators.
+
+use stosszahl_model::Physics;
+use stosszahl_model::random::Purpose;
+
+use crate::boundary::{Surroundings, Weights, enter};
+use crate::collide::draw_whole;
+use crate::engine::Engine;
+use crate::simulator::Follow;
+
+/// Steps between two looks at the numbers.
+const EVERY: u64 = 16;
+
+/// Numbers of flights stay below it, so that draws here have addresses of their own.
+const HERE: u64 = 1 << 63;
+
+impl<P, F> Engine<P, F>
+where
+    P: Physics,
+    F: Follow<P::Space>,
+{
+    /// Doubles or halves the weights of regions that hold too many or too few simulators. Each simulator of such a region stays or
+    /// goes by a draw, or is there twice; what that gives and takes is booked as balance. Tiles must be settled, and are left so.
+    pub(crate) fn follow_number(&mut self) {
+        let Some(surroundings) = &self.surroundings else {
+            return;
+        };
+        let weights = surroundings.weights().clone();
+        let mut counts = vec![0; weights.factors().len()];
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            counts[surroundings.region(&self.grid, cell)] += self.tiles[tile].members(local).len();
+        }
+        let mean = self.means.simulators() as f64 / counts.len() as f64;
+        let changes = weights.changes(&counts, mean);
+        if changes.iter().all(|change| *change == 1.0) {
+            return;
+        }
+        let draws = self
+            .streams
+            .bundle(Purpose::Balance, HERE | self.tally.steps);
+        let mut simulators = Vec::with_capacity(self.simulators);
+        for cell in self.cells_in_order() {
+            let (tile, local) = self.grid.locate(cell);
+            let number = self.grid.number(cell);
+            let change = changes[surroundings.region(&self.grid, cell)];
+            let before = surroundings.factor(number);
+            for (order, simulator) in self.tiles[tile].members(local).iter().enumerate() {
+                if change == 1.0 {
+                    simulators.push(*simulator);
+                    continue;
+                }
+                let address = (u64::from(number) << 32) | order as u64;
+                let copies = draw_whole(1.0 / change, &mut draws.at(address));
+                let particles = self.constants.weight * before * (copies as f64 * change - 1.0);
+                self.ledgers.balanced += 1;
+                enter::<P, F>(&self.scene, simulator, particles, &mut self.ledgers.balance);
+                simulators.extend((0..copies).map(|_| *simulator));
+            }
+        }
+        let factors = weights.factors().iter().zip(&changes);
+        let factors: Vec<f64> = factors.map(|(factor, change)| factor * change).collect();
+        if let Some(surroundings) = &mut self.surroundings {
+            surroundings.set_weights(&self.grid, weights.with_factors(&factors));
+        }
+        self.simulators = simulators.len();
+        self.fill(&simulators);
+        self.take_stock();
+    }
+
+    /// Whether weights follow the number, which is looked at in this step.
+    pub(crate) fn weighs_anew(&self) -> bool {
+        self.followed().is_some() && self.tally.steps.is_multiple_of(EVERY)
+    }
+
+    /// Weights that follow the number.
+    pub(crate) fn followed(&self) -> Option<&Weights> {
+        let surroundings = self.surroundings.as_ref();
+        surroundings
+            .map(Surroundings::weights)
+            .filter(|all| all.follows())
+    }
+}
