@@ -130,7 +130,6 @@ fn every_case_runs_in_a_small_form() {
 fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
     let desk = Desk::new("");
     // A table of species only where there are several.
-    let flow = "boundaries fields profiles series";
     let expected = [
         "comparison dissipation energy error_budget impact_parameter impact_parameter_summary pair_correlation replicas \
          structure_factor",
@@ -139,8 +138,8 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
         "checks gas mean_squared_displacement replicas species time_averaged_displacement",
         "checks clusters gas replicas size_distribution",
         "boundaries fields profiles series species",
-        flow,
-        flow,
+        "boundaries boundary_layers fields profiles series",
+        "boundaries fields profiles series",
         "comparison dissipation energy error_budget growth helfand impact_parameter impact_parameter_summary \
          intermediate_scattering pair_correlation replicas spectra structure_factor transport velocity_cumulants \
          velocity_distribution",

@@ -73,7 +73,7 @@ pub(super) fn all(
     tables: &[Table],
     level: f64,
 ) -> Vec<Verdict> {
-    let [cells, profiles] = tables else {
+    let [cells, profiles, ..] = tables else {
         return Vec::new();
     };
     // How many blocks of all replicas an average of one engine runs over.
