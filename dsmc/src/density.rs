@@ -376,7 +376,7 @@ impl<S: Space> Density<S> {
     }
 
     /// Units around a cell, of which the cell itself has `own`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn around(&self, cell: [u32; 3], own: f64) -> f64 {
         if !self.looks_around() {
             return own;
@@ -387,7 +387,7 @@ impl<S: Space> Density<S> {
     }
 
     /// What boundaries leave of the neighbourhood of a cell.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn crowding(&self, cell: [u32; 3]) -> Crowding {
         if self.crowding.is_empty() {
             return Crowding::NONE;

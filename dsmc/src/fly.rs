@@ -89,6 +89,7 @@ where
         let mut simulators = std::mem::take(&mut self.simulators);
         let mut codes = std::mem::take(&mut self.codes);
         let mut ledgers = std::mem::take(&mut self.ledgers);
+        simulators.truncate(total);
         fit(&mut simulators, total);
         fit(&mut codes, total);
         simulators.resize(total, SimulatorOf::<P, F>::default());

@@ -6,7 +6,7 @@ use stosszahl_model::{Domain, Space};
 const MOST_CELLS: usize = 1 << 16;
 
 /// Added to a number below 2^31, it leaves the nearest integer in the last 32 bits.
-const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
+pub(crate) const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
 
 /// Number of offsets from a tile to itself and its neighbours, in three dimensions.
 pub(crate) const OFFSETS: usize = 27;

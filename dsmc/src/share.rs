@@ -286,7 +286,6 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         self.simulators = Vec::new();
         self.codes = Vec::new();
         self.starts = Vec::new();
-        self.extents = Vec::new();
     }
 }
 

@@ -318,12 +318,7 @@ where
         streams: Streams,
         fresh: Option<usize>,
     ) -> Result<Self, EngineError> {
-        parameters.check()?;
-        boundaries.check(&domain, parameters)?;
-        if P::Sizes::INDIVIDUAL && boundaries.is_open() {
-            return Err(EngineError::Individuals);
-        }
-        check_displacement(scene, parameters, &domain)?;
+        check_choices(scene, parameters, &domain, boundaries)?;
         let copies = parameters.simulators_per_disk as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let Checkpoint {
@@ -599,6 +594,21 @@ fn leave_room<P: Physics>(
         }
         _ => Ok(()),
     }
+}
+
+/// Whether numerical choices, boundaries and sizes go together.
+fn check_choices<P: Physics>(
+    scene: &P,
+    parameters: Parameters,
+    domain: &Domain<P::Space>,
+    boundaries: &Boundaries<P::Space>,
+) -> Result<(), EngineError> {
+    parameters.check()?;
+    boundaries.check(domain, parameters)?;
+    if P::Sizes::INDIVIDUAL && boundaries.is_open() {
+        return Err(EngineError::Individuals);
+    }
+    check_displacement(scene, parameters, domain)
 }
 
 /// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.

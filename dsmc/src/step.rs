@@ -201,7 +201,8 @@ where
         if self.parameters.scheme.is_across() {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
             let (share, rates) = (self.share.as_ref(), self.rates.as_ref());
-            recorder.pass(&kernel.collide_across(parallel, tiles, share, rates, arm, tally));
+            let pool = &self.pool;
+            recorder.pass(&kernel.collide_across(tiles, share, rates, arm, tally, pool));
             self.fly_only(timing);
             self.close_step(unit);
             return;
@@ -221,8 +222,7 @@ where
             &self.pool,
             |tile, outbox, scratch| {
                 if settled {
-                    scratch.sorted.clear();
-                    scratch.sorted.extend_from_slice(&tile.simulators);
+                    std::mem::swap(&mut tile.simulators, &mut scratch.sorted);
                 } else {
                     tile.arrange(grid, &arrivals, scratch);
                 }
@@ -288,8 +288,7 @@ where
             &mut self.departing,
             &self.pool,
             |tile, outbox, scratch| {
-                scratch.sorted.clear();
-                scratch.sorted.extend_from_slice(&tile.simulators);
+                std::mem::swap(&mut tile.simulators, &mut scratch.sorted);
                 tile.fly(&flight, scratch, outbox);
             },
         );

@@ -19,11 +19,13 @@ impl<P: Physics, F: Follow<P::Space>> Default for Pool<P, F> {
 }
 
 impl<P: Physics, F: Follow<P::Space>> Pool<P, F> {
-    fn with(&self, work: impl FnOnce(&mut Scratch<P, F>)) {
+    /// Lends working memory.
+    pub(crate) fn with<R>(&self, work: impl FnOnce(&mut Scratch<P, F>) -> R) -> R {
         let pool = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = pool().pop().unwrap_or_default();
-        work(&mut scratch);
+        let result = work(&mut scratch);
         pool().push(scratch);
+        result
     }
 
     pub(crate) fn bytes(&self) -> usize {

@@ -10,7 +10,7 @@
 
 use stosszahl_model::{Collision, Physics, VectorOf};
 
-use crate::across::Extent;
+use crate::across::Patch;
 use crate::boundary::Ledgers;
 use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::simulator::{Follow, SimulatorOf};
@@ -114,8 +114,6 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     /// What happened since it was arranged.
     pub(crate) tally: Tally,
     pub(crate) stock: Stock<P::Space>,
-    /// Velocities by cell, where partners are sought across cells.
-    pub(crate) extents: Vec<Extent<P::Space>>,
     /// Collisions that somebody wants to look at.
     pub(crate) log: Vec<Collision>,
     /// What happened in each cell, where somebody wants to know.
@@ -138,6 +136,8 @@ pub(crate) struct Scratch<P: Physics, F: Follow<P::Space>> {
     arrivals: Vec<Traveller<P, F>>,
     /// The sources of the arrivals, with their places above: what is sorted.
     order: Vec<(u32, u32)>,
+    /// Where partners are sought across cells.
+    pub(crate) patch: Patch<P>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
@@ -148,6 +148,7 @@ impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
             leavers: Vec::new(),
             arrivals: Vec::new(),
             order: Vec::new(),
+            patch: Patch::default(),
         }
     }
 }
@@ -159,6 +160,7 @@ impl<P: Physics, F: Follow<P::Space>> Scratch<P, F> {
             + self.leavers.capacity() * size_of::<(u8, Traveller<P, F>)>()
             + self.arrivals.capacity() * size_of::<Traveller<P, F>>()
             + self.order.capacity() * size_of::<(u32, u32)>()
+            + self.patch.bytes()
     }
 }
 
@@ -180,7 +182,6 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             lines: vec![0; (place.sides[1] * place.sides[2]) as usize],
             tally: Tally::default(),
             stock: Stock::default(),
-            extents: Vec::new(),
             log: Vec::new(),
             counts: Vec::new(),
             is_even: true,
@@ -249,6 +250,8 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             ..
         } = scratch;
         let total = self.simulators.len() + foreign.len();
+        sorted.truncate(total);
+        fit(sorted, total);
         sorted.resize(total, SimulatorOf::<P, F>::default());
         next.clear();
         next.reserve(self.starts.len());
@@ -335,13 +338,9 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         order.sort_unstable();
     }
 
-    /// Keeps what was arranged in the scratch buffer.
-    pub(crate) fn settle(&mut self, scratch: &Scratch<P, F>) {
-        let total = scratch.sorted.len();
-        self.simulators.truncate(total);
-        fit(&mut self.simulators, total);
-        self.simulators.clear();
-        self.simulators.extend_from_slice(&scratch.sorted);
+    /// Keeps what was arranged in the scratch buffer, and leaves its own there.
+    pub(crate) fn settle(&mut self, scratch: &mut Scratch<P, F>) {
+        std::mem::swap(&mut self.simulators, &mut scratch.sorted);
     }
 
     /// Takes simulators that are sorted by cell, with the cell of each.
@@ -379,7 +378,6 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             + 4 * (self.starts.capacity() + self.lines.capacity())
             + self.log.capacity() * size_of::<Collision>()
             + self.counts.capacity() * size_of::<CellCount>()
-            + self.extents.capacity() * size_of::<Extent<P::Space>>()
     }
 }
 

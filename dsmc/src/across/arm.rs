@@ -32,7 +32,7 @@ pub(crate) struct Arm {
 pub(crate) struct Distances(Vec<(u8, f64, f64)>);
 
 /// The class of a packing fraction in a neighbourhood that is whole, or cut by walls.
-#[inline]
+#[inline(always)]
 pub(crate) fn class(packing: f64, whole: bool) -> u8 {
     let class = ((packing * PACKINGS as f64) as usize).min(PACKINGS - 1);
     (class + if whole { 0 } else { PACKINGS }) as u8
@@ -48,7 +48,7 @@ impl Default for Arm {
 
 impl Distances {
     /// Notes the distance of two partners along their line of centres.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn note(&mut self, class: u8, distance: f64) {
         if let Some(entry) = self.0.iter_mut().find(|entry| entry.0 == class) {
             entry.1 += distance;
@@ -61,9 +61,16 @@ impl Distances {
 
 impl Arm {
     /// Where the point is, in contact distances.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn reach(&self, class: u8) -> f64 {
         (1.0 - self.classes[usize::from(class)][0]).clamp(Self::SHORTEST, Self::LONGEST)
+    }
+
+    /// The longest in any class.
+    pub(crate) fn longest(&self) -> f64 {
+        (0..CLASSES as u8)
+            .map(|class| self.reach(class))
+            .fold(0.0, f64::max)
     }
 
     /// Bounds on [`Self::reach`].

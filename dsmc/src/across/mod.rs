@@ -10,6 +10,7 @@ mod kernel;
 mod missing;
 mod overlap;
 mod partners;
+mod patch;
 mod rate;
 pub(crate) mod shared;
 
@@ -21,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
 pub(crate) use arm::{Arm, Distances};
-pub(crate) use extents::Extent;
+pub(crate) use patch::Patch;
 pub(crate) use rate::{Rates, Spread};
 
 use crate::collide::Kernel;
@@ -29,15 +30,14 @@ use crate::density::Scheme;
 use crate::grid::Grid;
 use crate::share::{Share, see_no_more};
 use crate::simulator::Follow;
+use crate::sweep::{Pool, is_parallel};
 use crate::tally::Tally;
 use crate::tile::Tile;
-use extents::{Extents, Ranges};
+use extents::Ranges;
 
 /// What the cells of a tile have in common, before the collisions of a step.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Bounds {
-    /// Most simulators in a cell.
-    crowd: u32,
     /// Largest chi of a cell.
     chi: f64,
 }
@@ -69,13 +69,14 @@ where
     /// Collides all pairs of a step; all tiles are arranged. Returns the collisions that somebody wants to look at.
     pub(crate) fn collide_across<F: Follow<P::Space>>(
         &self,
-        parallel: bool,
         tiles: &mut [Tile<P, F>],
         share: Option<&Share<P::Space>>,
         rates: Option<&Rates<P::Space>>,
         arm: &mut Arm,
         total: &mut Tally,
+        pool: &Pool<P, F>,
     ) -> Vec<Collision> {
+        let parallel = is_parallel(tiles.iter().map(|tile| tile.simulators.len()).sum());
         let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
         let mut bounds: Vec<_> = if parallel {
             tiles.par_iter_mut().map(bounds).collect()
@@ -86,30 +87,22 @@ where
         let learnt = &*arm;
         let scheme = self.density.scheme();
         let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
-        let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius);
+        let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius, arm.longest());
         if let Some(share) = share {
             for (number, known) in share.see_around(tiles, &bounds) {
-                // For the velocities in its cells; of the rest only its process knows all.
-                self.bounds(&mut tiles[number]);
                 bounds[number] = known;
             }
         }
         let mut reports = shared::sweep_around(parallel, grid, tiles, share, |number, around| {
-            let worker = kernel::Worker {
-                kernel: self,
-                rates,
-                arm: learnt,
-                bounds: kernel::around(grid, &bounds, number),
-                extents: if scheme.bounds_trials() {
-                    Extents::new(&around, grid, ranges)
-                } else {
-                    Extents::unknown()
-                },
-                around,
-                cells: Vec::new(),
-                report: Report::default(),
-            };
-            worker.collide()
+            pool.with(|scratch| {
+                let patch = std::mem::take(&mut scratch.patch);
+                let bounds = kernel::around(grid, &bounds, number);
+                let mut worker = kernel::Worker::new(self, rates, learnt, bounds, around, patch);
+                worker.collide(ranges);
+                let (patch, done) = worker.end();
+                scratch.patch = patch;
+                done
+            })
         });
         if let Some(share) = share {
             reports = share.all_reports(grid, reports, self.looks);
@@ -128,45 +121,31 @@ where
 
     /// Takes stock of a tile.
     fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
-        let needs_chi = matches!(self.density.scheme(), Scheme::Esmc(_));
-        let mut bounds = Bounds { crowd: 0, chi: 0.0 };
+        let mut bounds = Bounds { chi: 0.0 };
         let mut stock = crate::tally::Stock::default();
-        let sizes = self.scene.sizes();
-        let mut extents = std::mem::take(&mut tile.extents);
-        extents.clear();
         if tile.starts.is_empty() {
             // Of another process, and not next to what is here.
-            tile.extents = extents;
             return bounds;
         }
-        let bounds_trials = self.density.scheme().bounds_trials();
-        for cell in 0..tile.cells() {
-            let members = tile.members(cell);
-            bounds.crowd = bounds.crowd.max(members.len() as u32);
-            if needs_chi {
-                let own = crate::collide::covered::<P, F>(sizes, members);
+        let sizes = self.scene.sizes();
+        if matches!(self.density.scheme(), Scheme::Esmc(_)) {
+            for cell in 0..tile.cells() {
+                let own = crate::collide::covered::<P, F>(sizes, tile.members(cell));
                 let (chi, ..) = self.density.contact_value(tile.cell_at(cell), own);
                 bounds.chi = bounds.chi.max(chi);
             }
-            let mut extent = Extent::nobody();
-            for member in members {
-                extent.note(member.velocity);
-                let twice_energy = sizes.mass(member.tag) * member.velocity.square();
-                stock.add_energy(twice_energy, self.units);
-            }
-            stock.note_speeds(extent.fastest());
-            if bounds_trials {
-                extents.push(extent);
-            }
         }
-        tile.extents = extents;
+        for simulator in &tile.simulators {
+            let velocity = simulator.velocity;
+            let twice_energy = sizes.mass(simulator.tag) * velocity.square();
+            stock.note(velocity, velocity, twice_energy, self.units);
+        }
         tile.stock = stock;
         bounds
     }
 }
 
-/// How many cells beyond those of a tile work on it looks at, at most, with the radius of partners that are equally likely. One more,
-/// as a coordinate at the edge of a cell may be rounded to either side.
+/// How many cells beyond those of a tile work on it looks at, at most, with the radius of partners that are equally likely.
 pub(crate) fn margin<P: Physics>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
@@ -174,17 +153,18 @@ pub(crate) fn margin<P: Physics>(
     mean_radius: f64,
     radius: f64,
 ) -> usize {
-    let ranges = ranges::<P>(scheme, grid, sizes, mean_radius, radius);
-    ranges.point + ranges.shift + ranges.far.max(ranges.near) + 1
+    ranges::<P>(scheme, grid, sizes, mean_radius, radius, Arm::LONGEST).margin()
 }
 
-/// How far from a simulator its partners are, in cells; `radius`: within which all are equally likely \[length\].
+/// How far from a simulator its partners are, in cells; `radius`: within which all are equally likely \[length\]; `arm`: of where
+/// they are sought, in contact distances.
 fn ranges<P: Physics>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
     sizes: &P::Sizes,
     mean_radius: f64,
     radius: f64,
+    arm: f64,
 ) -> Ranges {
     let narrowest = grid.narrowest();
     let cells = |distance: f64| (distance / narrowest).ceil() as usize;
@@ -199,10 +179,10 @@ fn ranges<P: Physics>(
             mean_radius.max(largest - mean_radius)
         };
         Ranges {
-            point: cells(Arm::LONGEST * longest),
+            point: cells(arm * longest),
             near: cells(radius).clamp(1, all),
             far: partners::WIDEST as usize,
-            shift: cells(Arm::LONGEST * spread).min(all),
+            shift: cells(arm * spread).min(all),
         }
     } else {
         Ranges {

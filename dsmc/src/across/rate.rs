@@ -17,6 +17,7 @@
 
 use stosszahl_model::Space;
 
+use super::arm;
 use super::missing::{Missing, Window};
 use crate::density::{Crowding, Density, Gas};
 
@@ -25,6 +26,18 @@ const LARGEST_TABLE: u32 = 1 << 14;
 
 /// Densest packing that chi is taken at: beyond it, the limit stands anyway.
 const DENSEST: f64 = 0.9;
+
+/// What follows from a number of units around, where all is room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Known {
+    /// n chi \[1/length^D\].
+    pub(super) rate: f64,
+    /// Packing fraction, and whether chi is limited there.
+    pub(super) packing: f64,
+    pub(super) limited: bool,
+    /// Of the distance at which partners are sought.
+    pub(super) class: u8,
+}
 
 /// n chi by the units around, corrected for the noise of their number.
 pub(crate) struct Rates<S: Space> {
@@ -36,7 +49,7 @@ pub(crate) struct Rates<S: Space> {
     /// Where sizes differ.
     spread: Option<Spread>,
     missing: Missing,
-    table: Vec<f64>,
+    table: Vec<Known>,
     space: std::marker::PhantomData<S>,
 }
 
@@ -99,7 +112,12 @@ impl<S: Space> Rates<S> {
         if spread.is_none() {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
-                .map(|units| rates.compute(f64::from(units), Crowding::NONE, [1.0; 2]))
+                .map(|units| Known {
+                    rate: rates.compute(f64::from(units), Crowding::NONE, [1.0; 2]),
+                    packing: f64::from(units) * unit,
+                    limited: density.is_limited(f64::from(units)),
+                    class: arm::class(f64::from(units) * unit, true),
+                })
                 .collect();
         }
         rates
@@ -130,16 +148,21 @@ impl<S: Space> Rates<S> {
         crowding.centres * covered_chi / self.ball
     }
 
+    /// What the table knows of a number of units around: if all are alike, and all is room.
+    #[inline(always)]
+    pub(super) fn known(&self, units: f64, crowding: Crowding) -> Option<&Known> {
+        let known = self.table.get(units as u32 as usize)?;
+        (f64::from(units as u32) == units && crowding == Crowding::NONE).then_some(known)
+    }
+
     /// n chi where the neighbourhood of a simulator holds this number of units, itself included \[1/length^D\]; `share`: its
     /// radius over the largest.
     #[inline]
     pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {
         match self.spread {
-            None => match self.table.get(units as usize) {
-                Some(known) if crowding == Crowding::NONE && f64::from(units as u32) == units => {
-                    *known
-                }
-                _ => self.compute(units, crowding, [1.0; 2]),
+            None => match self.known(units, crowding) {
+                Some(known) => known.rate,
+                None => self.compute(units, crowding, [1.0; 2]),
             },
             Some(spread) => {
                 let own = share.powi(S::DIMENSION as i32);
@@ -149,6 +172,7 @@ impl<S: Space> Rates<S> {
     }
 
     /// No simulator has more than this.
+    #[inline]
     pub(crate) fn most(&self, units: f64, crowding: Crowding) -> f64 {
         match self.spread {
             None => self.at(units, crowding, 1.0),
@@ -157,6 +181,6 @@ impl<S: Space> Rates<S> {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        8 * self.table.capacity()
+        size_of::<Known>() * self.table.capacity()
     }
 }

@@ -93,7 +93,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
     }
 
     /// The tile in the middle.
-    #[inline]
+    #[inline(always)]
     pub(super) fn home(&self) -> &Tile<P, F> {
         self.tile(self.middle())
     }
@@ -108,13 +108,13 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
     }
 
     /// One of the tiles at hand.
-    #[inline]
+    #[inline(always)]
     pub(super) fn tile(&self, slot: u32) -> &Tile<P, F> {
         &self.tiles[slot as usize]
     }
 
     /// A copy of a simulator.
-    #[inline]
+    #[inline(always)]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {
         self.tile(at.tile).simulators[at.index as usize]
     }
@@ -127,21 +127,23 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
         }
     }
 
-    /// Gives a simulator of a cell another velocity and spin. Partners are bounded by it from now on.
-    #[inline]
-    pub(super) fn set(&mut self, at: At, cell: [u32; 3], velocity: VectorOf<P>, spin: SpinOf<P>) {
+    /// Gives a simulator another velocity and spin.
+    #[inline(always)]
+    pub(super) fn set(&mut self, at: At, velocity: VectorOf<P>, spin: SpinOf<P>) {
         let slot = at.tile as usize;
-        let cell = self.tiles[slot].number(cell);
-        let change = Change {
-            tile: self.numbers[slot],
-            cell: cell as u32,
-            place: at.index - self.tiles[slot].starts[cell],
-            velocity,
-            spin,
-        };
-        change.apply(&mut self.tiles[slot]);
+        let simulator = &mut self.tiles[slot].simulators[at.index as usize];
+        (simulator.velocity, simulator.spin) = (velocity, spin);
         if self.seen[slot] {
-            self.changes.push(change);
+            let cell = self.grid.cell_at(simulator.position);
+            let tile = &self.tiles[slot];
+            let cell = tile.number(cell);
+            self.changes.push(Change {
+                tile: self.numbers[slot],
+                cell: cell as u32,
+                place: at.index - tile.starts[cell],
+                velocity,
+                spin,
+            });
         }
     }
 }
@@ -163,9 +165,6 @@ impl<V: Vector, W: Copy> Change<V, W> {
         }
         let simulator = &mut tile.simulators[index as usize];
         (simulator.velocity, simulator.spin) = (self.velocity, self.spin);
-        if let Some(extent) = tile.extents.get_mut(cell) {
-            extent.note(self.velocity);
-        }
     }
 }
 

@@ -1,0 +1,578 @@
+//! The simulators of a tile and of the cells around it, side by side.
+//!
+//! Partners of a tile's simulators may be in the tiles next to it, and around the box. So that a search is a run through contiguous
+//! memory, all that a tile can see is copied: cell by cell, the first axis running fastest, each component of the positions in a
+//! list of its own, and images across the edges of the box where they are seen from the tile. Velocities are kept up to date here
+//! and in the tiles.
+
+use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+
+use super::Ranges;
+use super::extents::Extent;
+use super::shared::{Around, At};
+use crate::grid::{Grid, ROUNDER};
+use crate::simulator::Follow;
+use crate::tally::larger;
+
+/// Simulators that are looked at together; lists of positions are as much longer.
+pub(super) const LANES: usize = 8;
+
+/// Where something that is not to be found is put \[length\]: its square is a number.
+const NOWHERE: f64 = 1e150;
+
+/// From the place `LANES - n` on: nothing for the first n, and a distance that is none for the others.
+const BEYOND: [f64; 2 * LANES] = {
+    let mut beyond = [0.0; 2 * LANES];
+    let mut lane = LANES;
+    while lane < 2 * LANES {
+        beyond[lane] = f64::MAX;
+        lane += 1;
+    }
+    beyond
+};
+
+/// A block of cells, and who is in them.
+pub(crate) struct Patch<P: Physics> {
+    ranges: Ranges,
+    /// The first cell, which may be beyond an edge of the box, and the number along each axis.
+    first: [i64; 3],
+    sides: [usize; 3],
+    /// How many cells are around those of the tile, along each axis.
+    margin: [usize; 3],
+    /// Cells along each axis of the whole box, and whether it is periodic there.
+    counts: [i64; 3],
+    /// Whether the box is so narrow that one is seen twice from the same place.
+    is_narrow: bool,
+    /// Whether some cells are here more than once, as images around the box.
+    has_images: bool,
+    /// Cells for each unit of length along each axis.
+    scale: VectorOf<P>,
+    /// Where each cell begins, and the end.
+    starts: Vec<u32>,
+    positions: [Vec<f64>; 3],
+    pub(super) velocities: Vec<VectorOf<P>>,
+    tags: Vec<<P::Sizes as Sizes>::Tag>,
+    /// The cell of each.
+    cells: Vec<u32>,
+    /// Where those of each cell are kept: the tile, and what is to be added to their number here.
+    homes: Vec<At>,
+    /// Velocities by cell.
+    extents: Vec<Extent<P::Space>>,
+    /// Simulators in the cells around each where partners are sought first.
+    near: Vec<u32>,
+    /// Whether there is at most one of them somewhere in a line of cells along the first axis.
+    lonely: Vec<bool>,
+    sums: Vec<u32>,
+    /// What simulators of the cells of a line of the tile can meet, and the row and layer of that line in the patch.
+    pub(super) bounds: Vec<Extent<P::Space>>,
+    line: [usize; 2],
+    work: Vec<Extent<P::Space>>,
+}
+
+impl<P: Physics> Default for Patch<P> {
+    fn default() -> Self {
+        Self {
+            ranges: Ranges::default(),
+            first: [0; 3],
+            sides: [0; 3],
+            margin: [0; 3],
+            counts: [1; 3],
+            is_narrow: false,
+            has_images: false,
+            scale: VectorOf::<P>::default(),
+            starts: Vec::new(),
+            positions: [const { Vec::new() }; 3],
+            velocities: Vec::new(),
+            tags: Vec::new(),
+            cells: Vec::new(),
+            homes: Vec::new(),
+            extents: Vec::new(),
+            near: Vec::new(),
+            lonely: Vec::new(),
+            sums: Vec::new(),
+            bounds: Vec::new(),
+            line: [0; 2],
+            work: Vec::new(),
+        }
+    }
+}
+
+impl<P: Physics> Patch<P> {
+    /// Takes in what is around the tile in the middle. `moves`: whether velocities bound trials.
+    #[inline(always)]
+    pub(super) fn fill<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, '_, P, F>,
+        grid: &Grid<P::Space>,
+        ranges: Ranges,
+        moves: bool,
+    ) {
+        let place = &around.home().place;
+        let is_used = |axis: usize| usize::from(axis < P::Space::DIMENSION);
+        self.ranges = ranges;
+        self.margin = [0, 1, 2].map(|axis| ranges.margin() * is_used(axis));
+        self.counts = grid.counts().map(i64::from);
+        self.first = [0, 1, 2].map(|axis| i64::from(place.first[axis]) - self.margin[axis] as i64);
+        self.sides = [0, 1, 2].map(|axis| place.sides[axis] as usize + 2 * self.margin[axis]);
+        let within = 2 * (ranges.point + ranges.block()) as i64 + 1;
+        self.is_narrow = (0..P::Space::DIMENSION)
+            .any(|axis| grid.domain().is_periodic(axis) && self.counts[axis] < within);
+        self.has_images =
+            (0..P::Space::DIMENSION).any(|axis| self.counts[axis] < self.sides[axis] as i64);
+        self.scale = P::Space::vector(|axis| 1.0 / grid.width()[axis]);
+        self.clear();
+        for z in 0..self.sides[2] {
+            for y in 0..self.sides[1] {
+                self.fill_line(around, grid, [y, z]);
+            }
+        }
+        self.starts.push(self.velocities.len() as u32);
+        for list in &mut self.positions[..P::Space::DIMENSION] {
+            list.resize(list.len() + LANES, NOWHERE);
+        }
+        if moves {
+            self.bound();
+        }
+    }
+
+    fn clear(&mut self) {
+        self.starts.clear();
+        self.positions.iter_mut().for_each(Vec::clear);
+        self.velocities.clear();
+        self.tags.clear();
+        self.homes.clear();
+        self.cells.clear();
+        self.extents.clear();
+        self.near.clear();
+        self.lonely.clear();
+    }
+
+    /// Takes in a line of cells along the first axis.
+    #[inline(always)]
+    fn fill_line<F: Follow<P::Space>>(
+        &mut self,
+        around: &Around<'_, '_, P, F>,
+        grid: &Grid<P::Space>,
+        [y, z]: [usize; 2],
+    ) {
+        let lengths = grid.domain().lengths();
+        // The cell in the box that is seen there, and how many boxes away.
+        let (first, counts) = (self.first, self.counts);
+        let seen = |axis: usize, at: usize| {
+            let (there, count) = (first[axis] + at as i64, counts[axis]);
+            let boxes = there.div_euclid(count);
+            let is_here =
+                boxes == 0 || (axis < P::Space::DIMENSION && grid.domain().is_periodic(axis));
+            is_here.then(|| ((there - boxes * count) as u32, boxes as f64))
+        };
+        let (row, layer) = (seen(1, y), seen(2, z));
+        let mut x = 0;
+        while x < self.sides[0] {
+            let begin = self.velocities.len() as u32;
+            let (Some(column), Some(row), Some(layer)) = (seen(0, x), row, layer) else {
+                self.leave_out(begin, 1);
+                x += 1;
+                continue;
+            };
+            let there = [column, row, layer];
+            let cell = there.map(|one| one.0);
+            let Some((slot, local)) = around.find(cell) else {
+                self.leave_out(begin, 1);
+                x += 1;
+                continue;
+            };
+            let tile = around.tile(slot);
+            let left = (tile.place.first[0] + tile.place.sides[0] - cell[0]) as usize;
+            let length = left.min(self.sides[0] - x);
+            if tile.starts.is_empty() {
+                self.leave_out(begin, length);
+                x += length;
+                continue;
+            }
+            let starts = &tile.starts[local..=local + length];
+            let source = starts[0] as usize..starts[length] as usize;
+            let shift = P::Space::vector(|axis| there[axis].1 * lengths[axis]);
+            let members = &tile.simulators[source];
+            for axis in 0..P::Space::DIMENSION {
+                self.positions[axis].extend(
+                    members
+                        .iter()
+                        .map(|member| member.position[axis] + shift[axis]),
+                );
+            }
+            self.velocities
+                .extend(members.iter().map(|member| member.velocity));
+            self.tags.extend(members.iter().map(|member| member.tag));
+            let first = self.starts.len() as u32;
+            self.cells.extend(members.iter().map(|member| {
+                let column = grid.column(0, member.position[0]);
+                first + (column - cell[0])
+            }));
+            let index = starts[0].wrapping_sub(begin);
+            self.starts.extend(
+                starts[..length]
+                    .iter()
+                    .map(|&start| start.wrapping_sub(index)),
+            );
+            let home = At { tile: slot, index };
+            self.homes.resize(self.starts.len(), home);
+            x += length;
+        }
+    }
+
+    /// Cells of which nobody is known.
+    fn leave_out(&mut self, begin: u32, cells: usize) {
+        let all = self.starts.len() + cells;
+        self.starts.resize(all, begin);
+        self.homes.resize(all, At { tile: 0, index: 0 });
+    }
+
+    /// Takes stock of velocities by cell, and of the cells that have hardly anybody around.
+    #[inline(always)]
+    fn bound(&mut self) {
+        let all = self.starts.len() - 1;
+        self.extents.resize(all, Extent::nobody());
+        for (&cell, &velocity) in self.cells.iter().zip(&self.velocities) {
+            self.extents[cell as usize].note(velocity);
+        }
+        self.near.resize(all, 0);
+        if self.is_narrow {
+            // Some may be the same, or the one that looks: as if nobody were near.
+            self.lonely.resize(self.sides[1] * self.sides[2], true);
+            return;
+        }
+        // Along the first axis: from the differences of where cells begin. Then line upon line.
+        let near = self.ranges.block();
+        let width = 2 * near + 1;
+        self.sums.clear();
+        self.sums.resize(all, 0);
+        for ((sum, low), high) in (self.sums[near..].iter_mut())
+            .zip(&self.starts)
+            .zip(&self.starts[width..])
+        {
+            *sum = high - low;
+        }
+        let [columns, rows, layers] = self.sides;
+        let deep = near * usize::from(P::Space::DIMENSION > 2);
+        self.lonely.resize(rows * layers, false);
+        let inner = near..columns - near;
+        for z in deep..layers - deep {
+            for y in near..rows - near {
+                let line = y + rows * z;
+                let there = &mut self.near[columns * line..columns * (line + 1)];
+                for layer in z - deep..=z + deep {
+                    for row in y - near..=y + near {
+                        let begin = columns * (row + rows * layer);
+                        let sums = &self.sums[begin..begin + columns];
+                        for (near, sum) in there.iter_mut().zip(sums) {
+                            *near += sum;
+                        }
+                    }
+                }
+                let least = there[inner.clone()].iter().min();
+                self.lonely[line] = least.is_none_or(|&near| near <= 1);
+            }
+        }
+    }
+
+    /// Bounds what simulators of a line of cells of the tile can meet: the velocities of all in the cells where they may look.
+    #[inline(always)]
+    pub(super) fn bound_line(&mut self, [y, z]: [usize; 2]) {
+        let [columns, rows, _] = self.sides;
+        let (y, z) = (y + self.margin[1], z + self.margin[2]);
+        self.line = [y, z];
+        let reach = self.ranges.reach();
+        let deep = reach * usize::from(P::Space::DIMENSION > 2);
+        let begin = self.margin[0] - reach;
+        let length = columns - 2 * begin;
+        self.work.clear();
+        self.work.resize(length, Extent::nobody());
+        for layer in z - deep..=z + deep {
+            for row in y - reach..=y + reach {
+                let first = begin + columns * (row + rows * layer);
+                let line = &self.extents[first..first + length];
+                for (one, other) in self.work.iter_mut().zip(line) {
+                    one.join(other);
+                }
+            }
+        }
+        self.bounds.clear();
+        let inner = length - 2 * reach;
+        self.bounds.extend_from_slice(&self.work[..inner]);
+        for step in 1..=2 * reach {
+            for (one, other) in self.bounds.iter_mut().zip(&self.work[step..step + inner]) {
+                one.join(other);
+            }
+        }
+        self.bound_far();
+    }
+
+    /// Where nobody is near a place, partners from farther away count as well.
+    fn bound_far(&mut self) {
+        let [y, z] = self.line;
+        let [columns, rows, _] = self.sides;
+        let Ranges {
+            point, far, shift, ..
+        } = self.ranges;
+        if far <= self.ranges.near {
+            return;
+        }
+        let deep = |cells: usize| cells * usize::from(P::Space::DIMENSION > 2);
+        let mut lines = (z - deep(point)..=z + deep(point))
+            .flat_map(|layer| (y - point..=y + point).map(move |row| row + rows * layer));
+        if !lines.any(|line| self.lonely[line]) {
+            return;
+        }
+        let far = point + far + shift;
+        for x in 0..self.bounds.len() {
+            let at = x + self.margin[0];
+            let is_lonely = (z - deep(point)..=z + deep(point)).any(|layer| {
+                (y - point..=y + point).any(|row| {
+                    let first = at - point + columns * (row + rows * layer);
+                    self.near[first..=first + 2 * point]
+                        .iter()
+                        .any(|&near| near <= 1)
+                })
+            });
+            if !is_lonely {
+                continue;
+            }
+            for layer in z - deep(far)..=z + deep(far) {
+                for row in y - far..=y + far {
+                    let first = at - far + columns * (row + rows * layer);
+                    for one in &self.extents[first..=first + 2 * far] {
+                        self.bounds[x].join(one);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The number here of the cell of a point, which may be beyond an edge of the box.
+    #[inline(always)]
+    pub(super) fn cell_of(&self, point: VectorOf<P>) -> usize {
+        let mut cell = 0;
+        for axis in (0..P::Space::DIMENSION).rev() {
+            let at = floor(point[axis] * self.scale[axis]) - self.first[axis];
+            cell = cell * self.sides[axis] + at as usize;
+        }
+        cell
+    }
+
+    /// The number here of a cell of the tile, by its coordinates there.
+    #[inline(always)]
+    pub(super) fn own_cell(&self, at: [usize; 3]) -> usize {
+        let [x, y, z] = [0, 1, 2].map(|axis| at[axis] + self.margin[axis]);
+        x + self.sides[0] * (y + self.sides[1] * z)
+    }
+
+    /// The cell of somebody.
+    pub(super) fn cell_of_member(&self, index: usize) -> usize {
+        self.cells[index] as usize
+    }
+
+    /// The cell at a step of -1, 0 or 1 along each axis.
+    pub(super) fn step_from(&self, cell: usize, step: [i32; 3]) -> usize {
+        let strides = self.strides();
+        let by = |axis: usize| strides[axis] as isize * step[axis] as isize;
+        cell.wrapping_add_signed(by(0) + by(1) + by(2))
+    }
+
+    /// Who is in a line of cells along the first axis.
+    #[inline(always)]
+    pub(super) fn members(&self, cell: usize, length: usize) -> std::ops::Range<usize> {
+        self.starts[cell] as usize..self.starts[cell + length] as usize
+    }
+
+    /// Most simulators in one of the cells this many around a cell.
+    #[inline(always)]
+    pub(super) fn crowd(&self, cell: usize, cells: usize) -> u32 {
+        let deep = cells * usize::from(P::Space::DIMENSION > 2);
+        let [_, column, layer] = self.strides();
+        let mut most = 0;
+        for z in 0..=2 * deep {
+            for y in 0..=2 * cells {
+                let first = cell + column * y + layer * z - cells * (1 + column) - deep * layer;
+                for ends in self.starts[first..=first + 2 * cells + 1].windows(2) {
+                    most = most.max(ends[1] - ends[0]);
+                }
+            }
+        }
+        most
+    }
+
+    /// Where somebody is, as it is seen from the tile.
+    #[inline(always)]
+    pub(super) fn position(&self, index: usize) -> VectorOf<P> {
+        P::Space::vector(|axis| self.positions[axis][index])
+    }
+
+    /// Where somebody is kept.
+    #[inline(always)]
+    pub(super) fn home(&self, index: usize) -> At {
+        let home = self.homes[self.cells[index] as usize];
+        At {
+            tile: home.tile,
+            index: home.index.wrapping_add(index as u32),
+        }
+    }
+
+    /// By what its size is found.
+    #[inline(always)]
+    pub(super) fn tag(&self, index: usize) -> <P::Sizes as Sizes>::Tag {
+        self.tags[index]
+    }
+
+    /// Squares of the distances of some that follow each other from a point; of those from `end` on, a large number.
+    #[inline(always)]
+    pub(super) fn squares(&self, point: VectorOf<P>, begin: usize, end: usize) -> [f64; LANES] {
+        let mut squares = [0.0; LANES];
+        for axis in 0..P::Space::DIMENSION {
+            let lanes = &self.positions[axis][begin..begin + LANES];
+            for lane in 0..LANES {
+                let apart = lanes[lane] - point[axis];
+                squares[lane] += apart * apart;
+            }
+        }
+        let left = (end - begin).min(LANES);
+        let beyond = &BEYOND[LANES - left..2 * LANES - left];
+        for lane in 0..LANES {
+            squares[lane] = larger(squares[lane], beyond[lane]);
+        }
+        squares
+    }
+
+    /// Hides somebody from a search, and returns what [`Self::show`] needs.
+    #[inline(always)]
+    pub(super) fn hide(&mut self, index: usize) -> f64 {
+        std::mem::replace(&mut self.positions[0][index], NOWHERE)
+    }
+
+    /// Shows it again.
+    #[inline(always)]
+    pub(super) fn show(&mut self, index: usize, hidden: f64) {
+        self.positions[0][index] = hidden;
+    }
+
+    /// Whether somebody may be seen twice from one place.
+    #[inline(always)]
+    pub(super) fn is_narrow(&self) -> bool {
+        self.is_narrow
+    }
+
+    /// Whether nobody who looks around a point in a cell finds a partner who comes along -k faster than this.
+    #[inline(always)]
+    pub(super) fn is_slow(&self, cell: usize, k: VectorOf<P>, speed: f64) -> bool {
+        if self.near[cell] <= 1 {
+            return false;
+        }
+        // Nearly always cells next to it: written out, that is faster.
+        if self.ranges.block() == 1 {
+            self.fastest(cell, k, 1) <= speed
+        } else {
+            self.fastest(cell, k, self.ranges.block()) <= speed
+        }
+    }
+
+    /// How fast simulators of the cells around come along -k, at most.
+    #[inline(always)]
+    fn fastest(&self, cell: usize, k: VectorOf<P>, near: usize) -> f64 {
+        let deep = near * usize::from(P::Space::DIMENSION > 2);
+        let [_, column, layer] = self.strides();
+        let first = cell - near * (1 + column) - deep * layer;
+        let side = P::Space::vector(|axis| k[axis].abs());
+        let ends = [0, 1, 2].map(|axis| usize::from(axis < P::Space::DIMENSION && k[axis] < 0.0));
+        let mut most = f64::NEG_INFINITY;
+        for z in 0..=2 * deep {
+            for y in 0..=2 * near {
+                let begin = first + column * y + layer * z;
+                for one in &self.extents[begin..=begin + 2 * near] {
+                    most = larger(most, one.along(ends, side));
+                }
+            }
+        }
+        most
+    }
+
+    /// Gives somebody another velocity. Partners are bounded by it from now on.
+    #[inline(always)]
+    pub(super) fn set(&mut self, index: usize, velocity: VectorOf<P>, moves: bool) {
+        let cell = self.cells[index];
+        if !self.has_images {
+            self.set_at(cell, index, velocity, moves);
+            return;
+        }
+        // The images of the cell around the box that are here: one, or several in a narrow box.
+        let [columns, rows, _] = self.sides.map(|side| side as u32);
+        let at = [cell % columns, cell / columns % rows, cell / columns / rows];
+        let place = index - self.starts[cell as usize] as usize;
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+            let count = self.counts[axis] as u32;
+            (at[axis] % count..self.sides[axis] as u32).step_by(count as usize)
+        });
+        for z in zs {
+            for y in ys.clone() {
+                for x in xs.clone() {
+                    let cell = x + columns * (y + rows * z);
+                    let index = self.starts[cell as usize] as usize + place;
+                    // Beyond walls, and where tiles are too far away, cells are empty.
+                    if index < self.starts[cell as usize + 1] as usize {
+                        self.set_at(cell, index, velocity, moves);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn set_at(&mut self, cell: u32, index: usize, velocity: VectorOf<P>, moves: bool) {
+        self.velocities[index] = velocity;
+        if !moves {
+            return;
+        }
+        self.extents[cell as usize].note(velocity);
+        let columns = self.sides[0] as u32;
+        let (line, x) = ((cell / columns) as usize, (cell % columns) as usize);
+        let [y, z] = if P::Space::DIMENSION == 2 {
+            [line, 0]
+        } else {
+            [line % self.sides[1], line / self.sides[1]]
+        };
+        let reach = self.ranges.reach();
+        if y.abs_diff(self.line[0]) <= reach && z.abs_diff(self.line[1]) <= reach {
+            let all = self.bounds.len();
+            let from = x.saturating_sub(self.margin[0] + reach).min(all);
+            let to = (x + reach + 1).saturating_sub(self.margin[0]).min(all);
+            for bound in &mut self.bounds[from..to] {
+                bound.note(velocity);
+            }
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let positions: usize = self.positions.iter().map(Vec::capacity).sum();
+        let extents = self.extents.capacity() + self.bounds.capacity() + self.work.capacity();
+        8 * positions
+            + 4 * (self.starts.capacity()
+                + self.cells.capacity()
+                + self.near.capacity()
+                + self.sums.capacity())
+            + self.lonely.capacity()
+            + size_of::<VectorOf<P>>() * self.velocities.capacity()
+            + size_of::<<P::Sizes as Sizes>::Tag>() * self.tags.capacity()
+            + size_of::<At>() * self.homes.capacity()
+            + size_of::<Extent<P::Space>>() * extents
+    }
+
+    /// The number of cells along the first axis, and of those in a layer.
+    #[inline(always)]
+    pub(super) fn strides(&self) -> [usize; 3] {
+        [1, self.sides[0], self.sides[0] * self.sides[1]]
+    }
+}
+
+/// The largest whole number that is not above `x`, which is small; of a whole number it may be the one before.
+#[inline(always)]
+fn floor(x: f64) -> i64 {
+    i64::from(((x - 0.5) + ROUNDER).to_bits() as i32)
+}
