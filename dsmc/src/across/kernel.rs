@@ -14,10 +14,17 @@ use super::patch::Patch;
 use super::shared::{Around, ChangeOf};
 use super::{Bounds, Rates, Report};
 use crate::boundary::Surroundings;
-use crate::collide::{Kernel, covered, index, nearest_image};
+use crate::collide::{Kernel, covered, draw_whole, index, nearest_image};
 use crate::density::{Crowding, Scheme};
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::Follow;
+use crate::tally::smaller;
+
+/// Simulators that a piece of a line of cells is to hold, and most cells in one. The number of trials of a piece is one of the two whole
+/// numbers next to its mean, so that it varies less than the Poisson law has it; how much so moves the collision rate by some tenths of
+/// a per cent (`docs/development/monte-carlo.md`).
+const SIMULATORS_IN_PIECE: f64 = 5.0;
+const LONGEST_PIECE: f64 = 8.0;
 
 /// What works around a tile.
 pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
@@ -31,6 +38,7 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     moves: bool,
     around: Around<'b, 'c, P, F>,
     pub(super) patch: Patch<P>,
+    cells: Vec<Cell<P::Space>>,
     pub(super) report: Report,
 }
 
@@ -43,7 +51,7 @@ struct Line {
 }
 
 /// A cell that is not empty.
-struct Cell {
+struct Cell<S: Space> {
     /// Its number in the tile, and its coordinates among all.
     local: usize,
     at: [u32; 3],
@@ -58,6 +66,14 @@ struct Cell {
     class: u8,
     /// Cross section times chi of pairs of the largest, over that of the contact distance and the chi of equal ones.
     ceiling: f64,
+    /// n chi times the ceiling of those that have most; trials expected in the step for each simulator, and for all of the piece up to
+    /// here; the velocities that these may meet.
+    most: f64,
+    rate: f64,
+    sum: f64,
+    extent: Extent<S>,
+    collisions: u64,
+    virial: f64,
 }
 
 /// A simulator that looks for a partner.
@@ -108,6 +124,7 @@ where
             moves: kernel.density.scheme().bounds_trials(),
             around,
             patch,
+            cells: Vec::new(),
             report: Report::default(),
         }
     }
@@ -180,10 +197,12 @@ where
                 (Scheme::Esmc(_), _) => self.in_cells(line, columns, &ranges, &mut stream),
                 (Scheme::StochasticDisks { stiffness }, _) => {
                     for column in 0..columns {
-                        if let Some(cell) = self.cell(line, columns, column) {
-                            let before = self.before();
+                        if let Some(mut cell) = self.cell(line, columns, column) {
+                            let before = (self.report.tally.collisions, self.report.tally.virial);
                             self.overlapping(cell.at, cell.members.clone(), stiffness, &mut stream);
-                            self.close(&cell, before);
+                            cell.collisions = self.report.tally.collisions - before.0;
+                            cell.virial = self.report.tally.virial - before.1;
+                            self.close(&cell);
                         }
                     }
                 }
@@ -194,7 +213,7 @@ where
 
     /// Looks at a cell of a line, as it is before it collides; none if it is empty.
     #[inline(always)]
-    fn cell(&mut self, line: Line, columns: usize, column: usize) -> Option<Cell> {
+    fn cell(&mut self, line: Line, columns: usize, column: usize) -> Option<Cell<P::Space>> {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
         let here = self.patch.own_cell([column, line.row, line.layer]);
@@ -244,34 +263,94 @@ where
             limited,
             class,
             ceiling,
+            most: 0.0,
+            rate: 0.0,
+            sum: 0.0,
+            extent: Extent::nobody(),
+            collisions: 0,
+            virial: 0.0,
         })
-    }
-
-    /// Collisions and virial so far.
-    #[inline(always)]
-    fn before(&self) -> (u64, f64) {
-        (self.report.tally.collisions, self.report.tally.virial)
     }
 
     /// Notes what happened in a cell.
     #[inline(always)]
-    fn close(&mut self, cell: &Cell, before: (u64, f64)) {
-        let tally = &mut self.report.tally;
-        let collisions = tally.collisions - before.0;
-        if collisions == 0 {
+    fn close(&mut self, cell: &Cell<P::Space>) {
+        if cell.collisions == 0 {
             return;
         }
+        let tally = &mut self.report.tally;
         if cell.limited {
-            tally.limited_collisions += collisions;
+            tally.limited_collisions += cell.collisions;
         }
-        let (each, count) = (2.0 * collisions as f64, cell.members.len() as f64);
+        let (each, count) = (2.0 * cell.collisions as f64, cell.members.len() as f64);
         if each > tally.busiest_cell * count {
             tally.busiest_cell = each / count;
         }
-        let virial = tally.virial - before.1;
-        let weighed = self.kernel.weight * collisions as f64;
+        let weighed = self.kernel.weight * cell.collisions as f64;
         self.around
-            .count(self.around.middle(), cell.local, weighed, virial);
+            .count(self.around.middle(), cell.local, weighed, cell.virial);
+    }
+
+    /// Draws the trials of a line, piece by piece: their number, and the cell and simulator of each. `most`: n chi times the ceiling in
+    /// a cell, at most; `meet`: does a trial, given a random number from 0 to 2^32, and says whether to go on.
+    #[inline(always)]
+    fn for_trials<R: Rng>(
+        &mut self,
+        line: Line,
+        columns: usize,
+        stream: &mut R,
+        most: impl Fn(&Self, &Cell<P::Space>, usize) -> f64,
+        mut meet: impl FnMut(&mut Self, &mut Cell<P::Space>, usize, u64, &mut R) -> bool,
+    ) {
+        let kernel = self.kernel;
+        let mut cells = std::mem::take(&mut self.cells);
+        let home = self.around.home();
+        let in_cell = home.simulators.len() as f64 / home.cells() as f64;
+        let length = (SIMULATORS_IN_PIECE / in_cell).clamp(1.0, LONGEST_PIECE) as usize;
+        let pieces = columns.div_ceil(length);
+        // Trials for each n chi and length of the sides of a box of velocities: the mean of h(k) is half of their sum times the mean
+        // component.
+        let largest = 2.0 * kernel.scene.sizes().largest_radius();
+        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
+        let mean = 0.5 * MEAN_COMPONENT[P::Space::DIMENSION - 2];
+        let each = 0.5 * P::Space::SOLID_ANGLE * section * mean * kernel.step;
+        for piece in 0..pieces {
+            let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
+            cells.clear();
+            let mut sum = 0.0;
+            for column in from..to {
+                let Some(mut cell) = self.cell(line, columns, column) else {
+                    continue;
+                };
+                cell.extent = self.patch.bounds[column];
+                cell.most = most(self, &cell, column);
+                cell.rate = cell.most * each * total::<P::Space>(cell.extent.sides());
+                sum += cell.rate * cell.members.len() as f64;
+                cell.sum = sum;
+                cells.push(cell);
+            }
+            let trials = draw_whole(sum, stream);
+            self.report.tally.trials += trials;
+            for number in 0..trials {
+                if kernel.stop.is_raised_at(number) {
+                    break;
+                }
+                let [who, pick] = two_numbers(stream);
+                // Below the sum also where the product rounds up to it: so there is a cell.
+                let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
+                let number = cells.iter().filter(|cell| cell.sum <= at).count();
+                let cell = &mut cells[number];
+                let left = ((cell.sum - at) / cell.rate) as usize;
+                let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
+                if !meet(self, cell, first, pick, stream) {
+                    break;
+                }
+            }
+            for cell in &cells {
+                self.close(cell);
+            }
+        }
+        self.cells = cells;
     }
 
     /// Draws a line of centres for a simulator, and the speed along it that a partner must exceed.
@@ -285,9 +364,9 @@ where
         &self,
         first: usize,
         extent: &Extent<P::Space>,
-        sides: VectorOf<P>,
         stream: &mut impl Rng,
     ) -> Trial<VectorOf<P>> {
+        let sides = extent.sides();
         let normal = line_of_centres::<P::Space>(sides, stream);
         let both: f64 = (0..P::Space::DIMENSION)
             .map(|axis| sides[axis] * normal[axis].abs())
@@ -315,7 +394,7 @@ where
     #[inline(always)]
     fn try_pair(
         &mut self,
-        cell: &Cell,
+        cell: &mut Cell<P::Space>,
         trial: &Trial<VectorOf<P>>,
         second: usize,
         stream: &mut impl Rng,
@@ -336,18 +415,11 @@ where
             }
         }
         let contact = radii[0] + radii[1];
+        let virial = self.report.tally.virial;
         let apart = self.strike([trial.first, second], trial.normal, contact);
+        cell.collisions += 1;
+        cell.virial += self.report.tally.virial - virial;
         Some(-apart.inner(&trial.normal) / contact)
-    }
-
-    /// Trials in a step for each simulator, unit of the rate n chi, and length of the sides of the box of velocities that are met: the
-    /// mean of h(k) is half of their sum times [`MEAN_COMPONENT`].
-    #[inline(always)]
-    fn trials(&self) -> f64 {
-        let largest = 2.0 * self.kernel.scene.sizes().largest_radius();
-        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
-        let mean = 0.5 * MEAN_COMPONENT[P::Space::DIMENSION - 2];
-        0.5 * P::Space::SOLID_ANGLE * section * mean * self.kernel.step
     }
 
     /// Partners around the point of contact, at the rate of Enskog's theory.
@@ -362,68 +434,52 @@ where
     ) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
-        let each = self.trials();
-        let mut due: f64 = stream.random();
-        for column in 0..columns {
-            let Some(cell) = self.cell(line, columns, column) else {
-                continue;
-            };
-            let before = self.before();
-            let extent = self.patch.bounds[column];
-            let sides = extent.sides();
-            let most = cell.ceiling * rates.most(cell.units, cell.crowding);
-            let rate = most * each * total::<P::Space>(sides);
-            let trials = draw_due(&mut due, cell.members.len() as f64 * rate);
-            self.report.tally.trials += trials;
-            let class = cell.class;
-            let reach = self.arm.reach(class);
-            for number in 0..trials {
-                if kernel.stop.is_raised_at(number) {
-                    break;
-                }
-                let [who, pick] = two_numbers(stream);
-                let first = cell.members.start + ((who * cell.members.len() as u64) >> 32) as usize;
-                let trial = self.propose(first, &extent, sides, stream);
+        self.for_trials(
+            line,
+            columns,
+            stream,
+            |_, cell, _| cell.ceiling * rates.most(cell.units, cell.crowding),
+            |worker, cell, first, pick, stream| {
+                let trial = worker.propose(first, &cell.extent, stream);
                 if !P::Sizes::UNIFORM {
-                    let share = sizes.radius(self.patch.tag(first)) / sizes.largest_radius();
+                    let share = sizes.radius(worker.patch.tag(first)) / sizes.largest_radius();
                     let rate = cell.ceiling * rates.at(cell.units, cell.crowding, share);
-                    if stream.random::<f64>() * most >= rate {
-                        continue;
+                    if stream.random::<f64>() * cell.most >= rate {
+                        return true;
                     }
                     // A search among the small for the partner of a large one may look at ten thousands.
                     if kernel.stop.is_raised() {
-                        break;
+                        return false;
                     }
                 }
                 let (normal, distance) = (trial.normal, trial.distance);
                 // Beyond a wall there is nobody.
                 if !kernel.has_room(trial.position + normal * distance) {
-                    continue;
+                    return true;
                 }
+                let reach = worker.arm.reach(cell.class);
                 let aim = Aim {
                     point: trial.position + normal * (reach * distance),
                     along: normal * reach,
                 };
-                let there = self.patch.cell_of(aim.point);
+                let there = worker.patch.cell_of(aim.point);
                 // Nobody there is fast enough.
-                if self
-                    .patch
-                    .is_slow(there, normal, trial.threshold - trial.along)
-                {
-                    continue;
+                let speed = trial.threshold - trial.along;
+                if worker.patch.is_slow(there, normal, speed) {
+                    return true;
                 }
-                self.report.tally.searches += 1;
-                let patch = &mut self.patch;
+                worker.report.tally.searches += 1;
+                let patch = &mut worker.patch;
                 let Some(second) = search.partner(patch, aim, there, first, pick, stream) else {
-                    self.report.tally.missed += 1;
-                    continue;
+                    worker.report.tally.missed += 1;
+                    return true;
                 };
-                if let Some(arm) = self.try_pair(&cell, &trial, second, stream) {
-                    self.report.distances.note(class, arm);
+                if let Some(arm) = worker.try_pair(cell, &trial, second, stream) {
+                    worker.report.distances.note(cell.class, arm);
                 }
-            }
-            self.close(&cell, before);
-        }
+                true
+            },
+        );
     }
 
     /// Partners from the cell of the point of contact.
@@ -434,47 +490,37 @@ where
         let chi = self.bounds.chi;
         // Cells that walls cut are denser than their number says.
         let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
-        let each = self.trials();
-        let mut due: f64 = stream.random();
-        for column in 0..columns {
-            let Some(cell) = self.cell(line, columns, column) else {
-                continue;
-            };
-            let before = self.before();
-            let extent = self.patch.bounds[column];
-            let sides = extent.sides();
-            let here = self.patch.own_cell([column, line.row, line.layer]);
-            let crowd = u64::from(self.patch.crowd(here, ranges.point));
-            let density = crowd as f64 * kernel.weight / (least * kernel.grid.cell_volume());
-            let most = cell.ceiling * chi * density;
-            let rate = most * each * total::<P::Space>(sides);
-            let trials = draw_due(&mut due, cell.members.len() as f64 * rate);
-            self.report.tally.trials += trials;
-            for number in 0..trials {
-                if kernel.stop.is_raised_at(number) {
-                    break;
-                }
-                let [who, slot] = two_numbers(stream);
-                let first = cell.members.start + ((who * cell.members.len() as u64) >> 32) as usize;
-                let slot = ((slot * crowd) >> 32) as usize;
-                let trial = self.propose(first, &extent, sides, stream);
+        let density = kernel.weight / (least * kernel.grid.cell_volume());
+        let point = ranges.point;
+        let crowd = |worker: &Self, here| f64::from(worker.patch.crowd(here, point));
+        self.for_trials(
+            line,
+            columns,
+            stream,
+            |worker, cell, column| {
+                let here = worker.patch.own_cell([column, line.row, line.layer]);
+                cell.ceiling * chi * crowd(worker, here) * density
+            },
+            |worker, cell, first, pick, stream| {
+                let most = cell.most / (cell.ceiling * chi * density);
+                let slot = (pick as f64 * (0.5_f64).powi(32) * most) as usize;
+                let trial = worker.propose(first, &cell.extent, stream);
                 let way = trial.normal * trial.distance;
                 let point = trial.position + way;
-                let there = self.patch.members(self.patch.cell_of(point), 1);
+                let patch = &worker.patch;
+                let there = patch.members(patch.cell_of(point), 1);
                 let second = there.start + slot;
-                if slot >= there.len() || self.patch.home(second) == self.patch.home(first) {
-                    continue;
+                if slot >= there.len() || patch.home(second) == patch.home(first) {
+                    return true;
                 }
-                if kernel.surroundings.is_some() {
+                if let Some(surroundings) = kernel.surroundings {
                     let point = domain.wrap(point);
                     if !kernel.has_room(point) {
-                        continue;
+                        return true;
                     }
-                    let room = kernel
-                        .surroundings
-                        .map_or(1.0, |all| all.room(kernel.grid.cell_at(point)));
+                    let room = surroundings.room(kernel.grid.cell_at(point));
                     if least < room && stream.random::<f64>() * room >= least {
-                        continue;
+                        return true;
                     }
                 }
                 // Halfway, where the density counts: the packing of the cell there, or of those around it.
@@ -482,18 +528,17 @@ where
                 let own = if kernel.density.looks_around() {
                     0.0
                 } else {
-                    let members = self.patch.members(self.patch.cell_of(middle), 1);
-                    members.map(|who| self.units(who)).sum()
+                    let members = patch.members(patch.cell_of(middle), 1);
+                    members.map(|who| worker.units(who)).sum()
                 };
                 let middle = kernel.grid.cell_at(domain.wrap(middle));
                 let (there, ..) = kernel.density.contact_value(middle, own);
-                if chi * stream.random::<f64>() >= there {
-                    continue;
+                if chi * stream.random::<f64>() < there {
+                    worker.try_pair(cell, &trial, second, stream);
                 }
-                self.try_pair(&cell, &trial, second, stream);
-            }
-            self.close(&cell, before);
-        }
+                true
+            },
+        );
     }
 
     /// What a simulator covers, in units of the largest particle.
@@ -559,16 +604,6 @@ where
 
 /// Mean size of a component of a random unit vector, in the plane and in space.
 const MEAN_COMPONENT: [f64; 2] = [std::f64::consts::FRAC_2_PI, 0.5];
-
-/// A whole number with the mean `mean`: what is due by then, with a remainder that is carried to the next cell of a line, so that
-/// the numbers of a line vary as little as they can. Where the first remainder is uniform, so are all.
-#[inline(always)]
-fn draw_due(due: &mut f64, mean: f64) -> u64 {
-    *due += mean;
-    let whole = *due as u64;
-    *due -= whole as f64;
-    whole
-}
 
 /// Two random numbers from 0 to 2^32.
 #[inline(always)]
