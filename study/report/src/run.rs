@@ -225,6 +225,7 @@ fn controls(player: &Player) -> Markup {
             label { "colour " select id="viewer-colour" {
                 option value="direction" { "direction" } option value="speed" { "speed" }
                 option value="density" { "local density" } option value="field" { "field of density and velocity" }
+                option value="partner" { "energy of the last partner" } option value="impact" { "last impact parameter" }
             } }
             span {
                 button id="viewer-closer" type="button" title="magnify" { "+" } " "
@@ -234,6 +235,8 @@ fn controls(player: &Player) -> Markup {
             span.compass data-key="direction" role="img" aria-label="colour of each direction" {}
             span.ramp data-key="speed" hidden { "0" i {} "2 times the root mean square" }
             span.ramp data-key="density field" hidden { "0" i {} "3 times the mean" }
+            span.ramp data-key="partner" hidden { "0" i {} "4 times the mean" }
+            span.ramp data-key="impact" hidden { "central" i {} "grazing" }
         }
     }
 }
