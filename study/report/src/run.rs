@@ -4,11 +4,11 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+    Figure, Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
     quantity_title,
 };
 
-use crate::figure::draw;
+use crate::figure::{Drawn, draw};
 use crate::map::with_obstacles;
 use crate::page::{self, Column};
 use crate::sheet::sheet;
@@ -144,31 +144,52 @@ struct Figures {
     drawings: Vec<(String, Vec<u8>)>,
 }
 
+/// A part of the section of figures.
+enum Part<'a> {
+    Figure(&'a Figure, Drawn),
+    Other(Markup),
+}
+
 fn figures(stored: &Stored) -> Figures {
     let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
     let obstacles = viewer::obstacles(&stored.manifest);
     for table in &stored.tables {
         for (figure, file) in table.figures.iter().zip(table.drawings()) {
             let Some(mut drawn) = draw(table, figure) else {
-                others.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+                others.push(Part::Other(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } }));
                 continue;
             };
             if figure.mark == Mark::Map && figure.x.column == "x" && figure.y.column == "y" {
                 let plots = drawn.panels.iter_mut();
                 plots.for_each(|(_, plot)| with_obstacles(plot, &obstacles));
             }
-            let markup = page::figure(drawings.len() + 1, &figure.title, &figure.caption, &drawn);
             drawings.push((file, sheet(&figure.title, &drawn).into_bytes()));
             if drawings.len() == 1 || (table.name == QUOTIENTS && first.len() == 1) {
-                first.push(markup);
+                first.push((figure, drawn));
             } else {
-                others.push(markup);
+                others.push(Part::Figure(figure, drawn));
             }
         }
         if !table.figures.is_empty() {
-            others.push(page::folded(table));
+            others.push(Part::Other(page::folded(table)));
         }
     }
+    // Numbered as they stand on the page.
+    let mut count = 0;
+    let mut numbered = |figure: &Figure, drawn: &Drawn| {
+        count += 1;
+        page::figure(count, &figure.title, &figure.caption, drawn)
+    };
+    let first: Vec<Markup> = first
+        .iter()
+        .map(|(figure, drawn)| numbered(figure, drawn))
+        .collect();
+    let others: Vec<Markup> = (others.into_iter())
+        .map(|part| match part {
+            Part::Figure(figure, drawn) => numbered(figure, &drawn),
+            Part::Other(markup) => markup,
+        })
+        .collect();
     Figures {
         first: html! { div.answer { @for one in &first { (one) } } },
         others: html! {

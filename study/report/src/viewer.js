@@ -239,7 +239,7 @@
       : frame.share > 1.001 ? `${frame.n} of ${frame.all} particles`
       : frame.n === frame.all ? `${frame.n} particles` : `a fair sample of the simulators: ${frame.n}`;
     if (frame && MET.includes(colouring) && !frame.met) note.textContent += "; grey, as this engine does not tell equal particles apart";
-    else if (frame && MET.includes(colouring)) note.textContent += "; grey: no collision yet";
+    else if (frame && MET.includes(colouring) && frame.met.includes(0)) note.textContent += "; grey: no collision yet";
     if (!frame) return;
     const [w, h] = frame.sides;
     const unit = Math.min(width / w, height / h) * view.scale; // pixels for each unit of length
