@@ -67,8 +67,12 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
         .collect();
     let first = headlines(&manifest.verdicts);
     let others = manifest.verdicts.iter().filter(|one| !first.contains(one));
-    let (urgent, rest): (Vec<&Verdict>, Vec<&Verdict>) =
+    let (urgent, mut rest): (Vec<&Verdict>, Vec<&Verdict>) =
         others.partition(|one| one.kind == VerdictKind::Warning);
+    // Where nothing is compared, the first number for information answers the question.
+    let told = (rest.iter().position(|one| one.topic != "steady state"))
+        .filter(|_| first.is_empty())
+        .map(|place| rest.remove(place));
     let uneven = manifest
         .start
         .iter()
@@ -93,10 +97,9 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     html! {
         section id="verdicts" {
             (page::warnings(&warnings))
-            @match first.first() {
+            @match first.first().copied().or(told) {
                 Some(first) => { (page::headline(first)) }
-                None if rest.is_empty() => { p.absent { "This run has no verdict." } }
-                None => {}
+                None => { p.absent { "This run has no verdict." } }
             }
             (figure)
             @if first.len() > 1 { (page::verdicts(&first[1..])) }
