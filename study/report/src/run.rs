@@ -127,7 +127,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
                     several => { "Engines: " (several.join(", ")) ". " }
                 }
                 (manifest.replicas) @if manifest.replicas == 1 { " replica, so standard errors over replicas are unknown" } @else { " replicas" } ". "
-                "Unit of time: " (manifest.time_unit.name)
+                "Unit of time: " (manifest.time_unit.name.strip_prefix("unit of time").map_or_else(|| manifest.time_unit.name.clone(), |of| format!("that{of}")))
                 @if manifest.time_unit.size.is_finite() && manifest.time_unit.size != 1.0 {
                     ", " (number(manifest.time_unit.size, 5)) " in units of the case"
                 }
