@@ -170,7 +170,12 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
 
 /// The conclusion that answers the question of a case.
 pub(crate) fn headline(verdict: &Verdict) -> Markup {
-    html! { p.headline { (kind(verdict.kind)) " " (unbroken(&verdict.sentence)) } }
+    html! { p.headline {
+        (kind(verdict.kind)) " "
+        // A number for information says of what it is in its topic alone.
+        @if verdict.kind == VerdictKind::Note { (verdict.topic) ": " }
+        (unbroken(&verdict.sentence))
+    } }
 }
 
 /// A sentence whose numbers are not torn from their errors and units at the end of a line.
