@@ -330,12 +330,15 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
             say(&format!("\n{}", outline.point))?;
         }
         for quantity in &outline.derived {
-            say(&format!(
+            let text = format!(
                 "  {:<50} {} {}",
                 quantity_title(&quantity.name),
                 figure(quantity.value),
-                quantity.unit
-            ))?;
+                Some(quantity.unit)
+                    .filter(|unit| *unit != "1")
+                    .unwrap_or_default()
+            );
+            say(text.trim_end())?;
         }
         say(&format!("  engines: {}", outline.engines.join(", ")))?;
         say(&format!("  measures: {}", outline.measures.join(", ")))?;

@@ -459,7 +459,7 @@ fn check_schema_and_help_teach() {
     let said = desk.done("check case.toml").out;
     for word in [
         "mean free path",
-        "haff time",
+        "Haff time",
         "cell",
         "memory",
         "collisions",
@@ -489,7 +489,7 @@ fn a_case_is_read_from_a_pipe() {
     drop(pipe);
     let output = child.wait_with_output().expect("an end");
     assert!(output.status.success());
-    assert!(String::from_utf8_lossy(&output.stdout).contains("haff time"));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("Haff time"));
 }
 
 #[cfg(unix)]

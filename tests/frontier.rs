@@ -82,7 +82,7 @@ fn sweeps_repeat_and_changed_references_are_refused() {
     );
     let said = String::from_utf8(done.stdout).expect("text");
     assert!(
-        said.contains("event-driven: for 20 % in energy, the cheapest setting is"),
+        said.contains("Exact dynamics: for 20 % in energy, the cheapest setting is"),
         "{said}"
     );
     let done = sweep(

@@ -3,23 +3,71 @@
 use std::fs;
 use std::path::Path;
 
-use stosszahl_trials::docs::{ENTRIES, Head, ROOT, Results, faults, find, replace, stale};
+use stosszahl_trials::docs::{
+    ENTRIES, Head, ROOT, Results, Source, block_names, faults, find, is_open, outside, pages,
+    replace, stale, stale_typed,
+};
+
+fn read(file: &str) -> String {
+    fs::read_to_string(Path::new(ROOT).join(file)).expect("a page")
+}
 
 #[test]
 fn every_block_stands_on_its_page() {
     for entry in ENTRIES {
-        let page = fs::read_to_string(Path::new(ROOT).join(entry.file)).expect("a page");
+        let page = read(entry.file);
+        if is_open(&page, entry.name) {
+            continue;
+        }
         assert_eq!(stale(&page, entry), [""; 0], "{}", entry.name);
         let block = find(&page, entry.name).expect("a block");
         assert!(block.text.lines().count() > 1, "{}", entry.name);
         assert_ne!(block.head.commit, "unknown", "{}", entry.name);
     }
-    // Nor is there a block that no entry makes.
-    for file in ["README.md", "docs/paired-case.md"] {
-        let page = fs::read_to_string(Path::new(ROOT).join(file)).expect("a page");
-        let known = ENTRIES.iter().filter(|entry| entry.file == file).count();
-        assert_eq!(page.matches("<!-- docs ").count(), known, "{file}");
+    // One that no entry makes says what it was typed from, and holds today.
+    for file in pages(Path::new(ROOT)).expect("pages") {
+        let page = read(&file);
+        let names = block_names(&page);
+        for (name, found) in stale_typed(&page) {
+            assert_eq!(found, [""; 0], "{name} in {file}");
+        }
+        for (place, name) in names.iter().enumerate() {
+            assert!(!names[..place].contains(name), "{name} twice in {file}");
+            let elsewhere = ENTRIES.iter().find(|entry| entry.name == name);
+            assert!(elsewhere.is_none_or(|entry| entry.file == file), "{name}");
+        }
     }
+}
+
+/// Numbers with an error are results. Pages that explain a format show the sign alone.
+#[test]
+fn results_stand_in_blocks() {
+    let is_result = |line: &str| {
+        line.match_indices('±').any(|(at, sign)| {
+            let digit = |text: Option<char>| text.is_some_and(|c| c.is_ascii_digit() || c == '.');
+            digit(line[..at].trim_end().chars().last())
+                && digit(line[at + sign.len()..].trim_start().chars().next())
+        })
+    };
+    assert!(is_result("| 1.0 ± .2 |") && !is_result("`energy_ratio` ±T") && !is_result("a ± b"));
+    for file in pages(Path::new(ROOT)).expect("pages") {
+        let typed = outside(&read(&file));
+        let found: Vec<&str> = typed.lines().filter(|line| is_result(line)).collect();
+        assert_eq!(found, [""; 0], "outside of all blocks in {file}");
+    }
+}
+
+/// Typed numbers are refused once an engine has other statistics, and where nothing says what they are of.
+#[test]
+fn typed_numbers_are_of_the_engines_of_today() {
+    let page =
+        |line: &str| format!("<!-- docs own: {line} -->\n\n1.0 ± 0.1\n\n<!-- end of own -->\n");
+    let faults = |line: &str| stale_typed(&page(line))[0].1.len();
+    let of = "commit c0ffee, date 2026-11-23, statistics";
+    assert_eq!(faults(&format!("{of} ed=1, typed from quick")), 0);
+    assert_eq!(faults(&format!("{of} ed=0 dsmc=0, typed from quick")), 2);
+    assert_eq!(faults(&format!("{of} ed=1")), 1);
+    assert_eq!(faults("by hand"), 1);
 }
 
 /// A small form of a case is run twice: the same bytes. Then a number is changed by twenty of its errors, the version of an engine, and
@@ -30,10 +78,13 @@ fn a_planted_number_is_found() {
         .iter()
         .find(|entry| entry.name == "quick")
         .expect("it");
+    let Source::Case(case) = entry.source else {
+        panic!("a case");
+    };
     let folder = tempfile::tempdir().expect("a folder");
     let run = |name: &str| {
         let set = ["gas.number=60", "replicas=3"].map(str::to_owned);
-        let done = Results::of(entry.case, &set, &folder.path().join(name), false, "c0ffee");
+        let done = Results::of(case, &set, &folder.path().join(name), false, "c0ffee");
         let (results, commit) = done.expect("a run");
         assert_eq!(commit, "c0ffee");
         results
@@ -47,6 +98,7 @@ fn a_planted_number_is_found() {
         commit: "c0ffee".into(),
         date: "2026-11-23".into(),
         statistics: entry.statistics(),
+        typed: None,
     };
     let empty = "<!-- docs quick: to be made -->\n<!-- end of quick -->\n";
     let page = replace(empty, &head, &made.text).expect("a page");

@@ -87,7 +87,12 @@ impl Origins {
             replaced: Vec::new(),
         };
         let document = DeTable::parse(text).map_err(|error| {
-            let message = error.message().replace('\n', ", ");
+            let mut message = error.message().replace('\n', ", ");
+            if message == "duplicate key"
+                && let Some(key) = error.span().and_then(|span| text.get(span))
+            {
+                message = format!("{key} is there twice in its table; a key has one value");
+            }
             let problem = Problem::new(&[], Fault::Syntax { message });
             origins.at(problem, error.span(), false)
         })?;

@@ -738,6 +738,11 @@ fn places_are_lines_arguments_and_sweeps() {
     let error = read("\u{feff}format = 2\ntitle = [", &[]).expect_err("not TOML");
     assert!(error.to_string().starts_with("case.toml:2:"), "{error}");
 
+    let twice = COMPARISON.replace("number = 1000", "number = 1000\nnumber = 2000");
+    let error = read(&twice, &[]).expect_err("twice").to_string();
+    assert!(error.starts_with("case.toml:6:1: "), "{error}");
+    assert!(error.contains("number is there twice"), "{error}");
+
     let file = read(COMPARISON, &[]).expect("a case");
     let error = file.points[0].refuse("run.until", "less");
     assert!(

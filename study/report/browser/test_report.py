@@ -186,7 +186,7 @@ def test_every_control_of_the_player_moves_something(open_page, kind):
         return page.evaluate(PICTURES) != before
 
     assert len(set(page.evaluate(PICTURES).split(","))) >= 2, "engines look alike"
-    for colour in ("speed", "density", "field", "direction"):
+    for colour in ("speed", "density", "field", "partner", "impact", "direction"):
         assert changes(lambda: page.select_option("#viewer-colour", colour)), colour
     for name in ("closer", "home", "closer", "farther"):
         assert changes(page.locator(f"#viewer-{name}").click), name

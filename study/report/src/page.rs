@@ -162,7 +162,7 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
         ul.verdicts { @for verdict in verdicts {
             li {
                 (kind(verdict.kind))
-                span { strong { (verdict.topic) } ": " (verdict.sentence) }
+                span { strong { (verdict.topic) } ": " (unbroken(&verdict.sentence)) }
             }
         } }
     }
@@ -170,7 +170,19 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
 
 /// The conclusion that answers the question of a case.
 pub(crate) fn headline(verdict: &Verdict) -> Markup {
-    html! { p.headline { (kind(verdict.kind)) " " (verdict.sentence) } }
+    html! { p.headline {
+        (kind(verdict.kind)) " "
+        // A number for information says of what it is in its topic alone.
+        @if verdict.kind == VerdictKind::Note { (verdict.topic) ": " }
+        (unbroken(&verdict.sentence))
+    } }
+}
+
+/// A sentence whose numbers are not torn from their errors and units at the end of a line.
+fn unbroken(sentence: &str) -> String {
+    sentence
+        .replace(" ± ", "\u{a0}±\u{a0}")
+        .replace(" %", "\u{a0}%")
 }
 
 /// The kind of a conclusion as a word with a sign, in its colour.

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+    Figure, Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
     quantity_title,
 };
 
-use crate::figure::draw;
+use crate::figure::{Drawn, draw};
 use crate::map::with_obstacles;
 use crate::page::{self, Column};
 use crate::sheet::sheet;
@@ -67,8 +67,12 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
         .collect();
     let first = headlines(&manifest.verdicts);
     let others = manifest.verdicts.iter().filter(|one| !first.contains(one));
-    let (urgent, rest): (Vec<&Verdict>, Vec<&Verdict>) =
+    let (urgent, mut rest): (Vec<&Verdict>, Vec<&Verdict>) =
         others.partition(|one| one.kind == VerdictKind::Warning);
+    // Where nothing is compared, the first number for information answers the question.
+    let told = (rest.iter().position(|one| one.topic != "steady state"))
+        .filter(|_| first.is_empty())
+        .map(|place| rest.remove(place));
     let uneven = manifest
         .start
         .iter()
@@ -93,10 +97,9 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     html! {
         section id="verdicts" {
             (page::warnings(&warnings))
-            @match first.first() {
+            @match first.first().copied().or(told) {
                 Some(first) => { (page::headline(first)) }
-                None if rest.is_empty() => { p.absent { "This run has no verdict." } }
-                None => {}
+                None => { p.absent { "This run has no verdict." } }
             }
             (figure)
             @if first.len() > 1 { (page::verdicts(&first[1..])) }
@@ -124,7 +127,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
                     several => { "Engines: " (several.join(", ")) ". " }
                 }
                 (manifest.replicas) @if manifest.replicas == 1 { " replica, so standard errors over replicas are unknown" } @else { " replicas" } ". "
-                "Unit of time: " (manifest.time_unit.name)
+                "Unit of time: " (manifest.time_unit.name.strip_prefix("unit of time").map_or_else(|| manifest.time_unit.name.clone(), |of| format!("that{of}")))
                 @if manifest.time_unit.size.is_finite() && manifest.time_unit.size != 1.0 {
                     ", " (number(manifest.time_unit.size, 5)) " in units of the case"
                 }
@@ -144,31 +147,52 @@ struct Figures {
     drawings: Vec<(String, Vec<u8>)>,
 }
 
+/// A part of the section of figures.
+enum Part<'a> {
+    Figure(&'a Figure, Drawn),
+    Other(Markup),
+}
+
 fn figures(stored: &Stored) -> Figures {
     let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
     let obstacles = viewer::obstacles(&stored.manifest);
     for table in &stored.tables {
         for (figure, file) in table.figures.iter().zip(table.drawings()) {
             let Some(mut drawn) = draw(table, figure) else {
-                others.push(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } });
+                others.push(Part::Other(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } }));
                 continue;
             };
             if figure.mark == Mark::Map && figure.x.column == "x" && figure.y.column == "y" {
                 let plots = drawn.panels.iter_mut();
                 plots.for_each(|(_, plot)| with_obstacles(plot, &obstacles));
             }
-            let markup = page::figure(drawings.len() + 1, &figure.title, &figure.caption, &drawn);
             drawings.push((file, sheet(&figure.title, &drawn).into_bytes()));
             if drawings.len() == 1 || (table.name == QUOTIENTS && first.len() == 1) {
-                first.push(markup);
+                first.push((figure, drawn));
             } else {
-                others.push(markup);
+                others.push(Part::Figure(figure, drawn));
             }
         }
         if !table.figures.is_empty() {
-            others.push(page::folded(table));
+            others.push(Part::Other(page::folded(table)));
         }
     }
+    // Numbered as they stand on the page.
+    let mut count = 0;
+    let mut numbered = |figure: &Figure, drawn: &Drawn| {
+        count += 1;
+        page::figure(count, &figure.title, &figure.caption, drawn)
+    };
+    let first: Vec<Markup> = first
+        .iter()
+        .map(|(figure, drawn)| numbered(figure, drawn))
+        .collect();
+    let others: Vec<Markup> = (others.into_iter())
+        .map(|part| match part {
+            Part::Figure(figure, drawn) => numbered(figure, &drawn),
+            Part::Other(markup) => markup,
+        })
+        .collect();
     Figures {
         first: html! { div.answer { @for one in &first { (one) } } },
         others: html! {
@@ -225,6 +249,7 @@ fn controls(player: &Player) -> Markup {
             label { "colour " select id="viewer-colour" {
                 option value="direction" { "direction" } option value="speed" { "speed" }
                 option value="density" { "local density" } option value="field" { "field of density and velocity" }
+                option value="partner" { "energy of the last partner" } option value="impact" { "last impact parameter" }
             } }
             span {
                 button id="viewer-closer" type="button" title="magnify" { "+" } " "
@@ -234,6 +259,8 @@ fn controls(player: &Player) -> Markup {
             span.compass data-key="direction" role="img" aria-label="colour of each direction" {}
             span.ramp data-key="speed" hidden { "0" i {} "2 times the root mean square" }
             span.ramp data-key="density field" hidden { "0" i {} "3 times the mean" }
+            span.ramp data-key="partner" hidden { "0" i {} "4 times the mean" }
+            span.ramp data-key="impact" hidden { "central" i {} "grazing" }
         }
     }
 }

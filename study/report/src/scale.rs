@@ -76,7 +76,8 @@ impl Frame {
                 if high.ceil() - high < 0.2 {
                     high = high.ceil();
                 }
-                let missing = (0.8 - (high - low)).max(0.0);
+                // A factor of three has two labels at least.
+                let missing = (3_f64.log10() - (high - low)).max(0.0);
                 Self {
                     scale,
                     low: low - 0.5 * missing,

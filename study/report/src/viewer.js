@@ -22,7 +22,7 @@
       };
       const x = places(frame.after ? before.x : null);
       const y = places(frame.after ? before.y : null);
-      return (before = { ...frame, x, y, direction: take(frame.n), pace: take(frame.n), size: frame.sized ? take(frame.n) : null });
+      return (before = { ...frame, x, y, direction: take(frame.n), pace: take(frame.n), size: frame.sized ? take(frame.n) : null, met: frame.told ? take(frame.n) : null });
     });
   });
 
@@ -33,10 +33,12 @@
     return `rgb(${ramp[i].map((c, k) => Math.round(c + (place - i) * (ramp[i + 1][k] - c))).join(" ")})`;
   };
   const STEPS = 64;
+  const UNKNOWN = STEPS; // the colour of what is not known
   const palette = {
     direction: Array.from({ length: STEPS }, (_, i) => `hsl(${(i * 360) / STEPS} 72% 52%)`),
-    other: Array.from({ length: STEPS }, (_, i) => viridis(i / (STEPS - 1))),
+    other: [...Array.from({ length: STEPS }, (_, i) => viridis(i / (STEPS - 1))), "#b0b0b0"],
   };
+  const MET = ["partner", "impact"]; // colourings by the last collision
   const CHUNK = 4096; // particles that are sorted by colour before they are drawn
   const DENSEST = 3; // local density of the brightest colour, in units of the mean
 
@@ -75,12 +77,19 @@
     frame.steps = frame.steps || {};
     if (frame.steps[colouring]) return frame.steps[colouring];
     const crowd = colouring === "density" ? density(frame) : null;
+    const met = (bits) => (i) => {
+      const found = frame.met ? (frame.met[i] >> bits) & 15 : 0;
+      return found ? ((found - 1) * (STEPS - 1)) / (data.steps - 1) : UNKNOWN;
+    };
     const step = {
       direction: (i) => (frame.direction[i] * STEPS) / 256,
       speed: (i) => (frame.pace[i] * data.fastest / 255 / 2) * (STEPS - 1),
       density: (i) => (crowd.values[crowd.at(i)] / DENSEST) * (STEPS - 1),
+      partner: met(4),
+      impact: met(0),
     }[colouring];
-    frame.steps[colouring] = Uint8Array.from({ length: frame.n }, (_, i) => Math.min(STEPS - 1, Math.round(step(i)) % (colouring === "direction" ? STEPS : 256)));
+    const most = MET.includes(colouring) ? UNKNOWN : STEPS - 1;
+    frame.steps[colouring] = Uint8Array.from({ length: frame.n }, (_, i) => Math.min(most, Math.round(step(i)) % (colouring === "direction" ? STEPS : 256)));
     return frame.steps[colouring];
   };
 
@@ -229,6 +238,8 @@
     note.textContent = !frame ? "no frame at this time"
       : frame.share > 1.001 ? `${frame.n} of ${frame.all} particles`
       : frame.n === frame.all ? `${frame.n} particles` : `a fair sample of the simulators: ${frame.n}`;
+    if (frame && MET.includes(colouring) && !frame.met) note.textContent += "; grey, as this engine does not tell equal particles apart";
+    else if (frame && MET.includes(colouring) && frame.met.includes(0)) note.textContent += "; grey: no collision yet";
     if (!frame) return;
     const [w, h] = frame.sides;
     const unit = Math.min(width / w, height / h) * view.scale; // pixels for each unit of length

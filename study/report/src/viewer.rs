@@ -1,7 +1,7 @@
 //! The particles of the frames and snapshots, packed for the player inside the page.
 //!
 //! A particle takes six bytes before compression: two numbers of sixteen bits for its position, eight bits each for direction
-//! and speed; a seventh byte holds the radius where radii differ. Where the particles of a frame are those of the frame before,
+//! and speed; one more holds the radius where radii differ, and one the last collision where it is known. Where the particles of a frame are those of the frame before,
 //! the differences of positions are stored, high and low bytes apart, which `deflate` makes shorter. Where all would weigh too
 //! much, each frame but the last is cut to a fair sample. The drawing is done by the plain script in `viewer.js`, because a
 //! library for it would weigh more than the particles.
@@ -15,7 +15,7 @@ use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use serde_json::{Value, json};
 use stosszahl_model::initial::{self, StartFile};
-use stosszahl_results::frames::{Dot, FASTEST, Frame};
+use stosszahl_results::frames::{Dot, FASTEST, Frame, STEPS};
 use stosszahl_results::{Manifest, engine_rank, engine_title, frames};
 
 use crate::ReportError;
@@ -24,7 +24,7 @@ use crate::words::{number, spread};
 /// The script of the player.
 pub(crate) const SCRIPT: &str = include_str!("viewer.js");
 /// Bytes of the particles of the last frames, and of all others, before compression.
-const BUDGET: [usize; 2] = [1_800_000, 2_000_000];
+const BUDGET: [usize; 2] = [2_100_000, 2_000_000];
 /// Frames that a page has at most.
 const FRAMES: usize = 120;
 
@@ -63,11 +63,13 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
         reel.frames.retain(|frame| times.contains(&frame.time));
     }
     let many = (times.len().max(2) - 1) * reels.len().max(1);
-    let all = || reels.iter().flat_map(|reel| &reel.frames);
-    let bytes = 6 + usize::from(all().any(|frame| !frame.size.is_empty()));
-    let each = [BUDGET[0] / reels.len().max(1), BUDGET[1] / many].map(|budget| budget / bytes);
+    let each = [BUDGET[0] / reels.len().max(1), BUDGET[1] / many];
     for frame in reels.iter_mut().flat_map(|reel| &mut reel.frames) {
-        let most = each[usize::from(frame.time < last)];
+        let bytes = 6 + [&frame.size, &frame.met]
+            .map(|plane| usize::from(!plane.is_empty()))
+            .iter()
+            .sum::<usize>();
+        let most = each[usize::from(frame.time < last)] / bytes;
         if frame.len() > most {
             *frame = frame.first(most);
         }
@@ -80,7 +82,7 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
     let data = json!({
         "engines": reels.iter().map(|reel| engine_title(&reel.engine)).collect::<Vec<_>>(),
         "times": times.iter().map(|time| format!("t = {}", number(*time, 4))).collect::<Vec<_>>(),
-        "frames": all, "fastest": FASTEST, "obstacles": obstacles(manifest), "packed": packed.deflated(),
+        "frames": all, "fastest": FASTEST, "steps": STEPS, "obstacles": obstacles(manifest), "packed": packed.deflated(),
     });
     Ok(Player {
         data: if times.is_empty() {
@@ -148,6 +150,7 @@ fn frame_of(particles: &StartFile, time: f64) -> Frame {
                 .map_or([0.0; 2], |all| [all[i][0], all[i][1]]),
             radius: particles.radii.as_ref().map_or(0.5, |radii| radii[i]),
             weight: 1.0,
+            met: None,
         })
         .collect();
     let sides = [particles.lengths[0], particles.lengths[1]];
@@ -180,11 +183,11 @@ impl Packed {
             let base = before.filter(|before| before.len() == frame.len());
             self.places(&frame.x, base.map(|base| &base.x));
             self.places(&frame.y, base.map(|base| &base.y));
-            for plane in [&frame.direction, &frame.pace, &frame.size] {
+            for plane in [&frame.direction, &frame.pace, &frame.size, &frame.met] {
                 self.0.extend_from_slice(plane);
             }
             described.push(json!({
-                "n": frame.len(), "after": base.is_some(), "sized": !frame.size.is_empty(), "sides": frame.sides,
+                "n": frame.len(), "after": base.is_some(), "sized": !frame.size.is_empty(), "told": !frame.met.is_empty(), "sides": frame.sides,
                 "periodic": frame.periodic, "radius": frame.radius, "share": frame.share, "all": frame.particles.round(),
             }));
             before = Some(frame);

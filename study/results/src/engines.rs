@@ -29,7 +29,9 @@ pub fn quantity_title(name: &str) -> String {
         Some(format!("{title}: {}", rest.strip_prefix('_')?))
     };
     let title = ENGINES.iter().find_map(of_engine);
-    title.unwrap_or(name.to_owned()).replace('_', " ")
+    let title = title.unwrap_or(name.to_owned()).replace('_', " ");
+    // A name begins with a capital.
+    title.replace("haff", "Haff")
 }
 
 #[cfg(test)]
@@ -42,6 +44,7 @@ mod tests {
             ("mean_free_path", "mean free path"),
             ("ed_cells", "ED (exact): cells"),
             ("edge_length", "edge length"),
+            ("haff_time", "Haff time"),
             (
                 "dsmc_contact_point_cell_size",
                 "DSMC contact point: cell size",

@@ -1,6 +1,6 @@
 //! Frames: where particles are at many times, small enough to be played in a page.
 //!
-//! Positions take sixteen bits along each axis, directions and speeds eight. Where there are too many particles, or simulators
+//! Positions take sixteen bits along each axis, directions and speeds eight, what is left of the last collision four and four. Where there are too many particles, or simulators
 //! that stand for different numbers of them, a fair sample is kept: each kept one stands for as many particles as any other.
 //! Which ones depends on their numbers alone, so that a particle is in all frames or in none, and they stand in an order
 //! that has nothing to do with where they are or how they move: the first few of a frame are a fair sample, too.
@@ -17,6 +17,10 @@ use crate::regular;
 pub const FRAMES: &str = "frames";
 /// Largest speed that is told from larger ones, in units of the root mean square of all.
 pub const FASTEST: f64 = 4.0;
+/// Steps in which the energy of the last partner, and the last impact parameter, are told apart: 1 to so many, 0 being unknown.
+pub const STEPS: u8 = 15;
+/// Largest energy of a partner that is told from larger ones, in units of the mean of all.
+pub const HOTTEST: f64 = 4.0;
 
 /// Particles of one engine at one time, in the plane.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -45,6 +49,25 @@ pub struct Frame {
     pub pace: Vec<u8>,
     /// Radii: 255 for the largest; empty where all are equal.
     pub size: Vec<u8>,
+    /// What is known of the last collision, in [`STEPS`] steps: the root of the energy of the partner in the upper four bits, the
+    /// impact parameter in the lower ones. 0 before the first collision; empty where the engine does not tell particles apart.
+    pub met: Vec<u8>,
+}
+
+/// What is known of the last collision of a particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// Energy of its partner now, over the mean of all.
+    pub partner: f64,
+    /// Impact parameter over the distance of the centres at contact.
+    pub impact: f64,
+}
+
+impl Met {
+    fn byte(self) -> u8 {
+        let step = |share: f64| 1 + (share.clamp(0.0, 1.0) * f64::from(STEPS - 1)).round() as u8;
+        (step((self.partner / HOTTEST).sqrt()) << 4) | step(self.impact)
+    }
 }
 
 /// A particle as a frame sees it.
@@ -58,6 +81,8 @@ pub struct Dot {
     pub radius: f64,
     /// Particles that it stands for.
     pub weight: f64,
+    /// Its last collision, if it is known.
+    pub met: Option<Met>,
 }
 
 /// A number that looks random, of a number (the finaliser of `SplitMix64`).
@@ -84,6 +109,7 @@ impl Frame {
         };
         let radius = dots.iter().map(|dot| dot.radius).fold(0.0, f64::max);
         let equal = dots.iter().all(|dot| dot.radius == radius);
+        let told = dots.iter().any(|dot| dot.met.is_some());
         let mut kept: Vec<(u64, &Dot)> = (0..)
             .map(scatter)
             .zip(dots)
@@ -117,6 +143,9 @@ impl Frame {
             if !equal {
                 frame.size.push((dot.radius / radius * 255.0).round() as u8);
             }
+            if told {
+                frame.met.push(dot.met.map_or(0, Met::byte));
+            }
         }
         frame
     }
@@ -148,6 +177,7 @@ impl Frame {
             direction: part(&self.direction, 1),
             pace: part(&self.pace, 1),
             size: part(&self.size, 1),
+            met: part(&self.met, 1),
             ..self.clone()
         }
     }
@@ -184,6 +214,7 @@ mod tests {
             velocity: [f64::from(i % 7) - 3.0, f64::from(i % 5) - 2.0],
             radius: 0.5,
             weight: if i % 1000 < 500 { 1.0 } else { 0.25 },
+            met: None,
         };
         (0..100_000).map(dot).collect()
     }
@@ -234,6 +265,7 @@ mod tests {
             velocity: [0.0, -2.0],
             radius: x,
             weight: 1.0,
+            met: None,
         };
         let dots = [at(0.0, 5.0), at(9.999_999, 1.0), at(2.5, -0.1)];
         let frame = Frame::new(0.0, [10.0, 5.0], [false; 2], &dots, 10);
@@ -252,5 +284,30 @@ mod tests {
         assert!(frame.direction.iter().all(|turn| *turn == 192));
         assert_eq!(frame.size.len(), 3);
         assert_eq!(Frame::new(0.0, [1.0; 2], [true; 2], &[], 10).len(), 0);
+    }
+
+    #[test]
+    fn the_last_collision_is_told_in_steps() {
+        let dot = |met| Dot {
+            position: [0.5; 2],
+            velocity: [1.0, 0.0],
+            radius: 0.5,
+            weight: 1.0,
+            met,
+        };
+        let byte = |partner, impact| Met { partner, impact }.byte();
+        assert_eq!(byte(0.0, 0.0), 0x11);
+        assert_eq!(byte(HOTTEST, 1.0), 0xff);
+        // The mean energy lies in the middle, as its root is half of the largest; what is beyond is the largest.
+        assert_eq!((byte(1.0, 0.5), byte(1e9, 2.0)), (0x88, 0xff));
+        let frame = |known: &[Option<Met>]| {
+            let dots: Vec<Dot> = known.iter().map(|met| dot(*met)).collect();
+            let mut met = Frame::new(0.0, [1.0; 2], [true; 2], &dots, 10).met;
+            met.sort_unstable();
+            met
+        };
+        let (partner, impact) = (1.0, 0.5);
+        assert_eq!(frame(&[None, Some(Met { partner, impact })]), [0, 0x88]);
+        assert!(frame(&[None, None]).is_empty());
     }
 }

@@ -244,6 +244,14 @@ impl Pair<'_> {
             let widest = open.filter_map(|index| Some((reach(index)?, index)));
             let widest = widest.max_by(|x, y| x.0.total_cmp(&y.0));
             let sentence = match widest {
+                // An interval that reaches to twice the value, or to none of it, says nothing.
+                Some((reach, index)) if reach > 2_f64.ln() => format!(
+                    "{a} and {b} cannot be told apart in {quantity}: {} replicas are too few for any bound {}; {} {}.",
+                    found[index].quotient.replicas,
+                    self.places.at(index),
+                    off(last),
+                    self.places.at(last)
+                ),
                 Some((reach, index)) => format!(
                     "{a} and {b} cannot be told apart in {quantity}: < {} with {} replicas {}; {} {}.",
                     margin(reach.exp_m1()),

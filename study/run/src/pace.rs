@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
+use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
@@ -21,6 +22,7 @@ use crate::plan::{Pace, Plan};
 use crate::run::RunError;
 use crate::schedule::schedule;
 use crate::start::{Preparation, is_prepared, pairs};
+use crate::theory::homogeneous;
 
 /// A step that takes longer than so many times what an engine was given is broken off.
 const PATIENCE: u32 = 3;
@@ -102,7 +104,19 @@ fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pac
     Ok(Pace {
         start,
         engines: (0..engines).map(mean).collect(),
+        ending: theory(plan),
     })
+}
+
+/// How long theory takes that the tables of a gas without positions are compared with \[s\]. It is solved once, here or later.
+fn theory(plan: &Plan) -> f64 {
+    if plan.kind != Kind::Homogeneous {
+        return 0.0;
+    }
+    let began = Instant::now();
+    // Theory that cannot be followed is left out of a run, too, after the same time.
+    let _ = homogeneous::curves(plan);
+    began.elapsed().as_secs_f64()
 }
 
 /// Makes a start, of which the equilibration is broken off after some time: how long it takes \[s\], and what it came to.

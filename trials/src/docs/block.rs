@@ -11,6 +11,8 @@ pub struct Head {
     pub date: String,
     /// Statistics version of each engine that the block rests on.
     pub statistics: Vec<(String, u32)>,
+    /// Cases whose results were typed in; none where a command makes the block.
+    pub typed: Option<String>,
 }
 
 /// A block as it stands in a file.
@@ -29,10 +31,18 @@ impl Head {
             .iter()
             .map(|(engine, version)| format!(" {engine}={version}"));
         let versions: String = versions.collect();
+        let typed = self.typed.as_ref();
+        let typed = typed.map_or(String::new(), |cases| format!(", typed from {cases}"));
         let Self {
             name, commit, date, ..
         } = self;
-        format!("<!-- docs {name}: commit {commit}, date {date}, statistics{versions} -->")
+        format!("<!-- docs {name}: commit {commit}, date {date}, statistics{versions}{typed} -->")
+    }
+
+    /// The block, from its first line to its last.
+    pub(crate) fn around(&self, made: &str) -> String {
+        let (line, made, name) = (self.line(), made.trim(), &self.name);
+        format!("{line}\n\n{made}\n\n<!-- end of {name} -->")
     }
 
     fn read(line: &str) -> Option<Self> {
@@ -45,6 +55,10 @@ impl Head {
         let commit = parts.next()?.strip_prefix("commit ")?;
         let date = parts.next()?.strip_prefix("date ")?;
         let versions = parts.next()?.strip_prefix("statistics")?;
+        let typed = match parts.next() {
+            None => None,
+            Some(part) => Some(part.strip_prefix("typed from ")?.to_owned()),
+        };
         let version = |word: &str| {
             let (engine, version) = word.split_once('=')?;
             Some((engine.to_owned(), version.parse().ok()?))
@@ -55,8 +69,34 @@ impl Head {
             commit: commit.to_owned(),
             date: date.to_owned(),
             statistics: statistics.collect::<Option<_>>()?,
+            typed,
         })
     }
+}
+
+/// Names of all blocks of a page, in their order.
+pub fn names(page: &str) -> Vec<String> {
+    let heads = page.split("<!-- docs ").skip(1);
+    heads
+        .filter_map(|rest| Some(rest.split_once(':')?.0.to_owned()))
+        .collect()
+}
+
+/// Whether a page has a block of this name that shows nothing yet.
+pub fn is_open(page: &str, name: &str) -> bool {
+    place(page, name).is_some_and(|[_, inner, end, _]| page[inner..end].trim().is_empty())
+}
+
+/// What stands outside of all blocks and of all code.
+pub fn outside(page: &str) -> String {
+    let mut rest = page.to_owned();
+    for name in names(page) {
+        if let Some([begin, _, _, end]) = place(&rest, &name) {
+            rest.replace_range(begin..end, "");
+        }
+    }
+    let fenced = rest.split("```").step_by(2);
+    fenced.collect()
 }
 
 /// Where a block begins, where its text begins and ends, and where it ends, in bytes.
@@ -80,11 +120,10 @@ pub fn find(text: &str, name: &str) -> Option<Block> {
 /// A page with another block in place of the one of this name; none where there is none.
 pub fn replace(text: &str, head: &Head, made: &str) -> Option<String> {
     let [begin, _, _, end] = place(text, &head.name)?;
-    let (line, last) = (head.line(), format!("<!-- end of {} -->", head.name));
     Some(format!(
-        "{}{line}\n\n{}\n\n{last}{}",
+        "{}{}{}",
         &text[..begin],
-        made.trim(),
+        head.around(made),
         &text[end..]
     ))
 }
@@ -101,7 +140,9 @@ mod tests {
             commit: "0123abc".into(),
             date: "2026-11-23".into(),
             statistics: vec![("ed".into(), 1), ("dsmc".into(), 2)],
+            typed: None,
         };
+        assert!(is_open(page, "a"));
         let made = replace(page, &head, "| 1 |").expect("a block");
         let block = find(&made, "a").expect("a block");
         assert_eq!((&block.head, &*block.text), (&head, "| 1 |"));
@@ -109,6 +150,14 @@ mod tests {
             "# Page\n\n<!-- docs a: commit 0123abc, date 2026-11-23, statistics ed=1 dsmc=2 -->"
         ));
         assert!(made.ends_with("<!-- end of a -->\n\nEnd.\n"));
+        assert!(names(&made) == ["a"] && !is_open(&made, "a"));
+        assert_eq!(outside(&made), "# Page\n\n\n\nEnd.\n");
+        let typed = Head {
+            typed: Some("quick, elastic".replace(", ", " ")),
+            ..head.clone()
+        };
+        let kept = replace(page, &typed, "| 1 |").expect("a block");
+        assert_eq!(find(&kept, "a").expect("a block").head, typed);
         // Again, it is the same.
         assert_eq!(replace(&made, &head, "| 1 |").as_ref(), Some(&made));
         assert!(

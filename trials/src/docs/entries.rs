@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::map;
 use super::picture::{Curve, Panel, picture};
 use super::results::{Key, Measured, Results};
+use super::{gases, map, papers};
 use crate::Trouble;
 
 /// A block, with or without files.
@@ -13,14 +13,33 @@ pub struct Entry {
     pub name: &'static str,
     /// The page, from the root.
     pub file: &'static str,
-    /// The bundled case that it runs.
-    pub case: &'static str,
+    /// What it runs.
+    pub source: Source,
     /// The engines that its numbers are of.
     pub engines: &'static [Engine],
     /// Whether a check makes it again, in some ten seconds.
     pub is_cheap: bool,
     /// The text of the block, and its files.
     pub make: fn(&Results) -> Result<Made, Trouble>,
+}
+
+/// What is run for an entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A bundled case.
+    Case(&'static str),
+    /// Quick runs of all papers: each is a point, with the table of its claims.
+    Papers,
+}
+
+impl Source {
+    /// The folder of its results below `results/docs`.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Self::Case(name) => name,
+            Self::Papers => "papers",
+        }
+    }
 }
 
 /// What an entry makes.
@@ -53,7 +72,11 @@ pub enum Engine {
 }
 
 impl Engine {
-    fn version(self) -> (&'static str, u32) {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::EventDriven, Self::MonteCarlo, Self::Homogeneous];
+
+    /// Its name in the first line of a block, and its statistics version now.
+    pub fn version(self) -> (&'static str, u32) {
         match self {
             Self::EventDriven => ("ed", stosszahl_ed::STATISTICS_VERSION),
             Self::MonteCarlo => ("dsmc", stosszahl_dsmc::STATISTICS_VERSION),
@@ -76,6 +99,8 @@ impl Entry {
 }
 
 const BOTH: &[Engine] = &[Engine::EventDriven, Engine::MonteCarlo];
+const EXACT: &[Engine] = &[Engine::EventDriven];
+const WITHOUT_POSITIONS: &[Engine] = &[Engine::Homogeneous];
 const PAIRED: &str = "docs/paired-case.md";
 /// The picture of README.
 const EVIDENCE: &str = "docs/evidence.svg";
@@ -85,7 +110,7 @@ pub const ENTRIES: &[Entry] = &[
     Entry {
         name: "quick",
         file: "README.md",
-        case: "quick",
+        source: Source::Case("quick"),
         engines: BOTH,
         is_cheap: true,
         make: quick,
@@ -93,15 +118,15 @@ pub const ENTRIES: &[Entry] = &[
     Entry {
         name: "luding-1998-fig3b",
         file: PAIRED,
-        case: "luding-1998-fig3b",
-        engines: &[Engine::EventDriven],
+        source: Source::Case("luding-1998-fig3b"),
+        engines: EXACT,
         is_cheap: true,
         make: fig3b,
     },
     Entry {
         name: "luding-1998-energies",
         file: PAIRED,
-        case: "luding-1998",
+        source: Source::Case("luding-1998"),
         engines: BOTH,
         is_cheap: false,
         make: energies,
@@ -109,7 +134,7 @@ pub const ENTRIES: &[Entry] = &[
     Entry {
         name: "luding-1998-dissipation",
         file: PAIRED,
-        case: "luding-1998",
+        source: Source::Case("luding-1998"),
         engines: BOTH,
         is_cheap: false,
         make: dissipation,
@@ -117,7 +142,7 @@ pub const ENTRIES: &[Entry] = &[
     Entry {
         name: "luding-1998-slopes",
         file: PAIRED,
-        case: "luding-1998",
+        source: Source::Case("luding-1998"),
         engines: BOTH,
         is_cheap: false,
         make: slopes,
@@ -125,23 +150,143 @@ pub const ENTRIES: &[Entry] = &[
     Entry {
         name: "map-uniform",
         file: map::PAGE,
-        case: "map-uniform",
-        engines: &[Engine::EventDriven],
+        source: Source::Case("map-uniform"),
+        engines: EXACT,
         is_cheap: false,
         make: map::uniform,
     },
     Entry {
         name: "map-waves",
         file: map::PAGE,
-        case: "map-waves",
-        engines: &[Engine::EventDriven],
+        source: Source::Case("map-waves"),
+        engines: EXACT,
         is_cheap: false,
         make: map::waves,
     },
     Entry {
+        name: "short-range-correlation",
+        file: PAIRED,
+        source: Source::Case("short-range-correlation"),
+        engines: EXACT,
+        is_cheap: false,
+        make: gases::pairs,
+    },
+    Entry {
+        name: "broken-chaos",
+        file: PAIRED,
+        source: Source::Case("broken-chaos"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::broken_chaos,
+    },
+    Entry {
+        name: "luding-1998-unbiased",
+        file: PAIRED,
+        source: Source::Case("luding-1998-unbiased"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::unbiased,
+    },
+    Entry {
+        name: "density-ladder",
+        file: map::PAGE,
+        source: Source::Case("density-ladder"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::ladder,
+    },
+    Entry {
+        name: "transport",
+        file: "docs/hydrodynamics.md",
+        source: Source::Case("transport"),
+        engines: EXACT,
+        is_cheap: false,
+        make: gases::transport,
+    },
+    Entry {
+        name: "haff-3d",
+        file: "docs/mixtures.md",
+        source: Source::Case("haff-3d"),
+        engines: WITHOUT_POSITIONS,
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "mixture-cooling",
+        file: "docs/mixtures.md",
+        source: Source::Case("mixture-cooling"),
+        engines: WITHOUT_POSITIONS,
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "binary-disks",
+        file: "docs/mixtures.md",
+        source: Source::Case("binary-disks"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "sedimentation-disks",
+        file: "docs/flows.md",
+        source: Source::Case("sedimentation-disks"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "vibrated-box",
+        file: "docs/flows.md",
+        source: Source::Case("vibrated-box"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "channel-disks",
+        file: "docs/flows.md",
+        source: Source::Case("channel-disks"),
+        engines: BOTH,
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "flow-past-disc",
+        file: "docs/flows.md",
+        source: Source::Case("flow-past-disc"),
+        engines: &[Engine::MonteCarlo],
+        is_cheap: false,
+        make: gases::verdicts,
+    },
+    Entry {
+        name: "papers",
+        file: "docs/reproduce.md",
+        source: Source::Papers,
+        engines: &Engine::ALL,
+        is_cheap: false,
+        make: papers::all,
+    },
+    Entry {
+        name: "kawasaki-1985",
+        file: "docs/flows.md",
+        source: Source::Papers,
+        engines: &Engine::ALL,
+        is_cheap: false,
+        make: papers::kawasaki,
+    },
+    Entry {
+        name: "bodrova-2024",
+        file: "docs/mixtures.md",
+        source: Source::Papers,
+        engines: WITHOUT_POSITIONS,
+        is_cheap: false,
+        make: papers::bodrova,
+    },
+    Entry {
         name: "evidence",
         file: "README.md",
-        case: "luding-1998",
+        source: Source::Case("luding-1998"),
         engines: BOTH,
         is_cheap: false,
         make: evidence,
@@ -156,13 +301,19 @@ pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
         "---|".repeat(header.len())
     );
     for row in rows {
-        let _ = writeln!(text, "| {} |", row.join(" | "));
+        // A bar would end the cell.
+        let cells: Vec<String> = row.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
 }
 
 /// The energy of exact disks, and what it is over that of others, which have a name and words.
-fn against(results: &Results, times: &[f64], others: &[(&str, &str)]) -> Result<Made, Trouble> {
+pub(super) fn against(
+    results: &Results,
+    times: &[f64],
+    others: &[(&str, &str)],
+) -> Result<Made, Trouble> {
     let row = |&time: &f64| -> Result<Vec<String>, Trouble> {
         let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
         let exact = results.row("", "energy", &keys)?;
@@ -233,7 +384,7 @@ const ENGINES: [(&str, &str); 3] = [
     ("dsmc-enskog", "Enskog scheme"),
 ];
 
-fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
+pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
     [
         ("engine", Key::Is(engine)),
         ("window_start", Key::At(start)),

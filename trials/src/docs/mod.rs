@@ -2,14 +2,17 @@
 //! commit.
 //!
 //! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and `<!-- end of NAME -->`. [`ENTRIES`]
-//! says for each which bundled case it runs and how its tables become text. With `--check` cheap entries are made again and compared
+//! says for each what it runs and how its tables become text. With `--check` cheap entries are made again and compared
 //! number by number within their errors (`compare`). Of costly ones the statistics versions of the engines are compared: the block
-//! is refused once an engine that it rests on gives other means.
+//! is refused once an engine that it rests on gives other means. The same holds of blocks that no entry makes, whose first line says
+//! from which cases their numbers were typed in. A block that shows nothing yet is named, and no fault.
 
 mod block;
 mod compare;
 mod entries;
+mod gases;
 mod map;
+mod papers;
 mod picture;
 mod results;
 
@@ -23,9 +26,9 @@ use crate::arguments::Docs;
 use crate::commands::say;
 use crate::{Done, Trouble};
 
-pub use block::{Block, Head, find, replace};
+pub use block::{Block, Head, find, is_open, names as block_names, outside, replace};
 pub use compare::differences;
-pub use entries::{ENTRIES, Engine, Entry, Made};
+pub use entries::{ENTRIES, Engine, Entry, Made, Source};
 pub use results::Results;
 
 /// The root of the repository.
@@ -50,19 +53,20 @@ pub(crate) fn command(asked: &Docs) -> Done {
     let mut faults = 0;
     for entry in chosen {
         let place = format!("{} in {}", entry.name, entry.file);
-        if asked.check {
-            let found = check(root, entry)?;
-            say(&format!(
-                "{}  {place}",
-                if found.is_empty() { "pass" } else { "FAIL" }
-            ));
-            for fault in &found {
-                say(&format!("      {fault}"));
-            }
-            faults += found.len();
-        } else {
+        if !asked.check {
             make(root, entry, asked.resume)?;
             say(&format!("made  {place}"));
+        } else if is_open(&fs::read_to_string(root.join(entry.file))?, entry.name) {
+            say(&format!("open  {place}: not made yet"));
+        } else {
+            faults += tell(&place, &check(root, entry)?);
+        }
+    }
+    if asked.check && asked.name.is_empty() {
+        for file in pages(root)? {
+            for (name, found) in stale_typed(&fs::read_to_string(root.join(&file))?) {
+                faults += tell(&format!("{name} in {file}, typed in"), &found);
+            }
         }
     }
     match faults {
@@ -71,6 +75,76 @@ pub(crate) fn command(asked: &Docs) -> Done {
             "{some} faults; `stosszahl-trials docs NAME` makes a block again, and CHANGELOG says why its numbers moved"
         ))),
     }
+}
+
+/// Says what is wrong with a block, and counts it.
+fn tell(place: &str, found: &[String]) -> usize {
+    say(&format!(
+        "{}  {place}",
+        if found.is_empty() { "pass" } else { "FAIL" }
+    ));
+    for fault in found {
+        say(&format!("      {fault}"));
+    }
+    found.len()
+}
+
+/// README and the pages of the book, from the root, in order.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn pages(root: &Path) -> Result<Vec<String>, Trouble> {
+    let mut all = vec!["README.md".to_owned()];
+    for entry in fs::read_dir(root.join("docs"))? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        if Path::new(&name)
+            .extension()
+            .is_some_and(|ending| ending == "md")
+        {
+            all.push(format!("docs/{name}"));
+        }
+    }
+    all.sort();
+    Ok(all)
+}
+
+/// Blocks of a page that no entry makes, each with why its numbers do not hold any more.
+pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
+    let mut names = block_names(page);
+    names.retain(|name| ENTRIES.iter().all(|entry| entry.name != name));
+    let look = |name: String| {
+        let found = match find(page, &name) {
+            None => vec!["its first line cannot be read".to_owned()],
+            Some(block) if block.head.typed.is_none() => {
+                vec![
+                    "no entry makes it, and its first line names no case that it was typed from"
+                        .to_owned(),
+                ]
+            }
+            Some(block) => outdated(&block.head, &versions()),
+        };
+        (name, found)
+    };
+    names.into_iter().map(look).collect()
+}
+
+/// The statistics versions of all engines now.
+fn versions() -> Vec<(String, u32)> {
+    let all = Engine::ALL.map(Engine::version);
+    all.map(|(name, version)| (name.to_owned(), version))
+        .to_vec()
+}
+
+/// Which engines of those that a block rests on have other statistics by now.
+fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
+    let old = head.statistics.iter().filter_map(|(engine, then)| {
+        let version = now.iter().find(|one| one.0 == *engine);
+        let word = version.map_or("none".to_owned(), |one| one.1.to_string());
+        (word != then.to_string()).then(|| {
+            format!("it rests on statistics {then} of {engine}, which are {word} by now: to be made again")
+        })
+    });
+    old.collect()
 }
 
 /// Makes the block of an entry, and its files.
@@ -84,6 +158,7 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
         date: date(root, &commit),
         commit,
         statistics: entry.statistics(),
+        typed: None,
     };
     for (file, content) in &made.files {
         write_whole(&root.join(file), content.as_bytes())?;
@@ -109,14 +184,14 @@ pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
     let Some(block) = find(page, entry.name) else {
         return vec![format!("there is no such block in {}", entry.file)];
     };
-    let stale = entry.statistics().into_iter().filter_map(|(engine, now)| {
-        let then = block.head.statistics.iter().find(|one| one.0 == engine);
-        let then = then.map_or("none".to_owned(), |one| one.1.to_string());
-        (then != now.to_string()).then(|| {
-            format!("it rests on statistics {then} of {engine}, which are {now} by now: to be made again")
-        })
+    let now = entry.statistics();
+    let unnamed = now.iter().filter(|(engine, _)| {
+        let named = block.head.statistics.iter();
+        !named.clone().any(|one| one.0 == *engine)
     });
-    stale.collect()
+    let unnamed =
+        unnamed.map(|(engine, _)| format!("its first line has no statistics of {engine}"));
+    unnamed.chain(outdated(&block.head, &now)).collect()
 }
 
 /// Where the block of an entry in a page parts from results.
@@ -128,11 +203,28 @@ pub fn faults(page: &str, entry: &Entry, results: &Results) -> Result<Vec<String
     Ok(differences(&there, &(entry.make)(results)?.text))
 }
 
-/// Runs the case of an entry into `results/docs`; its results, and the commit that they are of.
+/// Runs what an entry rests on into `results/docs`; its results, and the commit that they are of.
 fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), Trouble> {
-    let out = root.join("results/docs").join(entry.case);
+    let out = root.join("results/docs").join(entry.source.folder());
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
-    Results::of(entry.case, &[], &out, resume, &commit)
+    match entry.source {
+        Source::Case(case) => Results::of(case, &[], &out, resume, &commit),
+        Source::Papers => Results::of_papers(&out, resume, &commit),
+    }
+}
+
+/// The page of another command as a block of this commit and of the engines of today.
+pub(crate) fn typed(name: &str, command: &str, text: &str) -> String {
+    let root = Path::new(ROOT);
+    let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
+    let head = Head {
+        name: name.to_owned(),
+        date: date(root, &commit),
+        commit,
+        statistics: versions(),
+        typed: Some(command.to_owned()),
+    };
+    head.around(text)
 }
 
 /// Day of a commit.

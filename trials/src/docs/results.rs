@@ -1,10 +1,13 @@
 //! Runs of bundled cases, and numbers in their tables.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use stosszahl_case::PaperFile;
 use stosszahl_model::Interrupt;
-use stosszahl_results::{Cell, Existing, Stored, SweepPoint, Table};
+use stosszahl_reproduce::{Demand, Reproduction};
+use stosszahl_results::{Cell, Existing, Manifest, Stored, SweepPoint, Table, Verdict};
 use stosszahl_study::{Options, format, run_case};
 
 use super::ROOT;
@@ -94,6 +97,66 @@ impl Results {
         Ok((Self { points }, of))
     }
 
+    /// Makes all papers again by quick runs, each in a folder of its name: a point for each, with the table of its claims.
+    ///
+    /// # Errors
+    /// A paper is refused, or a run fails.
+    pub fn of_papers(out: &Path, resume: bool, commit: &str) -> Result<(Self, String), Trouble> {
+        let folder = Path::new(ROOT).join("cases/papers");
+        let mut files = Vec::new();
+        for entry in fs::read_dir(folder)? {
+            files.push(entry?.path());
+        }
+        files.sort();
+        let bundled = |name: &str| {
+            let path = Path::new(ROOT).join("cases").join(format!("{name}.toml"));
+            fs::read_to_string(path).ok()
+        };
+        let stop = Interrupt::default();
+        let options = Options {
+            out: None,
+            existing: Existing::Refuse,
+            threads: None,
+            force_memory: false,
+            stop: &stop,
+            progress: &(),
+            commit,
+        };
+        let (mut points, mut of) = (Vec::new(), commit.to_owned());
+        for path in files {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let file = PaperFile::read(&path)?;
+            let demand = Demand {
+                figure: None,
+                quick: true,
+            };
+            let paper = Reproduction::new(&file, demand, &bundled)?;
+            let own = out.join(&*name);
+            paper.run(&own, &options, !resume)?;
+            let judged = paper.judge(&own)?;
+            // What was complete before is of an earlier commit.
+            for entry in fs::read_dir(&own)? {
+                let run = entry?.path();
+                if run.is_dir()
+                    && let Some((_, stored)) = Stored::points(&run)?.last()
+                {
+                    of.clone_from(&stored.manifest.program.commit);
+                }
+            }
+            let point = SweepPoint {
+                name: name.into_owned(),
+                values: BTreeMap::new(),
+            };
+            let stored = Stored {
+                manifest: Manifest::default(),
+                tables: vec![judged.table()],
+                changed: Vec::new(),
+            };
+            points.push((point, stored));
+        }
+        Ok((Self { points }, of))
+    }
+
     /// Names of the points.
     pub(crate) fn points(&self) -> impl Iterator<Item = &str> {
         self.points.iter().map(|point| point.0.name.as_str())
@@ -127,6 +190,11 @@ impl Results {
         let found = derived.find(|one| one.name == name);
         let missing = || Trouble::failed(format!("no {name} of {point:?} in the manifest"));
         found.map(|one| one.value).ok_or_else(missing)
+    }
+
+    /// What the program concludes of a point.
+    pub(crate) fn verdicts(&self, point: &str) -> Result<&[Verdict], Trouble> {
+        Ok(&self.point(point)?.1.manifest.verdicts)
     }
 
     /// Rows of a table of a point whose cells agree with all of these keys.
@@ -207,6 +275,24 @@ impl Row<'_> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
         let missing = || Trouble::failed(format!("{}: no number in {column}", self.table.name));
         cell.and_then(number).ok_or_else(missing)
+    }
+
+    /// The words in a column; none in an empty cell.
+    pub(crate) fn words(&self, column: &str) -> Result<&str, Trouble> {
+        let cell = self.table.find(column).map(|place| &self.cells[place]);
+        match cell {
+            Some(Cell::Text(text)) => Ok(text),
+            Some(Cell::Empty) => Ok(""),
+            _ => Err(Trouble::failed(format!(
+                "{}: no words in {column}",
+                self.table.name
+            ))),
+        }
+    }
+
+    /// The number in a column, if it has one.
+    pub(crate) fn maybe(&self, column: &str) -> Option<f64> {
+        self.number(column).ok()
     }
 
     /// The number in a column with the error beside it.

@@ -33,6 +33,7 @@ use stosszahl_model::snapshot::write_whole;
 
 use crate::arguments::{ValidateAll, ValidateDsmc};
 use crate::commands::say;
+use crate::docs;
 use crate::table::{Row, Verdict, csv, markdown};
 use crate::trial::{ENDLESS, chosen};
 use crate::{Done, Effort, Trial, Trouble};
@@ -168,12 +169,15 @@ impl Outcome {
              is not claimed is measured. Starts and streams have fixed seeds, so only times differ between two runs.\n\n",
             env!("CARGO_PKG_VERSION")
         );
-        text += &markdown(&self.rows);
+        let mut rows = markdown(&self.rows);
         // Writing to a string cannot fail.
         for missing in &self.missing {
-            let _ = writeln!(text, "\nMissing: {missing}.");
+            let _ = writeln!(rows, "\nMissing: {missing}.");
         }
-        let _ = writeln!(text, "\n{}", self.verdict().0);
+        let _ = writeln!(rows, "\n{}", self.verdict().0);
+        let command = format!("stosszahl-trials validate{option}");
+        text += &docs::typed("validation", &command, &rows);
+        text.push('\n');
         text
     }
 }

@@ -178,8 +178,8 @@ pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
         key "replicas", "1", "Replicas that a mean is taken over";
         note "repetitions", "1", "Runs that the row rests on";
         note "reference_source", "", "theory, or an ensemble of exact dynamics";
-        estimate "reference", "", "Reference";
-        value "mean", "", "Mean of the runs";
+        estimate "reference", "of the quantity", "Reference";
+        value "mean", "of the quantity", "Mean of the runs";
         estimate "systematic_error", "1", "Systematic error in units of the reference, or absolute where that may vanish";
         value "statistical_error", "1", "Statistical error of one run";
         note "statistical_error_low", "1", "Its range of 95 %";

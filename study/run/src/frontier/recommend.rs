@@ -44,7 +44,7 @@ impl Engines {
     /// In words.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::EventDriven => "event-driven",
+            Self::EventDriven => "Exact dynamics",
             Self::MonteCarlo => "Monte Carlo",
         }
     }

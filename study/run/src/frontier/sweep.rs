@@ -134,7 +134,7 @@ impl<'a> Sweep<'a> {
     fn provenance(&self, cache: &Cache) -> Vec<String> {
         let plan = self.workshop.plan;
         let of = format!(
-            "{} settings of {} disks at packing {:.4}, restitution {:.4}, up to t = {} in the unit of time of the case.",
+            "{} settings of {} disks at packing {}, restitution {}, up to t = {} in the unit of time of the case.",
             self.measured.len(),
             plan.count(),
             plan.packing_fraction,
@@ -145,13 +145,13 @@ impl<'a> Sweep<'a> {
             "Reference: theory, which is exact here.".to_owned()
         } else {
             format!(
-                "Reference: {} runs of exact dynamics ({} made now), seed {}, version {}, fingerprint {}, kept in {}.",
+                "Reference: {} runs of exact dynamics ({} made now), seed {}, version {}, fingerprint {}, kept as {}.",
                 self.references.runs,
                 self.references.made,
                 plan.case.seed,
                 env!("CARGO_PKG_VERSION"),
                 cache.fingerprint(),
-                cache.path.display()
+                cache.path.file_name().unwrap_or_default().display()
             )
         };
         let left_out = self.left_out.iter();

@@ -54,7 +54,7 @@ fn sweeps_repeat_and_changed_references_are_refused() {
     assert!(
         one.sentences
             .iter()
-            .any(|one| one.starts_with("event-driven: ")),
+            .any(|one| one.starts_with("Exact dynamics: ")),
         "{one:?}"
     );
     let two = measured(second.clone(), first.clone(), 2).expect("a frontier");

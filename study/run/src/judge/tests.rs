@@ -56,6 +56,14 @@ fn planted_differences_are_named_with_their_margin() {
     let found = judge(&planted(stream, &[0.0; 3], 0.3, 4));
     assert_eq!(found.kind, VerdictKind::Undecided);
     let said = &found.sentence;
+    // An interval that reaches to twice the value is none.
+    assert!(
+        said.contains("4 replicas are too few for any bound at t = "),
+        "{said}"
+    );
+    let found = judge(&planted(stream, &[0.0; 3], 0.05, 4));
+    assert_eq!(found.kind, VerdictKind::Undecided);
+    let said = &found.sentence;
     assert!(
         said.contains("cannot be told apart in energy: < "),
         "{said}"

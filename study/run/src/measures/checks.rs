@@ -444,7 +444,7 @@ fn table(rows: &[Row]) -> Table {
         key "quantity", "", "What is compared";
         key "species", "1", "Number of the species, from 1; empty for the gas as a whole";
         note "time", "unit of time", "Time of the largest deviation that is not chance, or else of the largest one";
-        value "measured", "", "Measured";
+        value "measured", "of the quantity", "Measured";
         note "measured_se", "", "Its standard error";
         note "theory", "", "By theory";
         note "theory_error", "", "Its error: the change from one Sonine order less";

@@ -115,7 +115,7 @@ impl Measure for AtContact {
             key "window_start", "time", "Start of the window";
             key "window_end", "time", "End of the window";
             key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met nobody else since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings";
-            with_theory "value", "", "Its value; theory is molecular chaos";
+            with_theory "value", "1", "Its value; theory is molecular chaos";
             note "replicas", "1", "Replicas";
         }
         .figure(

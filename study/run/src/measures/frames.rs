@@ -1,12 +1,14 @@
 //! Positions of the first replica at many times, for the player of the report.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
-use stosszahl_model::Particles;
-use stosszahl_results::frames::{Dot, FRAMES, Frame};
+use stosszahl_model::{Collision, Observer, Particle, Particles};
+use stosszahl_results::frames::{Dot, FRAMES, Frame, Met};
 
-use crate::measure::{self, BadOption, FrameFile, Measure, Probe, Recorder, Runs, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{
+    self, BadOption, FrameFile, Measure, Moment, Probe, Runs, described, keeps_record,
+};
+use crate::plan::{EngineKind, EnginePlan, Plan};
 
 /// Frames.
 pub struct Frames;
@@ -14,7 +16,7 @@ pub struct Frames;
 /// Particles of the last frame, which is looked at closely.
 const LAST: usize = 150_000;
 /// Bytes of a particle in a frame.
-const BYTES: f64 = 7.0;
+const BYTES: f64 = 8.0;
 
 /// How many, and of how many particles.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
@@ -37,19 +39,100 @@ impl Default for Options {
     }
 }
 
-/// A frame of some particles at a time of the case; lengths and speeds are those of the engine, as only their ratios matter.
-fn frame(particles: &Particles, time: f64, most: usize) -> Frame {
-    let dots: Vec<Dot> = (particles.all.iter())
-        .map(|one| Dot {
-            position: [one.position[0], one.position[1]],
-            velocity: [one.velocity[0], one.velocity[1]],
-            radius: one.radius,
-            weight: one.weight,
-        })
-        .collect();
-    let sides = [particles.lengths[0], particles.lengths[1]];
-    let periodic = [particles.periodic[0], particles.periodic[1]];
-    Frame::new(time, sides, periodic, &dots, most)
+/// The last collision of a particle: its partner and the impact parameter over the distance at contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Last {
+    partner: u32,
+    impact: f32,
+}
+
+impl Last {
+    /// Before the first collision.
+    const NONE: Self = Self {
+        partner: Collision::ANONYMOUS,
+        impact: 0.0,
+    };
+}
+
+/// Frames so far, and the last collision of each particle; of none where nobody follows them.
+#[derive(Default, Serialize, Deserialize)]
+struct Record {
+    frames: Vec<Frame>,
+    last: Vec<Last>,
+}
+
+impl Observer for Record {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            let impact = collision.impact_square().sqrt() as f32;
+            let [a, b] = collision.pair;
+            for (who, partner) in [(a, b), (b, a)] {
+                if let Some(last) = self.last.get_mut(who as usize) {
+                    *last = Last { partner, impact };
+                }
+            }
+        }
+    }
+}
+
+impl Record {
+    /// A frame of some particles at a time of the case; lengths and speeds are those of the engine, as only their ratios matter.
+    fn look(&mut self, particles: &Particles, time: f64, most: usize) {
+        let energy = |one: &Particle| 0.5 * one.mass * one.velocity.norm_squared();
+        let sum = |of: &dyn Fn(&Particle) -> f64| particles.all.iter().map(of).sum::<f64>();
+        let mean = sum(&|one| one.weight * energy(one)) / sum(&|one| one.weight);
+        let met = |i: usize| {
+            let last = self.last.get(i)?;
+            let partner = particles.all.get(last.partner as usize)?;
+            Some(Met {
+                partner: energy(partner) / mean.max(f64::MIN_POSITIVE),
+                impact: f64::from(last.impact),
+            })
+        };
+        let dots: Vec<Dot> = (particles.all.iter().enumerate())
+            .map(|(i, one)| Dot {
+                position: [one.position[0], one.position[1]],
+                velocity: [one.velocity[0], one.velocity[1]],
+                radius: one.radius,
+                weight: one.weight,
+                met: met(i),
+            })
+            .collect();
+        let sides = [particles.lengths[0], particles.lengths[1]];
+        let periodic = [particles.periodic[0], particles.periodic[1]];
+        self.frames
+            .push(Frame::new(time, sides, periodic, &dots, most));
+    }
+}
+
+/// Frames of one engine of one replica.
+struct Camera {
+    record: Record,
+    /// Particles in each frame but the last, and when that is.
+    most: usize,
+    until: f64,
+    /// Whether collisions can be followed: the engine tells particles apart, whose number stays.
+    follows: bool,
+}
+
+impl Probe for Camera {
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        (!self.record.last.is_empty()).then_some(&mut self.record)
+    }
+
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        if self.follows {
+            self.record.last = vec![Last::NONE; moment.particles().all.len()];
+        }
+    }
+
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        let is_last = moment.time >= self.until;
+        let most = if is_last { LAST } else { self.most };
+        self.record.look(moment.particles(), moment.time, most);
+    }
+
+    keeps_record!();
 }
 
 impl Measure for Frames {
@@ -98,30 +181,32 @@ impl Measure for Frames {
         let most = measure::chosen::<Options>(plan, self.name()).particles;
         let share = (most as f64 / plan.count().max(1) as f64).min(1.0);
         let frames = self.times(plan).len() as f64;
-        BYTES * (share * frames).max(frames.min(1.0))
+        // Beside the frames, the last collision of each.
+        BYTES * (share * frames).max(frames.min(1.0)) + size_of::<Last>() as f64 * frames.min(1.0)
     }
 
     fn only_first_replica(&self) -> bool {
         true
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let most = measure::chosen::<Options>(plan, self.name()).particles;
-        let until = plan.case.run.until;
-        Box::new(Recorder::new(Vec::<Frame>::new(), move |frames, moment| {
-            let most = if moment.time < until { most } else { LAST };
-            frames.push(frame(moment.particles(), moment.time, most));
-        }))
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(Camera {
+            record: Record::default(),
+            most: measure::chosen::<Options>(plan, self.name()).particles,
+            until: plan.case.run.until,
+            follows: matches!(engine.kind, EngineKind::EventDriven { .. })
+                && !self.times(plan).is_empty(),
+        })
     }
 
     fn frames(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<FrameFile> {
-        let engines = runs.each::<Vec<Frame>>(plan);
+        let engines = runs.each::<Record>(plan);
         let files = engines.filter_map(|(engine, records)| {
-            let frames = records.first().filter(|frames| !frames.is_empty())?;
+            let record = records.first().filter(|one| !one.frames.is_empty())?;
             Some(FrameFile {
                 engine: engine.name.to_owned(),
                 file: format!("{FRAMES}/{}.bin", engine.name),
-                frames: (*frames).clone(),
+                frames: record.frames.clone(),
             })
         });
         files.collect()

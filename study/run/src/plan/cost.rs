@@ -77,6 +77,8 @@ pub struct Pace {
     pub start: f64,
     /// Each engine: of the first replica, at which some measures look alone, and of each other one.
     pub engines: Vec<[f64; 2]>,
+    /// What follows once all replicas are done: theory that tables are compared with.
+    pub ending: f64,
 }
 
 impl Pace {
@@ -87,7 +89,7 @@ impl Pace {
         let longest = self.engines.iter().map(|one| one[0]).fold(0.0, f64::max);
         let others = replicas.saturating_sub(1) as f64;
         let all = replicas as f64 * self.start + sum(0) + others * sum(1);
-        (all / threads.max(1) as f64).max(self.start + longest)
+        (all / threads.max(1) as f64).max(self.start + longest) + self.ending
     }
 
     /// Times a factor for each part.
@@ -96,6 +98,7 @@ impl Pace {
         Self {
             start: self.start * factors.start,
             engines: both.map(|(a, b)| [a[0] * b[0], a[1] * b[1]]).collect(),
+            ending: self.ending.max(factors.ending),
         }
     }
 
@@ -107,6 +110,8 @@ impl Pace {
         Self {
             start: ratio(self.start, other.start),
             engines: both.collect(),
+            // It is measured where it is not guessed.
+            ending: self.ending,
         }
     }
 }
@@ -167,6 +172,7 @@ impl Plan {
         Pace {
             start: self.start_seconds(),
             engines: engines.collect(),
+            ending: 0.0,
         }
     }
 
@@ -388,6 +394,7 @@ mod tests {
         Pace {
             start,
             engines: engines.to_vec(),
+            ending: 0.0,
         }
     }
 
@@ -400,6 +407,11 @@ mod tests {
         // Nothing is faster than the longest engine after its start.
         assert_eq!(pace.seconds(3, 100), 11.0);
         assert_eq!(pace.seconds(1, 1), 15.0);
+        let ended = Pace {
+            ending: 2.0,
+            ..pace
+        };
+        assert_eq!(ended.seconds(3, 100), 13.0);
     }
 
     #[test]

@@ -307,6 +307,8 @@ impl Plan {
                 own("coherent_copies", coherent, "1");
             }
         }
+        // An elastic gas has no time of cooling.
+        list.retain(|one| one.value.is_finite());
         list
     }
 }

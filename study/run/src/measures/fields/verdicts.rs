@@ -106,15 +106,17 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
     let words = plan.engines.iter().zip(steady).map(|(engine, from)| {
         let name = title(engine.name);
         match from {
-            Some(time) => format!("{name} is steady from t = {time:.3} on"),
+            Some(time) => format!("{name} is steady from t = {} on", judge::short(*time)),
             None => format!("{name} is not steady by t = {until}"),
         }
     });
     let words: Vec<String> = words.collect();
     let [start, end] = window.times;
     let sentence = format!(
-        "{} (marginal standard error rule). Fields and profiles are averages from t = {start:.4} to {end:.4}.",
-        words.join("; ")
+        "{} (marginal standard error rule). Fields and profiles are averages from t = {} to {}.",
+        words.join("; "),
+        judge::short(start),
+        judge::short(end)
     );
     match plan.kind {
         Kind::Flow if !window.steady => judge::warning("steady state", sentence),

@@ -1,0 +1,163 @@
+//! Blocks of gases with positions: transport, pairs near contact, and exact disks against the contact-point scheme.
+
+use super::entries::{Made, against, of_window, table};
+use super::results::{Key, Results};
+use crate::Trouble;
+
+/// The scheme that has Enskog's rate and pressure, with words for it.
+const CONTACT_POINT: [(&str, &str); 1] = [("dsmc-contact-point", "contact point")];
+
+/// Transport coefficients over Enskog's, by packing.
+pub(super) fn transport(results: &Results) -> Result<Made, Trouble> {
+    let coefficients = [
+        "self_diffusion",
+        "shear_viscosity",
+        "bulk_viscosity",
+        "heat_conductivity",
+    ];
+    let mut rows = Vec::new();
+    for point in results.points() {
+        let row = results.row(point, "transport", &[("engine", Key::Is("ed"))])?;
+        let packing = results.setting(point, "box.packing_fraction")?;
+        let mut cells = vec![packing.to_string()];
+        for name in coefficients {
+            cells.push(row.measured(&format!("{name}_over_enskog"))?.text());
+        }
+        rows.push(cells);
+    }
+    let header = [
+        "packing",
+        "self-diffusion",
+        "shear viscosity",
+        "bulk viscosity",
+        "heat conductivity",
+    ];
+    Ok(table(&header, &rows).into())
+}
+
+/// Slopes of P(b/d) of pairs near contact as they are and shuffled, and of slow and fast pairs at contact.
+pub(super) fn pairs(results: &Results) -> Result<Made, Trouble> {
+    let windows = [[0.0, 1.0], [1.0, 10.0], [10.0, 40.0], [40.0, 100.0]];
+    let quantities = [
+        ("slope_near", "slope, pairs as they are"),
+        ("slope_shuffled", "slope, shuffled"),
+        ("slope_slow", "slope at contact, slow pairs"),
+        ("slope_fast", "slope at contact, fast pairs"),
+    ];
+    let mut rows = Vec::new();
+    for (quantity, words) in quantities {
+        let mut cells = vec![words.to_owned()];
+        for window in windows {
+            let [engine, start, end] = of_window("ed", window);
+            let keys = [engine, start, end, ("quantity", Key::Is(quantity))];
+            cells.push(results.row("", "chaos", &keys)?.measured("value")?.text());
+        }
+        rows.push(cells);
+    }
+    let header = ["window, t/t0", "0 to 1", "1 to 10", "10 to 40", "40 to 100"];
+    Ok(table(&header, &rows).into())
+}
+
+/// Energies of 10 000 exact disks and of 64 simulators for each, and what their cooling rates are made of.
+pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
+    let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
+    let energies = against(results, &times, &CONTACT_POINT)?;
+    let factors = factors(results, &[[0.0, 1.0], [1.0, 5.0], [5.0, 20.0]])?;
+    Ok(format!("{}\n{factors}", energies.text).into())
+}
+
+/// Energies of the case of 1998 and of four simulators for each disk, and what their cooling rates are made of.
+pub(super) fn unbiased(results: &Results) -> Result<Made, Trouble> {
+    let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
+    let energies = against(results, &times, &CONTACT_POINT)?;
+    let factors = factors(results, &[[0.0, 1.0], [100.0, 400.0]])?;
+    Ok(format!("{}\n{factors}", energies.text).into())
+}
+
+/// Factors of the cooling rate of exact disks and of the contact-point scheme, and their slopes of P(b/d), in windows of time.
+fn factors(results: &Results, windows: &[[f64; 2]]) -> Result<String, Trouble> {
+    let engines = [("ed", "ED"), CONTACT_POINT[0]];
+    let mut rows = Vec::new();
+    for window in windows {
+        for (engine, words) in engines {
+            let keys = of_window(engine, *window);
+            let row = results.row("", "dissipation", &keys)?;
+            let slope = results.row("", "impact_parameter_summary", &keys)?;
+            let mut cells = vec![format!("{} to {}", window[0], window[1]), words.to_owned()];
+            for factor in ["rate", "speed", "impact", "correlation", "dissipation"] {
+                cells.push(row.measured(&format!("{factor}_ratio"))?.text());
+            }
+            cells.push(slope.measured("slope")?.text());
+            rows.push(cells);
+        }
+    }
+    let header = [
+        "t/t0",
+        "engine",
+        "collision rate",
+        "squared speed of pairs",
+        "impact parameters",
+        "correlation",
+        "cooling rate",
+        "slope of P(b/d)",
+    ];
+    Ok(table(&header, &rows))
+}
+
+/// Energies of exact disks over those of the contact-point scheme from thin to dense, and the rate of the scheme.
+pub(super) fn ladder(results: &Results) -> Result<Made, Trouble> {
+    let simulators = "engine.dsmc-contact-point.simulators_per_particle";
+    let times = [1.077, 10.77, 23.21, 50.0];
+    let mut rows = Vec::new();
+    for point in results.points() {
+        let mut cells = vec![
+            results.setting(point, "box.packing_fraction")?.to_string(),
+            results.setting(point, simulators)?.to_string(),
+        ];
+        for time in times {
+            let keys = [
+                ("engine_a", Key::Is("ed")),
+                ("engine_b", Key::Is(CONTACT_POINT[0].0)),
+                ("time", Key::At(time)),
+            ];
+            let row = results.row(point, "comparison", &keys)?;
+            cells.push(row.measured("quotient")?.digits(4));
+        }
+        for engine in [CONTACT_POINT[0].0, "ed"] {
+            let row = results.row(point, "dissipation", &of_window(engine, [0.0, 1.0]))?;
+            cells.push(row.measured("rate_ratio")?.digits(4));
+        }
+        rows.push(cells);
+    }
+    let header = [
+        "packing",
+        "simulators per disk",
+        "t/t0 = 1.077",
+        "10.77",
+        "23.21",
+        "50",
+        "rate of the scheme, t/t0 < 1",
+        "rate of exact disks",
+    ];
+    Ok(table(&header, &rows).into())
+}
+
+/// The verdicts of a run, or of each point of a sweep, in the words of the program.
+pub(super) fn verdicts(results: &Results) -> Result<Made, Trouble> {
+    let mut rows = Vec::new();
+    for point in results.points() {
+        for verdict in results.verdicts(point)? {
+            let topic = if point.is_empty() {
+                verdict.topic.clone()
+            } else {
+                format!("{}: {}", point.replace('_', " "), verdict.topic)
+            };
+            rows.push(vec![
+                verdict.kind.name().to_owned(),
+                topic,
+                verdict.sentence.clone(),
+            ]);
+        }
+    }
+    Ok(table(&["verdict", "of", "the program says"], &rows).into())
+}
