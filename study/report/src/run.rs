@@ -4,7 +4,7 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
+    Manifest, Mark, REPORT_FILE, Snapshot, Stored, Verdict, VerdictKind, engine_title, headlines,
     quantity_title,
 };
 
@@ -180,7 +180,8 @@ fn figures(stored: &Stored) -> Figures {
 }
 
 fn has_particles(manifest: &Manifest) -> bool {
-    !manifest.snapshots.is_empty() || !manifest.frames.is_empty()
+    let mut snapshots = manifest.snapshots.iter();
+    snapshots.any(Snapshot::is_shown) || !manifest.frames.is_empty()
 }
 
 /// The player of the particles.
