@@ -192,7 +192,7 @@ fn options_that_cannot_be_are_named() {
     for (options, expected) in [
         (
             "replicas = [0, 3]",
-            "replicas[1]: replicas from 0 to 2, or \"all\"; found 3",
+            "replicas.2: replicas from 0 to 2, or \"all\"; found 3",
         ),
         (
             "replicas = \"some\"",
@@ -200,7 +200,7 @@ fn options_that_cannot_be_are_named() {
         ),
         (
             "engines = [\"ed\"]",
-            "engines[0]: engines of the case, dsmc-homogeneous",
+            "engines.1: engines of the case, dsmc-homogeneous",
         ),
         (
             "quantities = []",
@@ -218,7 +218,7 @@ fn options_that_cannot_be_are_named() {
         ("most = 0", "most: a number of collisions from 1 to 1000000"),
         (
             "replicas = [9]",
-            "replicas[0]: replicas from 0 to 2, or \"all\"; found 9",
+            "replicas.1: replicas from 0 to 2, or \"all\"; found 9",
         ),
     ] {
         let found = bad(

@@ -45,7 +45,7 @@ impl Replicas {
         };
         let most = plan.case.replicas - 1;
         for (index, &replica) in list.iter().enumerate() {
-            let key = format!("replicas[{index}]");
+            let key = format!("replicas.{}", index + 1);
             let allowed = format!("replicas from 0 to {most}, or \"all\"; found {replica}");
             measure::require(replica <= most, &key, allowed)?;
         }
@@ -63,7 +63,7 @@ pub(super) fn check_engines(plan: &Plan, engines: Option<&[String]>) -> Result<(
     let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
     for (index, name) in engines.into_iter().flatten().enumerate() {
         let allowed = format!("engines of the case, {}", names.join(", "));
-        let key = format!("engines[{index}]");
+        let key = format!("engines.{}", index + 1);
         measure::require(names.contains(&&**name), &key, allowed)?;
     }
     Ok(())
