@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -141,7 +142,7 @@ def write_xyz(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "w", encoding="utf-8") as file:
         for one in all_:
             x, y, z = one.box
-            properties, columns = "id:I:1:pos:R:3", [np.arange(len(one)).tolist(), *one.positions.T.tolist()]
+            properties, columns = "id:I:1:pos:R:3", [np.arange(len(one)).tolist(), *one.arrays()["positions"].T.tolist()]
             for name, array in one.arrays().items():
                 if name in PROPERTIES:
                     properties += f":{PROPERTIES[name]}"
@@ -188,14 +189,14 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
     with hoomd.open(name=str(path), mode="w") as file:
         for step, one in enumerate(all_):
             frame = hoomd.Frame()
-            sides = np.array(one.box)
-            flat = not np.any(one.positions[:, 2]) and not one.periodic[2]
+            sides, positions = np.array(one.box), one.arrays()["positions"]
+            flat = not np.any(positions[:, 2]) and not one.periodic[2]
             frame.configuration.step = step
             frame.configuration.dimensions = 2 if flat else 3
             frame.configuration.box = [*sides[:2], 0.0 if flat else sides[2], 0, 0, 0]
             frame.particles.N = len(one)
             # HOOMD's box is centred.
-            frame.particles.position = one.positions - 0.5 * sides * [1, 1, 0 if flat else 1]
+            frame.particles.position = positions - 0.5 * sides * [1, 1, 0 if flat else 1]
             if one.velocities is not None:
                 frame.particles.velocity = one.velocities
             if one.radii is not None:
@@ -220,7 +221,7 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
     constant = {"radii": "radius", "masses": "mass", "species": "species"}
     for name in constant:
         if name in arrays:
-            alike(all_, name, lambda one, name=name: getattr(one, name))
+            alike(all_, name, attrgetter(name))
     steps = np.arange(len(all_))
     with h5py.File(path, "w") as file:
         head = file.create_group("h5md")

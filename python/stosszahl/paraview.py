@@ -138,7 +138,7 @@ def points(one: Snapshot) -> str:
             columns[column] = 2.0 * known[name] if name == "radii" else known[name]
     cells: dict[str, ArrayLike] = {"connectivity": number, "offsets": number + 1, "types": np.full(len(one), VERTEX, dtype=np.uint8)}
     piece = (
-        f'<Piece NumberOfPoints="{len(one)}" NumberOfCells="{len(one)}">\n<Points>\n{data_array("points", one.positions)}</Points>\n'
+        f'<Piece NumberOfPoints="{len(one)}" NumberOfCells="{len(one)}">\n<Points>\n{data_array("points", one.arrays()["positions"])}</Points>\n'
         f"<Cells>\n{data_arrays(cells)}</Cells>\n<PointData>\n{data_arrays(columns)}</PointData>\n</Piece>\n"
     )
     whole: dict[str, ArrayLike] = {"TimeValue": [one.time], "box": [one.box], "periodic": [[int(is_) for is_ in one.periodic]]}

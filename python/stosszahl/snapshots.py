@@ -100,10 +100,7 @@ def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
 def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
     """Reads a snapshot of a manifest: extended XYZ, or CSV of a gas without positions."""
     engine, time, replica = about["engine"], about["time"], about.get("replica", 0)
-    if path.suffix == ".csv":
-        box, periodic, parts = (), (), read_csv(path)
-    else:
-        box, periodic, parts = read_xyz(path)
+    box, periodic, parts = read_csv(path) if path.suffix == ".csv" else read_xyz(path)
     kinds = parts.get("type")
     return Snapshot(
         engine=engine,
@@ -134,18 +131,18 @@ def read_xyz(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str,
     return tuple(lattice[[0, 4, 8]].tolist()), tuple(one == "T" for one in periodic), parts
 
 
-def read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Columns by their names in extended XYZ."""
+def read_csv(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
+    """The same of a gas without positions, which has no box; columns by their names in extended XYZ."""
     table = pd.read_csv(path, dtype=np.float64)
     names = {"velocity": "velo", "species": "type"}
-    parts = {}
+    parts: dict[str, NDArray[np.float64]] = {}
     for name in table.columns:
         quantity, is_vector = name.removesuffix("_x"), name.endswith("_x")
         if is_vector:
             parts[names.get(quantity, quantity)] = table[[f"{quantity}_{axis}" for axis in "xyz"]].to_numpy()
         elif not name.endswith(("_y", "_z")):
             parts[names.get(name, name)] = table[name].to_numpy()
-    return parts
+    return (), (), parts
 
 
 def field(header: str, name: str) -> str:
