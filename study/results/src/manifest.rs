@@ -199,7 +199,8 @@ pub struct Snapshot {
 impl Snapshot {
     /// Whether a report may show it: particles of the first replica, which have positions.
     pub fn is_shown(&self) -> bool {
-        self.replica == 0 && self.file.ends_with(".xyz")
+        let ending = Path::new(&self.file).extension();
+        self.replica == 0 && ending.is_some_and(|ending| ending == "xyz")
     }
 }
 

@@ -119,9 +119,12 @@ impl<'a> Planned<'a> {
             let count = (self.plan.count() * engine.copies()) as f64;
             let all = |first: bool| {
                 let measures = self.measures.iter();
-                let kept = measures.filter(|one| match first {
-                    true => one.looks_at(&self.plan, 0),
-                    false => share_of_others(**one, &self.plan) > 0.0,
+                let kept = measures.filter(|one| {
+                    if first {
+                        one.looks_at(&self.plan, 0)
+                    } else {
+                        share_of_others(**one, &self.plan) > 0.0
+                    }
                 });
                 kept.map(|one| count * one.kept_per_particle(&self.plan) + one.kept(&self.plan))
                     .sum::<f64>()

@@ -170,9 +170,10 @@ fn csv(particles: &Particles, asked: Option<&[Quantity]>, scale: Scale) -> Strin
     text.push_str("id");
     for one in &quantities {
         let (name, property) = one.described();
-        let _ = match property.ends_with(":3") {
-            true => write!(text, ",{name}_x,{name}_y,{name}_z"),
-            false => write!(text, ",{name}"),
+        let _ = if property.ends_with(":3") {
+            write!(text, ",{name}_x,{name}_y,{name}_z")
+        } else {
+            write!(text, ",{name}")
         };
     }
     text.push('\n');
@@ -249,9 +250,10 @@ impl Measure for Snapshots {
         Box::new(Recorder::new(Texts::new(), move |texts, moment| {
             if is_asked {
                 let (all, asked) = (moment.particles(), quantities.as_deref());
-                let text = match placed {
-                    true => xyz(all, asked, scale, name, moment.time),
-                    false => csv(all, asked, scale),
+                let text = if placed {
+                    xyz(all, asked, scale, name, moment.time)
+                } else {
+                    csv(all, asked, scale)
                 };
                 texts.push((moment.replica, text));
             }
