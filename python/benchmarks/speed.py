@@ -2,10 +2,14 @@
 
     cargo build --release -p stosszahl-python --features states --example speed
     chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed [DISKS] [TURNS] [WAYS]
+    chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed pairs [DISKS] [TURNS] [COLLISIONS]
 
 All do the same gas to the same end, elastic disks at packing 0.25, by turns and in an order that changes from turn to turn, so that what
 else goes on on the machine meets all of them; with WAYS, only the first so many ways. Times are of the advance alone. Said are medians over
 the turns, with quartiles.
+
+With `pairs`, Rust and Python take many short turns, each in a process of its own, in the order Rust, Python, Python, Rust. Said is the median
+of the quotient over all turns of two of each, with its 95 % interval by order statistics.
 """
 
 import subprocess
@@ -26,12 +30,12 @@ def exact(disks):
     return engine
 
 
-def end_of(disks):
+def end_of(disks, collisions=COLLISIONS):
     """A time until which there are about so many collisions."""
     engine = exact(disks)
     before = engine.collisions
     engine.advance(20.0)
-    return round(20.0 * COLLISIONS / (engine.collisions - before), 1)
+    return round(20.0 * collisions / (engine.collisions - before), 1)
 
 
 def in_rust(program, disks, until):
@@ -45,6 +49,33 @@ def in_python(disks, until, observer=None):
     before, began = engine.collisions, time.perf_counter()
     engine.advance(until, observer)
     return engine.collisions - before, time.perf_counter() - began
+
+
+def pairs(program, disks=5000, turns=40, collisions=400_000):
+    """Quotient of the speeds, each in a new process."""
+    until = end_of(disks, collisions)
+    rust, python = [program], [sys.executable, __file__, "one"]
+    quotients, seconds, counts = [], {"Rust": [], "Python": []}, set()
+    for turn in range(turns + 1):
+        times = {"Rust": 0.0, "Python": 0.0}
+        for name in ("Rust", "Python", "Python", "Rust"):
+            done = subprocess.run([*(rust if name == "Rust" else python), str(disks), repr(until)], capture_output=True, text=True, check=True)
+            count, took = done.stdout.split()
+            counts.add(count)
+            times[name] += float(took)
+        # The first fills caches of files.
+        if turn > 0:
+            quotients.append(times["Rust"] / times["Python"])
+            for name, took in times.items():
+                seconds[name].append(took / 2)
+    (count,) = counts
+    quotients.sort()
+    # The median lies between these two with 95 %: the binomial distribution, by its normal limit.
+    rank = max(int(turns / 2 - 0.98 * turns**0.5), 0)
+    low, high = quotients[rank], quotients[turns - 1 - rank]
+    speeds = {name: int(count) / median(all_) / 1e6 for name, all_ in seconds.items()}
+    print(f"{disks} disks, {count} collisions until {until}, {turns} turns; M/s: {speeds['Rust']:.3f} Rust, {speeds['Python']:.3f} Python")
+    print(f"Python over Rust: {median(quotients):.4f} ({low:.4f} to {high:.4f}); least times {min(seconds['Rust']) / min(seconds['Python']):.4f}")
 
 
 def counting():
@@ -72,6 +103,12 @@ def binned():
 
 def main():
     program = sys.argv[1]
+    if program == "one":
+        print(*in_python(int(sys.argv[2]), float(sys.argv[3])))
+        return
+    if sys.argv[2:3] == ["pairs"]:
+        pairs(program, *map(int, sys.argv[3:]))
+        return
     given = [int(word) for word in sys.argv[2:]]
     disks, turns, most = given + [5000, 15, 7][len(given) :]
     until = end_of(disks)

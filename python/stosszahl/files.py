@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from .engines import Engine
 from .errors import ResultsError
 from .gas import Gas
 from .results import Results
-from .snapshots import Snapshot, snapshot_of
+from .snapshots import ARRAYS, Snapshot, snapshot_of
 from .writing import optional, replacing, writer_of
 
 __all__ = ["Trajectory", "trajectory"]
@@ -73,13 +74,17 @@ class Trajectory(Sequence[Snapshot]):
         write = writer_of(WRITERS, path)
         if not self._all:
             raise ResultsError(f"{path}: there is no snapshot to write; allowed: one or more")
+        if write is not write_npz:
+            require_positions(path, self._all)
         with replacing(path) as partial:
             write(partial, self._all)
         return path
 
 
-def trajectory(source: Engine | Results, times: Iterable[float] | None = None, engine: str | None = None) -> Trajectory:
-    """The trajectory of an engine, which is advanced, or the snapshots of one engine of a results folder.
+def trajectory(
+    source: Engine | Results, times: Iterable[float] | None = None, engine: str | None = None, replica: int = 0
+) -> Trajectory:
+    """The trajectory of an engine, which is advanced, or the snapshots of one engine and replica of a results folder.
 
     Parameters
     ----------
@@ -89,6 +94,8 @@ def trajectory(source: Engine | Results, times: Iterable[float] | None = None, e
         When [time]; of an engine only.
     engine : str, optional
         Which engine of the results; the first that has snapshots by default.
+    replica : int
+        Which replica of the results, from 0.
     """
     if isinstance(source, Results):
         if times is not None:
@@ -97,7 +104,11 @@ def trajectory(source: Engine | Results, times: Iterable[float] | None = None, e
         if not names or engine not in (None, *names):
             whose = f" of {engine!r}" if engine else ""
             raise ResultsError(f"{source.folder}: no snapshots{whose}; there are some of: {', '.join(names) or 'none'}")
-        return Trajectory(one for one in source.snapshots if one.engine == (engine or names[0]))
+        own = [one for one in source.snapshots if one.engine == (engine or names[0])]
+        replicas = list(dict.fromkeys(one.replica for one in own))
+        if replica not in replicas:
+            raise ResultsError(f"{source.folder}: no snapshots of replica {replica}; there are some of: {', '.join(map(str, replicas))}")
+        return Trajectory(one for one in own if one.replica == replica)
     if times is None:
         raise ResultsError("a trajectory of an engine without times; allowed: times=[...]")
 
@@ -109,25 +120,37 @@ def trajectory(source: Engine | Results, times: Iterable[float] | None = None, e
     return Trajectory(states())
 
 
+def require_positions(path: Path, all_: Iterable[Snapshot]) -> None:
+    """Refuses gases without positions, which most formats cannot hold."""
+    if any(one.positions is None for one in all_):
+        raise ResultsError(f"{path}: particles have no positions; allowed: formats that need none, .npz")
+
+
+PROPERTIES = {
+    "velocities": "velo:R:3",
+    "radii": "radius:R:1",
+    "masses": "mass:R:1",
+    "spins": "angular_velocity:R:3",
+    # What OVITO takes for the type, and ASE keeps as an array; "species" would be names of elements to both.
+    "species": "type:I:1",
+    "weights": "weight:R:1",
+}
+"""Quantities of extended XYZ."""
+
+
 def write_xyz(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "w", encoding="utf-8") as file:
         for one in all_:
             x, y, z = one.box
-            columns = [one.positions, one.velocities, one.radii[:, None], one.masses[:, None]]
-            properties = "id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1"
-            if one.spins is not None:
-                columns.append(one.spins)
-                properties += ":angular_velocity:R:3"
-            # What OVITO takes for the type, and ASE keeps as an array; "species" would be names of elements to both.
-            kinds = None if one.species is None else one.species.tolist()
-            if kinds:
-                properties += ":type:I:1"
+            properties, columns = "id:I:1:pos:R:3", [np.arange(len(one)).tolist(), *one.arrays()["positions"].T.tolist()]
+            for name, array in one.arrays().items():
+                if name in PROPERTIES:
+                    properties += f":{PROPERTIES[name]}"
+                    columns.extend(np.atleast_2d(array.T).tolist())
             pbc = " ".join("T" if is_ else "F" for is_ in one.periodic)
             engine = f" Engine={one.engine}" if one.engine else ""
             file.write(f"{len(one)}\nLattice=\"{x!r} 0 0 0 {y!r} 0 0 0 {z!r}\" Properties={properties} pbc=\"{pbc}\" Time={one.time!r}{engine}\n")
-            for number, row in enumerate(np.hstack(columns).tolist()):
-                kind = f" {kinds[number]}" if kinds else ""
-                file.write(f"{number} {' '.join(map(repr, row))}{kind}\n")
+            file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
 
 
 def alike(all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
@@ -142,17 +165,18 @@ def stacked(all_: list[Snapshot]) -> dict[str, Any]:
         "time": np.array([one.time for one in all_]),
         "box": np.array([one.box for one in all_]),
         "periodic": np.array(all_[0].periodic),
-        "positions": np.array([one.positions for one in all_]),
-        "velocities": np.array([one.velocities for one in all_]),
-        "radii": np.array([one.radii for one in all_]),
-        "masses": np.array([one.masses for one in all_]),
     }
-    # Grains that do not spin yet, or are all of the first species, may have none.
-    if any(one.spins is not None for one in all_):
-        arrays["spins"] = np.array([np.zeros_like(one.positions) if one.spins is None else one.spins for one in all_])
-    if any(one.species is not None for one in all_):
-        arrays["species"] = np.array([np.zeros(len(one), dtype=np.int64) if one.species is None else one.species for one in all_])
+    for name in ARRAYS:
+        own = [getattr(one, name) for one in all_]
+        known = next((array for array in own if array is not None), None)
+        if known is not None:
+            # Grains that do not spin yet, or are all of the first species, or weigh the same, may have none.
+            arrays[name] = np.array([MISSING.get(name, np.nan) + np.zeros_like(known) if array is None else array for array in own])
     return arrays
+
+
+MISSING = {"spins": 0, "species": 0, "weights": 1}
+"""What stands for quantities that tell nothing in a snapshot."""
 
 
 def write_npz(path: Path, all_: list[Snapshot]) -> None:
@@ -165,21 +189,26 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
     with hoomd.open(name=str(path), mode="w") as file:
         for step, one in enumerate(all_):
             frame = hoomd.Frame()
-            sides = np.array(one.box)
-            flat = not np.any(one.positions[:, 2]) and not one.periodic[2]
+            sides, positions = np.array(one.box), one.arrays()["positions"]
+            flat = not np.any(positions[:, 2]) and not one.periodic[2]
             frame.configuration.step = step
             frame.configuration.dimensions = 2 if flat else 3
             frame.configuration.box = [*sides[:2], 0.0 if flat else sides[2], 0, 0, 0]
             frame.particles.N = len(one)
             # HOOMD's box is centred.
-            frame.particles.position = one.positions - 0.5 * sides * [1, 1, 0 if flat else 1]
-            frame.particles.velocity = one.velocities
-            frame.particles.diameter = 2.0 * one.radii
-            frame.particles.mass = one.masses
+            frame.particles.position = positions - 0.5 * sides * [1, 1, 0 if flat else 1]
+            if one.velocities is not None:
+                frame.particles.velocity = one.velocities
+            if one.radii is not None:
+                frame.particles.diameter = 2.0 * one.radii
+            if one.masses is not None:
+                frame.particles.mass = one.masses
             if one.species is not None:
                 frame.particles.types = [str(number) for number in range(one.species.max() + 1)]
                 frame.particles.typeid = one.species
             frame.log["time"] = np.array([one.time])
+            if one.weights is not None:
+                frame.log["particles/weight"] = one.weights
             file.append(frame)
 
 
@@ -188,8 +217,11 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
 
     h5py = optional("h5py", "files .h5")
     arrays = stacked(all_)
-    alike(all_, "radii", lambda one: one.radii)
-    alike(all_, "masses", lambda one: one.masses)
+    # Of one snapshot they stand for all.
+    constant = {"radii": "radius", "masses": "mass", "species": "species"}
+    for name in constant:
+        if name in arrays:
+            alike(all_, name, attrgetter(name))
     steps = np.arange(len(all_))
     with h5py.File(path, "w") as file:
         head = file.create_group("h5md")
@@ -209,14 +241,13 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
             else:
                 element["step"], element["time"] = first["step"], first["time"]
 
-        series(group, "position", arrays["positions"])
-        series(group, "velocity", arrays["velocities"])
-        if "spins" in arrays:
-            series(group, "angular_velocity", arrays["spins"])
-        if "species" in arrays:
-            alike(all_, "species", lambda one: one.species)
-            group["species"] = all_[0].species
-        group["mass"], group["radius"] = arrays["masses"][0], arrays["radii"][0]
+        moving = {"positions": "position", "velocities": "velocity", "spins": "angular_velocity", "weights": "weight"}
+        for name, element in moving.items():
+            if name in arrays:
+                series(group, element, arrays[name])
+        for name, element in constant.items():
+            if name in arrays:
+                group[element] = arrays[name][0]
         box = group.create_group("box")
         box.attrs["dimension"] = 3
         box.attrs["boundary"] = np.array(["periodic" if is_ else "none" for is_ in all_[0].periodic], dtype="S")

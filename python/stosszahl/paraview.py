@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -22,6 +22,15 @@ from .writing import write_text
 __all__ = ["write_fields", "write_particles"]
 
 TYPES = {"f": ("Float64", "<f8"), "i": ("Int64", "<i8"), "u": ("UInt8", "u1")}
+COLUMNS = {
+    "velocities": "velocity",
+    "radii": "diameter",
+    "masses": "mass",
+    "species": "species",
+    "spins": "angular_velocity",
+    "weights": "weight",
+}
+"""Names of arrays in files."""
 VERTEX = 1
 """VTK's number of a cell that is one point."""
 
@@ -29,8 +38,8 @@ VERTEX = 1
 def write_particles(frames: Iterable[Snapshot | Gas], folder: str | os.PathLike[str], name: str = "particles") -> Path:
     """Writes particles for ParaView: one ``.vtu`` of points for each snapshot, and a ``.pvd`` in time.
 
-    Points have the arrays ``id``, ``velocity``, ``diameter``, ``mass``, ``species`` (where it is known) and
-    ``angular_velocity`` (where there is one). In ParaView the filter *Glyph* with spheres, the scale array ``diameter`` and the
+    Points have the arrays ``id``, ``velocity``, ``diameter``, ``mass``, and ``angular_velocity``, ``species`` and ``weight`` where
+    particles differ in them. In ParaView the filter *Glyph* with spheres, the scale array ``diameter`` and the
     scale factor 1 shows them in their size. Snapshots may differ in their number of particles, and are written one by one as they come.
 
     Parameters
@@ -52,7 +61,7 @@ def write_particles(frames: Iterable[Snapshot | Gas], folder: str | os.PathLike[
     ResultsError
         There is no snapshot, or a file cannot be written.
     """
-    return write_series(folder, name, ".vtu", ((one.time, points(one)) for one in map(snapshot_of, frames)))
+    return write_series(folder, name, ".vtu", ((one.time, points(one)) for one in placed(Path(folder) / name, frames)))
 
 
 def write_fields(results: Results, folder: str | os.PathLike[str], engine: str | None = None) -> Path:
@@ -111,22 +120,25 @@ def make_folder(folder: Path) -> None:
         raise ResultsError(f"{folder}: cannot be made: {error}; allowed: a folder") from error
 
 
+def placed(path: Path, frames: Iterable[Snapshot | Gas]) -> Iterator[Snapshot]:
+    """Snapshots with positions, as they come."""
+    for one in map(snapshot_of, frames):
+        if one.positions is None:
+            raise ResultsError(f"{path}.pvd: particles have no positions; allowed: a gas in a box")
+        yield one
+
+
 def points(one: Snapshot) -> str:
     """Particles as a grid of cells that are one point each."""
     number = np.arange(len(one))
-    columns: dict[str, ArrayLike] = {
-        "id": number,
-        "velocity": one.velocities,
-        "diameter": 2.0 * one.radii,
-        "mass": one.masses,
-    }
-    if one.species is not None:
-        columns["species"] = one.species
-    if one.spins is not None:
-        columns["angular_velocity"] = one.spins
+    columns: dict[str, ArrayLike] = {"id": number}
+    known = one.arrays()
+    for name, column in COLUMNS.items():
+        if name in known:
+            columns[column] = 2.0 * known[name] if name == "radii" else known[name]
     cells: dict[str, ArrayLike] = {"connectivity": number, "offsets": number + 1, "types": np.full(len(one), VERTEX, dtype=np.uint8)}
     piece = (
-        f'<Piece NumberOfPoints="{len(one)}" NumberOfCells="{len(one)}">\n<Points>\n{data_array("points", one.positions)}</Points>\n'
+        f'<Piece NumberOfPoints="{len(one)}" NumberOfCells="{len(one)}">\n<Points>\n{data_array("points", one.arrays()["positions"])}</Points>\n'
         f"<Cells>\n{data_arrays(cells)}</Cells>\n<PointData>\n{data_arrays(columns)}</PointData>\n</Piece>\n"
     )
     whole: dict[str, ArrayLike] = {"TimeValue": [one.time], "box": [one.box], "periodic": [[int(is_) for is_ in one.periodic]]}

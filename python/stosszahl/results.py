@@ -189,9 +189,9 @@ class Results:
 
     @cached_property
     def snapshots(self) -> list[Snapshot]:
-        """Snapshots of replica 0, in the order of the manifest."""
+        """Snapshots, in the order of the manifest: by engine, then by replica, then by time."""
         self._refuse_sweep("snapshots")
-        return [read_snapshot(self.folder / one["file"], one["engine"], one["time"]) for one in self.manifest["snapshots"]]
+        return [read_snapshot(self.folder / one["file"], one) for one in self.manifest["snapshots"]]
 
     def __repr__(self) -> str:
         what = f"sweep of {len(self.points)} points" if self.points else f"{len(self._entries)} tables"

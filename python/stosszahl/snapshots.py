@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,10 +15,14 @@ from .gas import Gas
 
 __all__ = ["Snapshot"]
 
+ARRAYS = ("positions", "velocities", "radii", "masses", "spins", "species", "weights")
+
 
 @dataclass(frozen=True)
 class Snapshot:
     """All particles at one time, in the units of the case.
+
+    Of the arrays there are those that the case asks for; the others are None.
 
     Attributes
     ----------
@@ -28,74 +34,115 @@ class Snapshot:
         Sides of the box [length]; in the plane the third is a thickness for programs that want one.
     periodic : tuple of three bools
         Whether the box is periodic, by axis.
-    positions, velocities : ndarray
-        [length], [length/time], shape (number, 3); in the plane the third component is zero.
-    radii, masses : ndarray
+    positions, velocities : ndarray or None
+        [length], [length/time], shape (number, 3); in the plane the third component is zero. Gases without positions have none.
+    radii, masses : ndarray or None
         Shape (number,).
     spins : ndarray or None
         Angular velocities [1/time], shape (number, 3); none for grains that do not spin.
     species : ndarray or None
         Numbers of the species, from 0, shape (number,); none where all are of one.
+    weights : ndarray or None
+        Numbers of particles that simulators stand for, shape (number,); none where all stand for the same.
+    replica : int
+        Number of the replica, from 0.
     """
 
     engine: str
     time: float
     box: tuple[float, ...]
     periodic: tuple[bool, ...]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    radii: NDArray[np.float64]
-    masses: NDArray[np.float64]
+    positions: NDArray[np.float64] | None
+    velocities: NDArray[np.float64] | None
+    radii: NDArray[np.float64] | None
+    masses: NDArray[np.float64] | None
     spins: NDArray[np.float64] | None = None
     species: NDArray[np.int64] | None = None
+    weights: NDArray[np.float64] | None = None
+    replica: int = 0
 
     def __len__(self) -> int:
-        return len(self.positions)
+        return next((len(array) for array in self.arrays().values()), 0)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """The arrays that there are, by name."""
+        all_ = {name: getattr(self, name) for name in ARRAYS}
+        return {name: array for name, array in all_.items() if array is not None}
 
 
 def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
-    """A gas of disks as a snapshot."""
+    """A gas as a snapshot."""
     if isinstance(gas, Snapshot):
         return gas
-    flat = np.zeros(len(gas))
-    spins, species = gas.spins, gas.species
+    spins, species, weights = gas.spins, gas.species, gas.weights
     turns = gas._description["tangential_restitution"] is not None or np.any(spins)
+    in_plane = gas.dimension == 2
+    flat = np.zeros(len(gas))
+
+    def in_space(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.column_stack([vectors, flat]) if in_plane else np.asarray(vectors)
+
     return Snapshot(
         engine="",
         time=gas.time,
-        box=(*gas.box, 1.0),
-        periodic=(*gas.periodic, False),
-        positions=np.column_stack([gas.positions, flat]),
-        velocities=np.column_stack([gas.velocities, flat]),
+        box=(*gas.box, 1.0) if gas.box and in_plane else gas.box,
+        periodic=(*gas.periodic, False) if gas.box and in_plane else gas.periodic,
+        positions=in_space(gas.positions) if gas.box else None,
+        velocities=in_space(gas.velocities),
         radii=np.asarray(gas.radii),
         masses=np.asarray(gas.masses),
-        spins=np.column_stack([flat, flat, spins]) if turns else None,
+        spins=(np.column_stack([flat, flat, spins]) if in_plane else spins) if turns else None,
         species=species if np.any(species) else None,
+        weights=weights if np.any(weights != weights[:1]) else None,
     )
 
 
-def read_snapshot(path: Path, engine: str, time: float) -> Snapshot:
-    """Reads a snapshot in extended XYZ."""
+def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
+    """Reads a snapshot of a manifest: extended XYZ, or CSV of a gas without positions."""
+    engine, time, replica = about["engine"], about["time"], about.get("replica", 0)
+    box, periodic, parts = read_csv(path) if path.suffix == ".csv" else read_xyz(path)
+    kinds = parts.get("type")
+    return Snapshot(
+        engine=engine,
+        time=time,
+        replica=replica,
+        box=box,
+        periodic=periodic,
+        positions=parts.get("pos"),
+        velocities=parts.get("velo"),
+        radii=parts.get("radius"),
+        masses=parts.get("mass"),
+        spins=parts.get("angular_velocity"),
+        species=None if kinds is None else kinds.astype(np.int64),
+        weights=parts.get("weight"),
+    )
+
+
+def read_xyz(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
+    """Box, periodic axes, and columns by their names in the file."""
     with open(path, encoding="utf-8") as file:
         number, header = int(file.readline()), file.readline()
         names, widths = columns_of(field(header, "Properties"))
         rows = pd.read_csv(file, sep=" ", header=None, nrows=number).to_numpy(dtype=np.float64).reshape(number, -1)
     starts = np.cumsum([0, *widths])
-    parts = {name: rows[:, start : start + width] for name, start, width in zip(names, starts, widths)}
+    parts = {name: rows[:, start] if width == 1 else rows[:, start : start + width] for name, start, width in zip(names, starts, widths)}
     lattice = np.array(field(header, "Lattice").split(), dtype=np.float64)
     periodic = (field(header, "pbc") or "T T T").split()
-    return Snapshot(
-        engine=engine,
-        time=time,
-        box=tuple(lattice[[0, 4, 8]].tolist()),
-        periodic=tuple(one == "T" for one in periodic),
-        positions=parts["pos"],
-        velocities=parts["velo"],
-        radii=parts["radius"][:, 0],
-        masses=parts["mass"][:, 0],
-        spins=parts.get("angular_velocity"),
-        species=parts["type"][:, 0].astype(np.int64) if "type" in parts else None,
-    )
+    return tuple(lattice[[0, 4, 8]].tolist()), tuple(one == "T" for one in periodic), parts
+
+
+def read_csv(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
+    """The same of a gas without positions, which has no box; columns by their names in extended XYZ."""
+    table = pd.read_csv(path, dtype=np.float64)
+    names = {"velocity": "velo", "species": "type"}
+    parts: dict[str, NDArray[np.float64]] = {}
+    for name in table.columns:
+        quantity, is_vector = name.removesuffix("_x"), name.endswith("_x")
+        if is_vector:
+            parts[names.get(quantity, quantity)] = table[[f"{quantity}_{axis}" for axis in "xyz"]].to_numpy()
+        elif not name.endswith(("_y", "_z")):
+            parts[names.get(name, name)] = table[name].to_numpy()
+    return (), (), parts
 
 
 def field(header: str, name: str) -> str:

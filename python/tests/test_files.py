@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 import stosszahl
-from stosszahl import EventDriven, Gas, Trajectory, trajectory
+from stosszahl import EventDriven, Gas, MonteCarlo, Trajectory, trajectory
 
 TIMES = [0.0, 1.0, 2.0]
 
@@ -131,6 +131,74 @@ def test_snapshots_of_a_run_with_ase(quick, tmp_path):
     read = ase_io.read(path)
     assert np.array_equal(read.positions, ours.positions) and np.array_equal(read.arrays["velo"], ours.velocities)
     assert read.pbc.tolist() == list(ours.periodic) == [True, True, False]
+
+
+@pytest.fixture(scope="module")
+def chosen(root, tmp_path_factory):
+    """Snapshots of one engine, of two replicas, with less than all quantities; and logs of collisions."""
+    keys = {
+        "gas.number": 100,
+        "run.until": 4,
+        "measure.snapshots": {"interval": 2, "engines": ["ed"], "replicas": [0, 2], "quantities": ["velocity", "species"]},
+        "measure.collision_log": {"most": 300, "from": 1, "replicas": "all"},
+    }
+    out = tmp_path_factory.mktemp("results") / "chosen"
+    return stosszahl.run(root / "cases/quick.toml", keys, out=out, replicas=3, progress=False)
+
+
+def test_snapshots_that_a_case_chooses(chosen, tmp_path):
+    ase_io = pytest.importorskip("ase.io")
+    assert [(one.engine, one.replica, one.time) for one in chosen.snapshots] == [("ed", replica, time) for replica in (0, 2) for time in (0, 2, 4)]
+    second = trajectory(chosen, replica=2)
+    assert second[0].radii is None and second[0].masses is None and second[0].species.tolist() == [0] * 100
+    assert not np.array_equal(second[2].positions, trajectory(chosen)[2].positions)
+    read = ase_io.read(second.write(tmp_path / "x.xyz"), index=":")
+    assert same(second, [one.info["Time"] / 2 for one in read], [one.positions for one in read])
+    assert set(read[0].arrays) >= {"velo", "type"} and not {"radius", "mass"} & set(read[0].arrays)
+    with pytest.importorskip("gsd.hoomd").open(second.write(tmp_path / "x.gsd")) as file:
+        assert np.array_equal(file[1].particles.velocity, second[1].velocities.astype(np.float32))
+    with pytest.importorskip("h5py").File(second.write(tmp_path / "x.h5")) as file:
+        assert "mass" not in file["particles/all"] and file["particles/all/velocity/value"].shape == (3, 100, 3)
+    grid = stosszahl.write_particles(second, tmp_path / "vtk")
+    assert b'Name="velocity"' in (grid.parent / "particles-0.vtu").read_bytes()
+    with pytest.raises(stosszahl.ResultsError, match="no snapshots of replica 1; there are some of: 0, 2"):
+        trajectory(chosen, replica=1)
+
+
+def test_a_log_that_a_case_asks_for(chosen, tmp_path):
+    parquet, polars = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("polars")
+    log = chosen["collision_log"]
+    sizes = log.groupby(["engine", "replica"]).size()
+    assert set(sizes.index.get_level_values("replica")) == {0, 1, 2} and (sizes == 300).all()
+    assert log["time"].between(1, 4).all() and log["impact_parameter"].between(0, 1).all()
+    exact = log[log["engine"] == "ed"]
+    assert (exact["first"] != exact["second"]).all() and exact["first"].between(0, 99).all()
+    parquet.write_table(chosen.arrow("collision_log"), tmp_path / "log.parquet")
+    read = polars.read_parquet(tmp_path / "log.parquet")
+    assert read.height == len(log) and read["relative_speed"].to_list() == log["relative_speed"].tolist()
+
+
+def test_a_gas_without_positions(tmp_path):
+    case = {
+        "format": 2,
+        "title": "Spheres",
+        "gas": {"dimension": 3, "number": 500, "volume": 1e4, "restitution": 0.9},
+        "run": {"until": 2},
+        "measure": {"snapshots": {"interval": 1}},
+    }
+    results = stosszahl.run(case, out=tmp_path / "spheres", replicas=2, progress=False)
+    frames = trajectory(results)
+    engine = trajectory(MonteCarlo(Gas.spheres(50, restitution=0.9)), TIMES)
+    for all_, number in ((frames, 500), (engine, 50)):
+        assert [one.positions for one in all_] == [None] * 3 and all_[0].box == ()
+        read = np.load(all_.write(tmp_path / "x.npz"))
+        assert "positions" not in read and read["velocities"].shape == (3, number, 3)
+        assert np.array_equal(read["velocities"][2], all_[2].velocities) and np.array_equal(read["time"], TIMES)
+        for ending in ("xyz", "gsd", "h5"):
+            with pytest.raises(stosszahl.ResultsError, match="no positions; allowed: formats that need none, .npz"):
+                all_.write(tmp_path / f"x.{ending}")
+        with pytest.raises(stosszahl.ResultsError, match="no positions; allowed: a gas in a box"):
+            stosszahl.write_particles(all_, tmp_path / "vtk")
 
 
 def test_files_that_cannot_be_written(frames, quick, tmp_path):

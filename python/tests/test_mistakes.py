@@ -38,7 +38,7 @@ MISTAKES = {
     "outside": (lambda: Gas.disks(1, box_size=(9, 9), positions=[[1, 10]]), GasError, "particle 0 at 10 along axis 1 of a box of 9; allowed: positions inside"),
     "overlap": (overlapping, GasError, "overlap"),
     "scheme": (lambda: MonteCarlo.from_state(Gas.disks(10), "bolzmann"), GasError, 'scheme "bolzmann" is not known; allowed: .*boltzmann'),
-    "exact spheres": (lambda: EventDriven(Gas.spheres(10)), GasError, "without positions; use MonteCarlo"),
+    "exact spheres": (lambda: EventDriven(Gas.spheres(10)), GasError, "^exact dynamics of a gas without positions; use Monte Carlo, or a gas of disks$"),
     "no time": (lambda: EventDriven(Gas.disks(10)).advance(float("nan")), GasError, "no number; allowed: a time"),
     "observer": (lambda: EventDriven(Gas.disks(10)).advance(1, 5), GasError, "observer is 5; allowed: a function"),
     "in the middle": (at_work, stosszahl.EngineError, "the engine is at work"),

@@ -210,7 +210,7 @@ impl GasBuilder {
         if self.dimension == 3 && (bounded || self.gravity.is_some() || self.tangential.is_some()) {
             return Err(GasError::Unfit {
                 what: "walls, gravity or spin of spheres without positions",
-                instead: "use Gas::disks, or a case file for spheres in a box",
+                instead: "use a gas of disks, or a case file for spheres in a box",
             });
         }
         let rough = self.tangential.map(|beta| Rough::new(beta, Plane::INERTIA));

@@ -73,7 +73,7 @@ fn exact(
     if particles.lengths[0] <= 0.0 {
         return Err(GasError::Unfit {
             what: "exact dynamics of a gas without positions",
-            instead: "use MonteCarlo::new, or Gas::disks",
+            instead: "use Monte Carlo, or a gas of disks",
         });
     }
     let boundaries = stosszahl_ed::Boundaries {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Figure, Manifest, Mark, REPORT_FILE, Stored, Verdict, VerdictKind, engine_title, headlines,
-    quantity_title,
+    Figure, Manifest, Mark, REPORT_FILE, Snapshot, Stored, Verdict, VerdictKind, engine_title,
+    headlines, quantity_title,
 };
 
 use crate::figure::{Drawn, draw};
@@ -204,7 +204,8 @@ fn figures(stored: &Stored) -> Figures {
 }
 
 fn has_particles(manifest: &Manifest) -> bool {
-    !manifest.snapshots.is_empty() || !manifest.frames.is_empty()
+    let mut snapshots = manifest.snapshots.iter();
+    snapshots.any(Snapshot::is_shown) || !manifest.frames.is_empty()
 }
 
 /// The player of the particles.

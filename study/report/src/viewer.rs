@@ -117,7 +117,7 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
         .iter()
         .map(|one| one.engine.clone())
         .collect();
-    for snapshot in &manifest.snapshots {
+    for snapshot in manifest.snapshots.iter().filter(|one| one.is_shown()) {
         let path = folder.join(&snapshot.file);
         if !path.exists() {
             missing.push(snapshot.file.clone());

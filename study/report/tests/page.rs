@@ -284,6 +284,7 @@ fn write(place: &Place<'_>, shift: f64) {
             place.write(&file, text.as_bytes()).unwrap();
             manifest.snapshots.push(Snapshot {
                 engine: engine.into(),
+                replica: 0,
                 time,
                 file,
                 blake3: String::new(),

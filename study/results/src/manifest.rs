@@ -183,6 +183,9 @@ pub struct EngineWork {
 pub struct Snapshot {
     /// Engine.
     pub engine: String,
+    /// Number of the replica, from 0.
+    #[serde(default)]
+    pub replica: u64,
     /// Time, in the unit of time of the case.
     #[serde(deserialize_with = "null_is_nan")]
     pub time: f64,
@@ -191,6 +194,14 @@ pub struct Snapshot {
     /// BLAKE3 hash of the file, hexadecimal; set when the run is finished.
     #[serde(default)]
     pub blake3: String,
+}
+
+impl Snapshot {
+    /// Whether a report may show it: particles of the first replica, which have positions.
+    pub fn is_shown(&self) -> bool {
+        let ending = Path::new(&self.file).extension();
+        self.replica == 0 && ending.is_some_and(|ending| ending == "xyz")
+    }
 }
 
 /// A file of frames of one engine ([`crate::frames`]).

@@ -41,6 +41,7 @@ fn manifest() -> Manifest {
     Manifest {
         snapshots: vec![Snapshot {
             engine: "ed".into(),
+            replica: 0,
             time: 1.0,
             file: "snapshots/ed-0.xyz".into(),
             blake3: String::new(),

@@ -7,7 +7,7 @@ use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
 use stosszahl_results::Table;
 
 use crate::accuracy;
-use crate::measure::{BadOption, Finished, Measure, Runs};
+use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
 use crate::measures;
 use crate::plan::{Cost, EnginePlan, Kept, Plan, PlanError, Quantity, available_memory};
 use crate::words::short;
@@ -119,7 +119,13 @@ impl<'a> Planned<'a> {
             let count = (self.plan.count() * engine.copies()) as f64;
             let all = |first: bool| {
                 let measures = self.measures.iter();
-                let kept = measures.filter(|one| first || !one.only_first_replica());
+                let kept = measures.filter(|one| {
+                    if first {
+                        one.looks_at(&self.plan, 0)
+                    } else {
+                        share_of_others(**one, &self.plan) > 0.0
+                    }
+                });
                 kept.map(|one| count * one.kept_per_particle(&self.plan) + one.kept(&self.plan))
                     .sum::<f64>()
             };

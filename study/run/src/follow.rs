@@ -227,8 +227,10 @@ impl<'a> Course<'a> {
         let source = Source::Start(part.start);
         let mut course = Self::new(part, part.probes(), source, interrupt, holders)?;
         for (probe, measure) in course.probes.iter_mut().zip(part.measures) {
-            if part.replica == 0 || !measure.only_first_replica() {
-                probe.begin(&mut Moment::new(0.0, &mut *course.gas));
+            if measure.looks_at(part.plan, part.replica) {
+                let mut moment = Moment::new(0.0, &mut *course.gas);
+                moment.replica = part.replica;
+                probe.begin(&mut moment);
             }
         }
         Ok(course)
@@ -335,10 +337,11 @@ impl<'a> Course<'a> {
         }
         self.stop(None);
         let mut moment = Moment::new(due.time, &mut *self.gas);
+        moment.replica = self.part.replica;
         moment.heated = self.heated;
         moment.interrupt = self.interrupt.clone();
         for &number in &due.measures {
-            if self.part.replica == 0 || !self.part.measures[number].only_first_replica() {
+            if self.part.measures[number].looks_at(self.part.plan, self.part.replica) {
                 let began = Instant::now();
                 self.probes[number].sample(&mut moment);
                 self.looks[number].add(began);

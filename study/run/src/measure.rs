@@ -75,9 +75,9 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// Whether only the first replica is looked at: [`Probe::sample`] is then not called in others.
-    fn only_first_replica(&self) -> bool {
-        false
+    /// Whether it looks at a replica, by its number from 0: [`Probe::begin`] and [`Probe::sample`] are not called in others.
+    fn looks_at(&self, _plan: &Plan, _replica: u64) -> bool {
+        true
     }
 
     /// The measurement on one engine of one replica; none where tables come from the records of other measures.
@@ -226,6 +226,13 @@ pub fn chosen<O: DeserializeOwned + Default>(plan: &Plan, name: &str) -> O {
 #[schemars(rename = "Options")]
 pub struct NoOptions {}
 
+/// Of the replicas after the first, the share at which a measure looks.
+pub(crate) fn share_of_others(measure: &dyn Measure, plan: &Plan) -> f64 {
+    let others = 1..plan.case.replicas;
+    let all = others.clone().count().max(1);
+    others.filter(|&one| measure.looks_at(plan, one)).count() as f64 / all as f64
+}
+
 /// Refuses a measure, or one of its options, with what is allowed.
 ///
 /// # Errors
@@ -340,6 +347,8 @@ where
 pub struct Moment<'a> {
     /// When, in the unit of time of the case.
     pub time: f64,
+    /// Number of the replica, from 0.
+    pub replica: u64,
     /// The gas.
     pub simulation: &'a mut dyn Simulation,
     /// Kinetic energy that a thermostat has put in since the start \[energy\].
@@ -350,10 +359,11 @@ pub struct Moment<'a> {
 }
 
 impl<'a> Moment<'a> {
-    /// A moment of a gas.
+    /// A moment of a gas, the first replica of it.
     pub fn new(time: f64, simulation: &'a mut dyn Simulation) -> Self {
         Self {
             time,
+            replica: 0,
             simulation,
             heated: 0.0,
             interrupt: Interrupt::default(),

@@ -3,6 +3,7 @@
 mod boundaries;
 mod checks;
 mod clusters;
+mod collision_log;
 mod contacts;
 mod course;
 mod displacement;
@@ -18,6 +19,9 @@ mod intermediate_scattering;
 mod pair_correlation;
 #[cfg(test)]
 mod positionless_tests;
+#[cfg(test)]
+mod record_tests;
+mod selection;
 mod series;
 mod snapshots;
 mod species;
@@ -69,6 +73,7 @@ pub const ALL: &[&dyn Measure] = &[
     &velocity_distribution::VelocityDistribution,
     &intermediate_scattering::IntermediateScattering,
     &clusters::Clusters,
+    &collision_log::CollisionLog,
     &snapshots::Snapshots,
     &frames::Frames,
     &error_budget::ErrorBudget,

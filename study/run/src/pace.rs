@@ -17,7 +17,7 @@ use stosszahl_model::{Budget, Interrupt, Particles};
 use crate::check::Planned;
 use crate::follow::{Course, Looks, Part, PartError};
 use crate::kicks::Kicks;
-use crate::measure::Moment;
+use crate::measure::{Moment, share_of_others};
 use crate::plan::{Pace, Plan};
 use crate::run::RunError;
 use crate::schedule::schedule;
@@ -206,10 +206,10 @@ fn looking(part: &Part<'_>, course: &mut Course<'_>, broken: bool) -> [f64; 2] {
         }
         let Looks { count, seconds } = course.looks[number];
         let all = times.count() as f64 * seconds / f64::from(count.max(1));
-        sums[0] += all;
-        if !measure.only_first_replica() {
-            sums[1] += all;
+        if measure.looks_at(plan, 0) {
+            sums[0] += all;
         }
+        sums[1] += all * share_of_others(*measure, plan);
     }
     sums
 }

@@ -185,8 +185,8 @@ impl Measure for Frames {
         BYTES * (share * frames).max(frames.min(1.0)) + size_of::<Last>() as f64 * frames.min(1.0)
     }
 
-    fn only_first_replica(&self) -> bool {
-        true
+    fn looks_at(&self, _plan: &Plan, replica: u64) -> bool {
+        replica == 0
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {

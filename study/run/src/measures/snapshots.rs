@@ -1,12 +1,14 @@
-//! All particles of the first replica at chosen times, as extended XYZ in the units of the case: what OVITO and ASE read.
+//! All particles of chosen replicas at chosen times, in the units of the case: as extended XYZ, which OVITO and ASE read, and as CSV of
+//! gases without positions.
 
 use std::fmt::Write as _;
 
 use serde::Deserialize;
 use stosszahl_case::Kind;
-use stosszahl_model::Particles;
+use stosszahl_model::{Particle, Particles};
 use stosszahl_results::{SNAPSHOTS, Snapshot};
 
+use super::selection::{Replicas, check_engines, is_named};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan, Scale};
 
@@ -19,7 +21,7 @@ pub struct Snapshots;
 /// Most snapshots of one engine that an interval may ask for.
 const MOST: f64 = 10_000.0;
 
-/// When, and of which engines.
+/// When, of whom, and what.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -30,50 +32,155 @@ pub struct Options {
     pub interval: Option<f64>,
     /// Names of engines. Default: all.
     pub engines: Option<Vec<String>>,
+    /// Numbers of replicas, from 0, or "all". Default: \[0\].
+    pub replicas: Replicas,
+    /// What is written beside positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
+    pub quantities: Option<Vec<Quantity>>,
 }
 
-/// The snapshots taken.
-type Texts = Vec<String>;
+/// A quantity of each particle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Velocity \[length/time\].
+    Velocity,
+    /// Radius \[length\].
+    Radius,
+    /// Mass.
+    Mass,
+    /// Angular velocity \[1/time\].
+    AngularVelocity,
+    /// Number of the species, from 0.
+    Species,
+    /// Number of particles that it stands for.
+    Weight,
+}
 
-/// The extended XYZ format in units of which one engine unit is `scale`; `time` is in the unit of time of the case.
+impl Quantity {
+    const ALL: [Self; 6] = [
+        Self::Velocity,
+        Self::Radius,
+        Self::Mass,
+        Self::AngularVelocity,
+        Self::Species,
+        Self::Weight,
+    ];
+
+    /// Its name in CSV, and the property of extended XYZ: its name, type and width.
+    fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Velocity => ("velocity", "velo:R:3"),
+            Self::Radius => ("radius", "radius:R:1"),
+            Self::Mass => ("mass", "mass:R:1"),
+            Self::AngularVelocity => ("angular_velocity", "angular_velocity:R:3"),
+            // "species" would be names of elements to OVITO and ASE.
+            Self::Species => ("species", "type:I:1"),
+            Self::Weight => ("weight", "weight:R:1"),
+        }
+    }
+
+    /// Whether it says more than that all particles are alike.
+    fn tells(self, particles: &Particles) -> bool {
+        let mut all = particles.all.iter();
+        match self {
+            Self::Velocity | Self::Radius | Self::Mass => true,
+            Self::AngularVelocity => all.any(|one| one.spin.norm_squared() > 0.0),
+            Self::Species => all.any(|one| one.species > 0),
+            Self::Weight => all.any(|one| one.weight != particles.all[0].weight),
+        }
+    }
+
+    /// Its numbers in units of which one engine unit is `scale`, each after `mark`.
+    fn write(self, text: &mut String, mark: char, one: &Particle, scale: Scale) {
+        let vector = |text: &mut String, all: nalgebra::Vector3<f64>| {
+            for number in &all {
+                let _ = write!(text, "{mark}{number}");
+            }
+        };
+        // Writing to a string cannot fail.
+        let _ = match self {
+            Self::Velocity => return vector(text, one.velocity * scale.speed()),
+            Self::AngularVelocity => return vector(text, one.spin / scale.time()),
+            Self::Radius => write!(text, "{mark}{}", one.radius * scale.length),
+            Self::Mass => write!(text, "{mark}{}", one.mass * scale.mass),
+            Self::Species => write!(text, "{mark}{}", one.species),
+            Self::Weight => write!(text, "{mark}{}", one.weight),
+        };
+    }
+}
+
+/// What is written of particles: what is asked for, or what tells them apart.
+fn written(asked: Option<&[Quantity]>, particles: &Particles) -> Vec<Quantity> {
+    let all = Quantity::ALL.into_iter();
+    match asked {
+        Some(asked) => all.filter(|one| asked.contains(one)).collect(),
+        None => all.filter(|one| one.tells(particles)).collect(),
+    }
+}
+
+/// The snapshots taken, each with the number of its replica.
+type Texts = Vec<(u64, String)>;
+
+/// All quantities in the extended XYZ format in units of which one engine unit is `scale`; `time` is in the unit of time of the case.
 pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64) -> String {
-    let (length, speed) = (scale.length, scale.speed());
-    let [x, y, z] = particles.lengths.map(|side| side * length);
+    xyz(particles, None, scale, engine, time)
+}
+
+fn xyz(
+    particles: &Particles,
+    asked: Option<&[Quantity]>,
+    scale: Scale,
+    engine: &str,
+    time: f64,
+) -> String {
+    let [x, y, z] = particles.lengths.map(|side| side * scale.length);
     let depth = if particles.dimension == 2 { 1.0 } else { z };
-    let spins = particles
-        .all
-        .iter()
-        .any(|one| one.spin.norm_squared() > 0.0);
-    let kinds = particles.all.iter().any(|one| one.species > 0);
     let periodic = [0, 1, 2].map(|axis| {
         let is_periodic = axis < particles.dimension && particles.periodic[axis];
         if is_periodic { "T" } else { "F" }
     });
-    let mut text = String::with_capacity(100 * particles.all.len());
-    // Writing to a string cannot fail.
+    let quantities = written(asked, particles);
+    let mut text = String::with_capacity(LINE as usize * particles.all.len());
+    let mut properties = String::from("id:I:1:pos:R:3");
+    for one in &quantities {
+        let _ = write!(properties, ":{}", one.described().1);
+    }
     let _ = writeln!(text, "{}", particles.all.len());
     let _ = writeln!(
         text,
-        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1{}{} pbc=\"{}\" Time={} TimeOverT0={time} Engine={engine}",
-        if spins { ":angular_velocity:R:3" } else { "" },
-        if kinds { ":type:I:1" } else { "" },
+        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties={properties} pbc=\"{}\" Time={} TimeOverT0={time} Engine={engine}",
         periodic.join(" "),
         particles.time * scale.time(),
     );
     for (index, one) in particles.all.iter().enumerate() {
-        let (at, v) = (one.position * length, one.velocity * speed);
-        let (radius, mass) = (one.radius * length, one.mass * scale.mass);
-        let _ = write!(
-            text,
-            "{index} {} {} {} {} {} {} {radius} {mass}",
-            at[0], at[1], at[2], v[0], v[1], v[2]
-        );
-        if spins {
-            let w = one.spin / scale.time();
-            let _ = write!(text, " {} {} {}", w[0], w[1], w[2]);
+        let at = one.position * scale.length;
+        let _ = write!(text, "{index} {} {} {}", at[0], at[1], at[2]);
+        for quantity in &quantities {
+            quantity.write(&mut text, ' ', one, scale);
         }
-        if kinds {
-            let _ = write!(text, " {}", one.species);
+        text.push('\n');
+    }
+    text
+}
+
+/// A gas without positions: a column for each number.
+fn csv(particles: &Particles, asked: Option<&[Quantity]>, scale: Scale) -> String {
+    let quantities = written(asked, particles);
+    let mut text = String::with_capacity(LINE as usize * particles.all.len());
+    text.push_str("id");
+    for one in &quantities {
+        let (name, property) = one.described();
+        let _ = if property.ends_with(":3") {
+            write!(text, ",{name}_x,{name}_y,{name}_z")
+        } else {
+            write!(text, ",{name}")
+        };
+    }
+    text.push('\n');
+    for (index, one) in particles.all.iter().enumerate() {
+        let _ = write!(text, "{index}");
+        for quantity in &quantities {
+            quantity.write(&mut text, ',', one, scale);
         }
         text.push('\n');
     }
@@ -83,7 +190,7 @@ pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64
 impl Measure for Snapshots {
     described!(
         "snapshots",
-        "All particles of the first replica at chosen times, as extended XYZ.",
+        "All particles at chosen times, as extended XYZ; velocities of gases without positions, as CSV.",
         Options
     );
 
@@ -92,8 +199,6 @@ impl Measure for Snapshots {
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let placed = plan.kind != Kind::Homogeneous;
-        measure::require(placed, "", "a gas with positions, in a box")?;
         let options: Options = measure::options(plan, self.name())?;
         if let Some(interval) = options.interval {
             let alone = options.times.is_none();
@@ -103,15 +208,12 @@ impl Measure for Snapshots {
                 format!("an interval that gives at most {MOST} snapshots until the end of the run");
             measure::require(interval > 0.0 && most, "interval", allowed)?;
         }
-        for (index, name) in options.engines.iter().flatten().enumerate() {
-            let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
-            let allowed = format!("engines of the case, {}", names.join(", "));
-            measure::require(
-                names.contains(&&**name),
-                &format!("engines[{index}]"),
-                allowed,
-            )?;
-        }
+        check_engines(plan, options.engines.as_deref())?;
+        options.replicas.check(plan)?;
+        let none = options.quantities.is_some_and(|all| all.is_empty());
+        let told = !none || plan.kind != Kind::Homogeneous;
+        let allowed = "one or more of a gas without positions";
+        measure::require(told, "quantities", allowed)?;
         measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())
     }
 
@@ -134,34 +236,54 @@ impl Measure for Snapshots {
         LINE * self.times(plan).len() as f64
     }
 
-    fn only_first_replica(&self) -> bool {
-        true
+    fn looks_at(&self, plan: &Plan, replica: u64) -> bool {
+        let options = measure::chosen::<Options>(plan, self.name());
+        options.replicas.has(replica)
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let (name, scale) = (engine.name, plan.scale);
-        let engines = measure::chosen::<Options>(plan, self.name()).engines;
-        let is_asked = engines.is_none_or(|names| names.iter().any(|one| one == name));
+        let placed = plan.kind != Kind::Homogeneous;
+        let options = measure::chosen::<Options>(plan, self.name());
+        let is_asked = is_named(options.engines.as_deref(), name);
+        let quantities = options.quantities;
         Box::new(Recorder::new(Texts::new(), move |texts, moment| {
             if is_asked {
-                texts.push(extended_xyz(moment.particles(), scale, name, moment.time));
+                let (all, asked) = (moment.particles(), quantities.as_deref());
+                let text = if placed {
+                    xyz(all, asked, scale, name, moment.time)
+                } else {
+                    csv(all, asked, scale)
+                };
+                texts.push((moment.replica, text));
             }
         }))
     }
 
     fn snapshots(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
         let times = self.times(plan);
+        let ending = match plan.kind {
+            Kind::Homogeneous => "csv",
+            _ => "xyz",
+        };
         let mut files = Vec::new();
         for (engine, records) in runs.each::<Texts>(plan) {
-            let texts = records.into_iter().take(1).flatten();
-            for (index, (text, &time)) in texts.zip(&times).enumerate() {
-                let snapshot = Snapshot {
-                    engine: engine.name.to_owned(),
-                    time,
-                    file: format!("{SNAPSHOTS}/{}-{index}.xyz", engine.name),
-                    blake3: String::new(),
-                };
-                files.push((snapshot, text.clone()));
+            let name = engine.name;
+            for record in records {
+                for (index, ((replica, text), &time)) in record.iter().zip(&times).enumerate() {
+                    let number = match replica {
+                        0 => format!("{index}"),
+                        other => format!("{index}-replica-{other}"),
+                    };
+                    let snapshot = Snapshot {
+                        engine: name.to_owned(),
+                        replica: *replica,
+                        time,
+                        file: format!("{SNAPSHOTS}/{name}-{number}.{ending}"),
+                        blake3: String::new(),
+                    };
+                    files.push((snapshot, text.clone()));
+                }
             }
         }
         files

@@ -1,5 +1,5 @@
 //! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
-//! of the process is measured to be, within a factor of 1.3 in the cases of `tests/memory.rs`.
+//! of the process is measured to be, within a factor of 1.3 in the cases of `tests/program/memory.rs`.
 //!
 //! The peak of an engine comes when probes look at all particles, when one of them works on what it saw, or when a checkpoint is
 //! written: then there are the gas, the records of its probes, and both again as bytes, which go straight into the file. Records

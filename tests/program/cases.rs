@@ -1,16 +1,13 @@
 //! The cases that come with the program: each asks a question, is valid, and runs.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::program::{Desk, SHRUNKEN, SMALL, bundled, bundled_names, plan, stored};
 use stosszahl::case::CaseFile;
 use stosszahl::case::format::{Restitution, Units};
 use stosszahl::results::Sweep;
 use stosszahl::study::Plan;
-use support::program::{Desk, SHRUNKEN, SMALL, bundled, bundled_names, plan, stored};
 
 #[test]
 fn every_case_has_a_small_form() {

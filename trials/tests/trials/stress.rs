@@ -177,7 +177,7 @@ fn names_differ() {
 /// `docs/development/stress.md` has the table of the cases.
 #[test]
 fn every_case_is_documented() {
-    let page = include_str!("../../docs/development/stress.md");
+    let page = include_str!("../../../docs/development/stress.md");
     for case in engines().concat() {
         let row = format!("| `{}` | {} | {} |", case.name, case.tried, case.required);
         assert!(

@@ -1,22 +1,19 @@
 //! Damaged files: whatever stands in a case or a start file, reading it ends in a value that makes sense or in an error that
 //! names the file, never in a panic. Damaged checkpoints are in `engines/checkpoints.rs`.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
+use crate::support::damage::{clear, fuzz};
+use crate::support::part::part_of;
+use crate::support::program::{COOLING, SMALL, bundled, bundled_names, format};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 use serde_json::Value;
 use stosszahl::case::CaseFile;
 use stosszahl::model::initial;
 use stosszahl::study;
-use support::damage::{clear, fuzz};
-use support::part::part_of;
-use support::program::{COOLING, SMALL, bundled, bundled_names, format};
 
 #[test]
 fn damaged_start_files() {
@@ -213,7 +210,7 @@ fn every_key_takes_odd_values_or_refuses_them() {
     odd_values(SMALL.len(), |count| 0..count);
 }
 
-/// `cargo test --test fuzz -- --ignored`.
+/// `cargo test --test program fuzz -- --ignored`.
 #[test]
 #[ignore = "takes some minutes: cargo long-tests"]
 fn every_key_of_every_small_case_takes_odd_values() {

@@ -5,23 +5,20 @@
 //! drawn with a fixed seed is reached. With several threads it depends on the machine which legs the others have done by
 //! then; results must not.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicI64, Ordering};
 
+use crate::support::part::part_of;
+use crate::support::program::{
+    CLUSTERS, COOLING, Desk, MIXTURE, SHRUNKEN, SMALL, assert_same, bundled, manifest, overridden,
+};
 use rand::{RngExt, SeedableRng};
 use stosszahl::case::CaseFile;
 use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
 use stosszahl::study::{self, Options, Progress};
-use support::part::part_of;
-use support::program::{
-    COOLING, Desk, SHRUNKEN, SMALL, assert_same, bundled, manifest, overridden,
-};
 
 /// Asks a run to stop when some legs are done.
 struct Legs {
@@ -162,7 +159,7 @@ fn every_engine_resumes_to_the_same_bytes() {
         200..203,
     );
     for selection in ["alias-tables", "low-rank", "single-majorant"] {
-        for text in [support::program::MIXTURE, support::program::CLUSTERS] {
+        for text in [MIXTURE, CLUSTERS] {
             let set = format!("engine.dsmc-homogeneous.selection={selection}");
             let short = ["run.until=20", "measure={}", "replicas=2", set.as_str()];
             let file = overridden(Path::new("case.toml"), text, &short);
@@ -257,7 +254,7 @@ fn damaged_checkpoints_are_refused_by_the_program() {
     assert_same(&desk.path("whole"), &out);
 }
 
-/// The long form: fifty chains for each bundled case. `cargo test --release --test resume -- --ignored`.
+/// The long form: fifty chains for each bundled case. `cargo test --release --test program resume -- --ignored`.
 #[test]
 #[ignore = "takes some twenty minutes: cargo long-tests"]
 fn every_bundled_case_resumes_from_fifty_chains() {

@@ -1,12 +1,9 @@
 //! What `check` says of memory is what the process takes.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fs;
 
+use crate::support::program::{Desk, overridden};
 use stosszahl::study;
-use support::program::{Desk, overridden};
 
 /// By how much the estimate may differ from what is measured, either way.
 const FACTOR: f64 = 1.3;

@@ -1,15 +1,12 @@
 //! Whole runs against theory: driven gases, mixtures with and without positions, sticking.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fs;
 
-use stosszahl::analysis::theory::{Component, Contact, Mixture};
-use stosszahl::model::Constant;
-use support::program::{
+use crate::support::program::{
     CHANNEL, CLUSTERS, Columns, DRIVEN_MIXTURE, Desk, MIXTURE, bundled, manifest, plan,
 };
+use stosszahl::analysis::theory::{Component, Contact, Mixture};
+use stosszahl::model::Constant;
 
 /// The temperature of both engines against Enskog's theory, in the second half of the run.
 ///

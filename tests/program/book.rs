@@ -1,13 +1,10 @@
 //! The book: every page is in its summary, every link leads somewhere, and pages that are made are those that the program makes.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use support::program::{COOLING, Desk, FLUCTUATIONS, MIXTURE, WALLS};
+use crate::support::program::{COOLING, Desk, FLUCTUATIONS, MIXTURE, WALLS};
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")

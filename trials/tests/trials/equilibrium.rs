@@ -1,14 +1,11 @@
 //! Elastic disks against what is known of them: conservation over millions of collisions, equation of state,
 //! collision rate, impact parameters. Values from the literature with their source.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
-mod support;
-
+use crate::support::{Disks, disks, disordered};
 use stosszahl_analysis::equilibrium::impact_uniform;
 use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::{Collision, Observer, State};
 use stosszahl_trials::validate::exact::{COMPRESSIBILITY, equation_of_state};
-use support::{Disks, disks, disordered};
 
 fn equilibrated(
     count: usize,

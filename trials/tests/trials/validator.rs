@@ -1,8 +1,5 @@
 //! The validator itself: methods that are right pass all claims, and methods with a planted fault do not.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
-mod support;
-
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3, vector};

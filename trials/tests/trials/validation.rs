@@ -1,10 +1,8 @@
 //! A short selection of what `stosszahl-trials validate dsmc` measures at length, and that command itself.
 
-#[allow(dead_code, unused_imports, reason = "each test file uses its own part")]
-mod support;
-
 use std::process::Command;
 
+use crate::support::{disks, disordered};
 use stosszahl_dsmc::{Engine, Parameters};
 use stosszahl_model::kinetic;
 use stosszahl_model::random::Streams;
@@ -13,7 +11,6 @@ use stosszahl_trials::table::Verdict;
 use stosszahl_trials::table::mean;
 use stosszahl_trials::validate::parts;
 use stosszahl_trials::validate::schemes::{METHODS, Method, Setting};
-use support::{disks, disordered};
 
 const PACKING: f64 = 0.25;
 

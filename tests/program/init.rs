@@ -1,9 +1,6 @@
 //! `stosszahl init`: what it writes can be checked and run, and what cannot be is not written.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
-use support::program::Desk;
+use crate::support::program::Desk;
 
 #[test]
 fn what_is_written_passes_check_and_means_what_was_asked() {

@@ -1,15 +1,12 @@
 //! Papers: a tiny one from its file to its verdicts, refusals that name the line, and the bundled ones, whose runs, points, tables and
 //! columns must exist.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::program::{CASES, COOLING, Desk};
 use stosszahl::case::PaperFile;
 use stosszahl::reproduction::{Demand, Reproduction};
-use support::program::{CASES, COOLING, Desk};
 
 /// A paper of two claims that hold, one that does not, one that is corrected, one that has no number, and one for full runs only.
 const PAPER: &str = r#"format = 1

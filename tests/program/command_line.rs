@@ -1,14 +1,11 @@
 //! The program as a user runs it: results, refusals, threads, folders.
 
-#[allow(dead_code, reason = "each test file uses its own part")]
-mod support;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
 use std::process::{Child, Command, Stdio};
 
-use support::program::{
+use crate::support::program::{
     COOLING, Columns, Desk, INFLOW, MIXTURE, SMALL, WALLS, assert_same, bundled_names, files,
     manifest,
 };

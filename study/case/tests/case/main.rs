@@ -1,0 +1,4 @@
+//! Case files, good and bad ones.
+
+mod bundled;
+mod refusals;

@@ -1,0 +1,223 @@
+//! The collisions themselves, as many as are asked for.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Collision, Observer};
+use stosszahl_results::{Cell, Table, table};
+
+use super::selection::{Replicas, check_engines, is_named};
+use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::plan::{EnginePlan, Plan};
+
+/// A log of collisions.
+pub struct CollisionLog;
+
+/// Most rows of an engine and replica that may be asked for.
+const MOST: u64 = 1_000_000;
+/// A row while tables and report are made \[bytes\].
+const ROW: f64 = 600.0;
+
+/// Which collisions.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Time from which collisions are kept.
+    pub from: f64,
+    /// Collisions of each engine and replica that are kept: the first after `from`.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub most: u64,
+    /// Names of engines. Default: all.
+    pub engines: Option<Vec<String>>,
+    /// Numbers of replicas, from 0, or "all". Default: \[0\].
+    pub replicas: Replicas,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            from: 0.0,
+            most: 10_000,
+            engines: None,
+            replicas: Replicas::default(),
+        }
+    }
+}
+
+/// What is kept of a collision, in units of the engine.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Row {
+    time: f64,
+    pair: [u32; 2],
+    species: [u32; 2],
+    impact: f64,
+    relative: f64,
+    normal: f64,
+    restitution: f64,
+    weight: f64,
+}
+
+impl Row {
+    fn of(one: &Collision) -> Self {
+        Self {
+            time: one.time,
+            pair: one.pair,
+            species: one.species,
+            impact: one.impact_square().sqrt(),
+            relative: one.relative.norm(),
+            normal: one.normal_square().sqrt(),
+            restitution: one.restitution,
+            weight: one.weight,
+        }
+    }
+}
+
+/// The collisions of one engine and replica.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Record {
+    /// None before the begin, and in replicas that nobody asks for.
+    replica: Option<u64>,
+    rows: Vec<Row>,
+}
+
+struct LogProbe {
+    from: f64,
+    most: usize,
+    record: Record,
+}
+
+impl Observer for LogProbe {
+    fn collisions(&mut self, batch: &[Collision]) {
+        let room = self.most - self.record.rows.len();
+        if room > 0 {
+            let late = batch.iter().filter(|one| one.time >= self.from);
+            self.record.rows.extend(late.take(room).map(Row::of));
+        }
+    }
+}
+
+impl Probe for LogProbe {
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        let goes_on = self.record.replica.is_some() && self.record.rows.len() < self.most;
+        goes_on.then_some(self)
+    }
+
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        self.record.replica = Some(moment.replica);
+    }
+
+    keeps_record!();
+}
+
+impl CollisionLog {
+    fn options(&self, plan: &Plan) -> Options {
+        measure::chosen(plan, self.name())
+    }
+}
+
+impl Measure for CollisionLog {
+    described!(
+        "collision_log",
+        "Collisions one by one, the first ones from a time on.",
+        Options
+    );
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let options: Options = measure::options(plan, self.name())?;
+        let until = plan.case.run.until;
+        let good = (0.0..=until).contains(&options.from);
+        let allowed = format!(
+            "a time from 0 to run.until = {until}; found {}",
+            options.from
+        );
+        measure::require(good, "from", allowed)?;
+        let allowed = format!("a number of collisions from 1 to {MOST}");
+        measure::require((1..=MOST).contains(&options.most), "most", allowed)?;
+        check_engines(plan, options.engines.as_deref())?;
+        options.replicas.check(plan)
+    }
+
+    /// No step of an engine lies across the begin.
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        let from = self.options(plan).from;
+        (from > 0.0).then_some(from).into_iter().collect()
+    }
+
+    fn kept(&self, plan: &Plan) -> f64 {
+        self.options(plan).most as f64 * size_of::<Row>() as f64
+    }
+
+    fn figures(&self, plan: &Plan) -> f64 {
+        let Options {
+            most,
+            engines,
+            replicas,
+            ..
+        } = self.options(plan);
+        let engines = (plan.engines.iter()).filter(|one| is_named(engines.as_deref(), one.name));
+        let replicas = (0..plan.case.replicas).filter(|&one| replicas.has(one));
+        most as f64 * (engines.count() * replicas.count()) as f64 * ROW
+    }
+
+    fn looks_at(&self, plan: &Plan, replica: u64) -> bool {
+        self.options(plan).replicas.has(replica)
+    }
+
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = self.options(plan);
+        let is_asked = is_named(options.engines.as_deref(), engine.name);
+        Box::new(LogProbe {
+            from: plan.engine_time(options.from),
+            most: if is_asked { options.most as usize } else { 0 },
+            record: Record::default(),
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let mut table = table! {
+            "collision_log", "Collisions one by one, in the order in which the engine made them.";
+            key "engine", "", "Engine";
+            key "replica", "1", "Number of the replica, from 0";
+            key "time", "time", "When it happened";
+            note "first", "1", "Index of a partner, from 0, as snapshots have it; empty where the engine does not distinguish equal particles";
+            note "second", "1", "The same of the other";
+            note "first_species", "1", "Species of the first, from 0";
+            note "second_species", "1", "Species of the second";
+            value "impact_parameter", "1", "b/d, from 0 (central) to 1 (grazing)";
+            value "relative_speed", "speed", "Relative speed before";
+            value "normal_speed", "speed", "Its part along the line of centres";
+            value "restitution", "1", "Coefficient of restitution that acted";
+            note "weight", "1", "Number of physical collisions that it stands for";
+        };
+        let speed = plan.scale.speed();
+        for (engine, records) in runs.each::<Record>(plan) {
+            for record in records {
+                let replica = record.replica.unwrap_or_default();
+                for row in &record.rows {
+                    let [first, second] = row.pair.map(index);
+                    table.rows.push(vec![
+                        Cell::Text(engine.name.to_owned()),
+                        Cell::Count(replica),
+                        Cell::Number(row.time / plan.time),
+                        first,
+                        second,
+                        Cell::Count(row.species[0].into()),
+                        Cell::Count(row.species[1].into()),
+                        Cell::Number(row.impact),
+                        Cell::Number(row.relative * speed),
+                        Cell::Number(row.normal * speed),
+                        Cell::Number(row.restitution),
+                        Cell::Number(row.weight),
+                    ]);
+                }
+            }
+        }
+        vec![table]
+    }
+}
+
+/// The index of a particle, if it has one.
+fn index(index: u32) -> Cell {
+    match index {
+        Collision::ANONYMOUS => Cell::Empty,
+        known => Cell::Count(known.into()),
+    }
+}

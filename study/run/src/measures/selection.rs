@@ -1,0 +1,70 @@
+//! Of which engines and replicas a measure keeps a record, where the case may choose.
+
+use serde::Deserialize;
+
+use crate::measure::{self, BadOption};
+use crate::plan::Plan;
+
+/// Replicas as written.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
+#[serde(untagged, expecting = "a list of replicas, from 0, or \"all\"")]
+pub enum Replicas {
+    /// All of them.
+    All(AllReplicas),
+    /// Their numbers, from 0.
+    List(Vec<u64>),
+}
+
+/// The word that stands for all replicas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AllReplicas {
+    /// All replicas.
+    All,
+}
+
+impl Default for Replicas {
+    fn default() -> Self {
+        Self::List(vec![0])
+    }
+}
+
+impl Replicas {
+    /// Whether a replica is among them.
+    pub(super) fn has(&self, replica: u64) -> bool {
+        match self {
+            Self::All(_) => true,
+            Self::List(list) => list.contains(&replica),
+        }
+    }
+
+    /// Refuses replicas that the case does not have.
+    pub(super) fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let Self::List(list) = self else {
+            return Ok(());
+        };
+        let most = plan.case.replicas - 1;
+        for (index, &replica) in list.iter().enumerate() {
+            let key = format!("replicas.{}", index + 1);
+            let allowed = format!("replicas from 0 to {most}, or \"all\"; found {replica}");
+            measure::require(replica <= most, &key, allowed)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether an engine is among those that are named; all are where none is.
+pub(super) fn is_named(engines: Option<&[String]>, engine: &str) -> bool {
+    engines.is_none_or(|names| names.iter().any(|one| one == engine))
+}
+
+/// Refuses names of engines that the case does not have.
+pub(super) fn check_engines(plan: &Plan, engines: Option<&[String]>) -> Result<(), BadOption> {
+    let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
+    for (index, name) in engines.into_iter().flatten().enumerate() {
+        let allowed = format!("engines of the case, {}", names.join(", "));
+        let key = format!("engines.{}", index + 1);
+        measure::require(names.contains(&&**name), &key, allowed)?;
+    }
+    Ok(())
+}

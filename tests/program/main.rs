@@ -1,0 +1,14 @@
+//! The program and its library as a whole. One program for all tests, so that it is linked once and its tests run side by side.
+
+mod book;
+mod cases;
+mod command_line;
+mod frontier;
+mod fuzz;
+mod init;
+mod literature;
+mod memory;
+mod reproduce;
+mod resume;
+#[path = "../support/mod.rs"]
+mod support;
