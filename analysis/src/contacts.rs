@@ -93,6 +93,8 @@ pub struct Sums {
     pub flux: [f64; 2],
     /// The same times (b/d)^(D-1).
     pub flux_impacts: [f64; 2],
+    /// Local temperature and that of the whole gas, flow included, summed over particles of which the former is known.
+    pub heat: [f64; 2],
     /// By distance, [`EDGES`]: of pairs as they are, and shuffled.
     pub velocities: [[Products; 2]; DISTANCES],
 }
@@ -304,6 +306,14 @@ impl Contacts {
             .map(|one| one.mass * one.velocity)
             .sum::<Vector3<f64>>()
             / total;
+        for (one, &cell) in particles.all.iter().zip(&cells) {
+            let temperature = self.local.places[cell].temperature;
+            if temperature > 0.0 {
+                let moving = (one.velocity - drift).norm_squared();
+                sums.heat[0] += temperature;
+                sums.heat[1] += one.mass * moving / self.dimension as f64;
+            }
+        }
         let power = self.dimension as i32 - 1;
         let mut draws = time.to_bits();
         each_pair(particles, EDGES[DISTANCES], |[i, j], line, distance| {
@@ -352,6 +362,7 @@ impl Contacts {
             for kind in 0..2 {
                 all.flux[kind] += sums.flux[kind];
                 all.flux_impacts[kind] += sums.flux_impacts[kind];
+                all.heat[kind] += sums.heat[kind];
                 for (all, sums) in all.velocities.iter_mut().zip(&sums.velocities) {
                     all[kind].take(&sums[kind]);
                 }
@@ -524,6 +535,9 @@ mod tests {
             let sums = contacts.windows[0].1;
             let slope = |kind: usize| 12.0 * (sums.flux_impacts[kind] / sums.flux[kind] - 0.5);
             let across = sums.velocities[0].map(|one| one.products[1] / one.squares[1]);
+            // A flow of amplitude 6 has the mean square 18, half of which is one of two components: 9 beside the temperature of 4.
+            let heat = sums.heat[0] / sums.heat[1];
+            assert!((heat - 4.0 / 13.0).abs() < 0.02, "{heat}");
             (slope(0), slope(1), across)
         };
         // Points have 20 000^2/10^4/2 pi (1.1^2 - 1) = 13 000 pairs near contact, half of which approach: errors are 0.04.
@@ -535,7 +549,10 @@ mod tests {
         // Temperature 4 and a flow of mean square 18 along x, half of which is across the line: 9/(9 + 4), to which the shear over a
         // line adds less than the errors of 0.02. Points know nothing of each other, so that shuffling changes nothing.
         for across in across {
-            assert!((across - 9.0 / 13.0).abs() < 0.1, "the flow is common: {across}");
+            assert!(
+                (across - 9.0 / 13.0).abs() < 0.1,
+                "the flow is common: {across}"
+            );
         }
         let mut pairs = Vec::new();
         each_pair(&gas, NEAR, |pair, line, _| pairs.push((pair, line)));

@@ -23,8 +23,7 @@ const EVENTS: usize = 8;
 const WIDEST: usize = 1 << (LONGEST_RING - 2);
 
 /// Memory for each simulator \[bytes\].
-pub const BYTES_PER_SIMULATOR: usize =
-    (MEMORY + 2 * EVENTS) * size_of::<u32>() + size_of::<u64>();
+pub const BYTES_PER_SIMULATOR: usize = (MEMORY + 2 * EVENTS) * size_of::<u32>() + size_of::<u64>();
 
 /// Former partners of each simulator, the last one first, and events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

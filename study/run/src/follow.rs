@@ -326,8 +326,10 @@ impl<'a> Course<'a> {
             let (start, now) = (start_energy(plan), kinetic_energy(&*self.gas));
             // A gas of one cluster at rest cannot be heated.
             if now > 0.0 {
+                let before = self.gas.temperature();
                 self.gas.scale_velocities((start / now).sqrt())?;
                 self.heated += start - now;
+                self.stop(Some(before));
             }
         }
         if due.measures.is_empty() {

@@ -152,6 +152,59 @@ fn driven_disks_resume_to_the_same_bytes() {
 }
 
 #[test]
+fn disks_whose_velocities_are_scaled_resume_to_the_same_bytes() {
+    assert_resumes(
+        "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n\
+         [thermostat]\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-contact-point]\nsimulators_per_particle = 4\n",
+    );
+}
+
+/// Scaled velocities are free cooling in another unit of time: exact disks go the same ways, with the same collisions. Ten intervals of h
+/// make 1 + t/t0 = (1 + h)^10. In some six collisions of a disk rounding grows by some e^12.
+#[test]
+fn scaled_disks_go_the_ways_of_those_that_cool() {
+    let run = |thermostat: &str, until: f64| {
+        let plan = plan(&format!(
+            "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n{thermostat}\
+             [run]\nuntil = {until}\n[engine.ed]\n"
+        ));
+        let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
+        let mut preparation = Preparation::new(&plan, streams, &never).expect("a start");
+        while !preparation.leg(&plan, streams, &never).expect("a leg") {}
+        let start = preparation.particles(&plan, streams).expect("particles");
+        let part = Part {
+            plan: &plan,
+            engine: &plan.engines[0],
+            measures: &[&Everything],
+            replica: 0,
+            start: Some(&start),
+        };
+        let control = Control::new(None, [0; 32], 1e9, &never, &|_, _| {});
+        let finished = part.run(&control).expect("a run");
+        let far = seen(&finished).samples.last().copied().expect("a sample");
+        let passed = plan.cooling_logarithm(until, false).expect("it cools");
+        let expected = plan.expected_collisions(until);
+        (far, finished.work.collisions, passed, expected)
+    };
+    let scaled = run("[thermostat]\ninterval = 0.05\n", 0.5);
+    let free = run("", 1.05_f64.powi(10) - 1.0);
+    assert!(scaled.1 > 200);
+    assert_eq!(scaled.1, free.1);
+    assert!(
+        (scaled.0 / free.0 - 1.0).abs() < 1e-8,
+        "{scaled:?} {free:?}"
+    );
+    assert!(
+        (scaled.2 / free.2 - 1.0).abs() < 1e-12,
+        "{scaled:?} {free:?}"
+    );
+    assert!(
+        (scaled.3 / free.3 - 1.0).abs() < 1e-12,
+        "{scaled:?} {free:?}"
+    );
+}
+
+#[test]
 fn disks_of_two_sizes_resume_to_the_same_bytes() {
     assert_resumes(
         "[gas]\nnumber = 100\nrestitution = 0.8\n[[species]]\nshare = 0.5\n[[species]]\nshare = 0.5\ndiameter = 2.0\nmass = 4.0\n\

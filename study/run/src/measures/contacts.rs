@@ -196,7 +196,7 @@ fn chaos_table() -> Table {
         key "engine", "", "Engine";
         key "window_start", "time", "Start of the window";
         key "window_end", "time", "End of the window";
-        key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met nobody else since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings";
+        key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; heat: local temperature over that of the whole gas, flow included; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met nobody else since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings";
         with_theory "value", "", "Its value; theory is molecular chaos";
         note "replicas", "1", "Replicas";
     }
@@ -328,6 +328,7 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
     }
     let zero = Some(0.0);
     all.extend([
+        one("heat", None, as_is, |(all, _)| all.heat),
         one("slope_slow", zero, slope, |(all, _)| {
             [all.impacts[0], all.pairs[0]]
         }),
@@ -340,12 +341,8 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
         one("slope_shuffled", zero, slope, |(all, _)| {
             [all.flux_impacts[1], all.flux[1]]
         }),
-        one("parallel", zero, as_is, |(all, _)| {
-            near(all, 0)
-        }),
-        one("perpendicular", zero, as_is, |(all, _)| {
-            near(all, 1)
-        }),
+        one("parallel", zero, as_is, |(all, _)| near(all, 0)),
+        one("perpendicular", zero, as_is, |(all, _)| near(all, 1)),
         one("again", zero, as_is, |(all, _)| [all.again, all.named]),
         one("returned", zero, as_is, |(all, _)| {
             [all.returned, all.named]
