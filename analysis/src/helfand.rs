@@ -33,8 +33,7 @@
 //! state of the engine is asked for between start and end.
 //!
 //! Beside the moments stand the correlations of Green and Kubo ([`Helfand::correlations`]). The collisional flux is a sum of pulses, of
-//! which integrals have a meaning and values have none, so the fluxes are those of whole bins; velocities are those at the ends of
-//! bins.
+//! which integrals have a meaning and values have none, so fluxes and velocities are means over whole bins.
 
 use std::collections::VecDeque;
 
@@ -65,8 +64,8 @@ struct Sums {
     pairs: f64,
     /// Products of the changes of each flux in two such bins.
     products: [f64; FLUXES],
-    /// Products of the velocities at the beginning and at the end of the lag, of the disks above.
-    velocities: f64,
+    /// Products of the displacements in the first bin and in that at the end of the lag, of the disks above.
+    steps: f64,
 }
 
 /// Correlations of fluxes at one lag, in the units of [`Moments`] without a lag, over a time: their integral over the lag is the
@@ -107,8 +106,9 @@ struct Disk {
     /// Displacement since the beginning of the present lag, up to the time `since`.
     moved: Vector2<f64>,
     since: f64,
-    /// Velocity at the beginning of the present lag.
+    /// Displacement in the first bin of the present lag, and up to the end of the last bin.
     first: Vector2<f64>,
+    last: Vector2<f64>,
 }
 
 /// The sums of one run, fed with its collisions.
@@ -172,7 +172,8 @@ impl Helfand {
             velocity,
             moved: Vector2::zeros(),
             since: start,
-            first: velocity,
+            first: Vector2::zeros(),
+            last: Vector2::zeros(),
         };
         Self {
             mass,
@@ -271,16 +272,21 @@ impl Helfand {
         let lag = ((self.bins - 1) % lags) as usize;
         let now = self.now;
         let sums = &mut self.sums[lag];
-        for disk in &self.disks {
+        for disk in &mut self.disks {
             let place = disk.moved + disk.velocity * (now - disk.since);
             sums.displacements += place.norm_squared();
-            sums.velocities += disk.velocity.dot(&disk.first);
+            let step = place - disk.last;
+            if lag == 0 {
+                disk.first = step;
+            }
+            disk.last = place;
+            sums.steps += step.dot(&disk.first);
         }
         sums.disks += self.disks.len() as f64;
         if self.bins.is_multiple_of(lags) {
             for disk in &mut self.disks {
                 (disk.moved, disk.since) = (Vector2::zeros(), now);
-                disk.first = disk.velocity;
+                disk.last = Vector2::zeros();
             }
         }
     }
@@ -318,21 +324,15 @@ impl Helfand {
         let slope = 2.0 * self.area * self.temperature * self.mass * speed * last.unwrap_or(0.0);
         let mean_square = mean * mean - slope / run * self.bin * self.bin;
         let reached = self.sums.iter().enumerate();
-        let reached = reached.filter(|(_, sums)| sums.pairs > 0.0);
+        let reached = reached.filter(|(_, sums)| sums.pairs > 0.0 && sums.disks > 0.0);
         // Viscosities are 1/(V T) of the integral over time, in sqrt(m T)/d; lags come in d sqrt(m/T).
         let stress = 1.0 / (self.area * (self.temperature * self.bin).powi(2));
         let energy = stress * self.mass / self.temperature;
-        let count = self.disks.len() as f64;
         let one = |(number, sums): (usize, &Sums)| {
             let of = |flux: usize| sums.products[flux] / sums.pairs;
-            // Displacements begin with a lag of one bin.
-            let before = number.checked_sub(1).map(|before| &self.sums[before]);
             Correlations {
                 lag: number as f64 * self.bin * speed,
-                diffusion: match before {
-                    None => (count - 1.0) / count,
-                    Some(sums) => 0.5 * sums.velocities / sums.disks / (speed * speed),
-                },
+                diffusion: 0.5 * sums.steps / sums.disks / (self.bin * speed).powi(2),
                 shear: 0.5 * (of(0) + of(1)) * stress,
                 bulk: (of(2) - mean_square) * stress,
                 heat: 0.5 * (of(3) + of(4)) * energy,

@@ -187,10 +187,9 @@ fn moments_are_the_plain_integrals() {
             0.25 * squares.iter().sum::<f64>() / squares.len() as f64,
         );
     }
-    // Correlations: changes in all pairs of bins so far apart, velocities at the ends of lags.
+    // Correlations: changes in all pairs of bins so far apart; displacements in the first bin of a lag and in the last.
     let correlations = found.correlations();
     assert_eq!(correlations.len(), LAGS);
-    let count = 7.0;
     for (lag, one) in correlations.iter().enumerate() {
         let pairs = 20 - lag;
         let product = |flux: usize, parts: &[usize]| {
@@ -222,23 +221,14 @@ fn moments_are_the_plain_integrals() {
         );
         let energy = unit * temperature / MASS;
         near(one.heat, 0.5 * (product(3, all) + product(4, all)) / energy);
-        let starts = (0..20).step_by(LAGS).filter(|start| start + lag <= 20);
-        let starts: Vec<usize> = starts.filter(|start| lag > 0 || start < &1).collect();
-        let velocities = |bin: usize| {
-            let last = spans.iter().rfind(|span| span.from <= bin as f64 * BIN);
-            let all = &last.expect("a span").velocities;
-            let mean = all.iter().sum::<Vector2<f64>>() / count;
-            all.iter().map(|v| v - mean).collect::<Vec<_>>()
-        };
-        let products: f64 = starts
-            .iter()
-            .map(|&start| {
-                let (first, last) = (velocities(start), velocities(start + lag));
-                first.iter().zip(&last).map(|(a, b)| a.dot(b)).sum::<f64>()
-            })
-            .sum();
-        let squares = products / (count * starts.len() as f64);
-        near(one.diffusion, 0.5 * squares * MASS / temperature);
+        let starts = (0..20).step_by(LAGS).filter(|start| start + lag < 20);
+        let step = |bin: usize, disk: usize| at[bin + 1].1[disk] - at[bin].1[disk];
+        let products: Vec<f64> = starts
+            .flat_map(|start| (0..7).map(move |disk| (start, disk)))
+            .map(|(start, disk)| step(start, disk).dot(&step(start + lag, disk)))
+            .collect();
+        let mean = products.iter().sum::<f64>() / products.len() as f64;
+        near(one.diffusion, 0.5 * mean / (BIN * BIN) * MASS / temperature);
     }
     // What comes late or from nobody changes nothing.
     let known = found.clone();
