@@ -131,9 +131,8 @@ fn collide(a: &mut Disk, b: &mut Disk, restitution: f64, time: f64) -> Meeting {
     }
 }
 
-/// Two disks that meet, before and after, with chances in proportion to their normal speed and Maxwellian velocities besides.
+/// Two disks that have just met.
 struct Pair {
-    before: [Disk; 2],
     after: [Disk; 2],
     first: Meeting,
 }
@@ -147,14 +146,13 @@ impl Pair {
         let [mut a, mut b] = before;
         let first = collide(&mut a, &mut b, restitution, 0.0);
         Self {
-            before,
             after: [a, b],
             first,
         }
     }
 }
 
-/// Two disks about to meet.
+/// Two disks about to meet, with chances in proportion to their normal speed and Maxwellian velocities besides.
 fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
     let speed = 2.0 * (-(1.0 - stream.random::<f64>()).ln()).sqrt();
     let across: f64 = stream.sample::<f64, _>(StandardNormal) * SQRT_2;
@@ -360,9 +358,10 @@ mod tests {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);
         let (mut square, mut slope) = (0.0, 0.0);
         for _ in 0..40_000 {
-            let pair = Pair::new(meeting(stream), 0.7);
+            let before = meeting(stream);
+            let pair = Pair::new(before, 0.7);
             let momentum = |disks: &[Disk; 2]| disks[0].velocity + disks[1].velocity;
-            assert!((momentum(&pair.before) - momentum(&pair.after)).norm() < 1e-12);
+            assert!((momentum(&before) - momentum(&pair.after)).norm() < 1e-12);
             assert!(contact(&pair.after[0], &pair.after[1]).is_none());
             square += pair.first.transfer().powi(2) / 40_000.0;
             slope += pair.first.slope() / 40_000.0;

@@ -168,7 +168,7 @@ fn scaled_disks_have_no_drift() {
          samples_per_decade = 1\n[engine.ed]\n",
     );
     let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
-    let (start, _) = placed(&plan, 0, streams, &never).expect("a start");
+    let start = placed(&plan, 0, streams, &never).expect("a start").0;
     let part = Part {
         plan: &plan,
         engine: &plan.engines[0],

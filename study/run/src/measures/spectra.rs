@@ -419,8 +419,10 @@ fn fill_decay(
         };
         let sums: Vec<[f64; 2]> = records.iter().filter_map(own).collect();
         let found = growth(&sums, span);
-        let expected =
-            Shear::of(plan).map(|theory| theory.shell_rate(&magnitudes[shell], [0.0, span]));
+        // Modes of a shell count by their spectrum halfway through the run, when the start is forgotten.
+        let halfway = clock(plan, 0.5 * plan.case.run.until);
+        let clocks = [halfway, halfway + span];
+        let expected = Shear::of(plan).map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
         // Without viscosity the amplitude over the thermal speed grows as that speed falls.
         let inviscid = f64::from(u8::from(plan.restitution < 1.0));
         let viscosity = expected.map_or_else(Estimate::default, |expected| Estimate {
