@@ -30,8 +30,10 @@
 //!
 //! The run is cut into bins. Fluxes are averaged over all starts at the end of a bin, up to a largest lag of so many bins; displacements,
 //! which N disks average, over lags one after the other. What is kept are velocities and displacements of the disks and the sums: no
-//! state of the engine is asked for between start and end. Correlations of fluxes (Green & Kubo) lost: the collisional flux is a
-//! sum of pulses, of which integrals have a meaning and values have none.
+//! state of the engine is asked for between start and end.
+//!
+//! Beside the moments stand the correlations of Green and Kubo ([`Helfand::correlations`]). The collisional flux is a sum of pulses, of
+//! which integrals have a meaning and values have none, so fluxes and velocities are means over whole bins.
 
 use std::collections::VecDeque;
 
@@ -58,6 +60,28 @@ struct Sums {
     displacements: f64,
     /// Disks that were summed, over all starts.
     disks: f64,
+    /// Pairs of bins so far apart, from none on.
+    pairs: f64,
+    /// Products of the changes of each flux in two such bins.
+    products: [f64; FLUXES],
+    /// Products of the displacements in the first bin and in that at the end of the lag, of the disks above.
+    steps: f64,
+}
+
+/// Correlations of fluxes at one lag, in the units of [`Moments`] without a lag, over a time: their integral over the lag is the
+/// coefficient. The first, at no lag, are of bins with themselves and count half.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Correlations {
+    /// The lag \[time\].
+    pub lag: f64,
+    /// Velocity autocorrelation, for the self-diffusion coefficient.
+    pub diffusion: f64,
+    /// For the shear viscosity.
+    pub shear: f64,
+    /// For the bulk viscosity.
+    pub bulk: f64,
+    /// For the heat conductivity.
+    pub heat: f64,
 }
 
 /// Moments at one lag, scaled so that their slope in the lag is the coefficient: [`Helfand::moments`] has the units.
@@ -82,6 +106,9 @@ struct Disk {
     /// Displacement since the beginning of the present lag, up to the time `since`.
     moved: Vector2<f64>,
     since: f64,
+    /// Displacement in the first bin of the present lag, and up to the end of the last bin.
+    first: Vector2<f64>,
+    last: Vector2<f64>,
 }
 
 /// The sums of one run, fed with its collisions.
@@ -145,6 +172,8 @@ impl Helfand {
             velocity,
             moved: Vector2::zeros(),
             since: start,
+            first: Vector2::zeros(),
+            last: Vector2::zeros(),
         };
         Self {
             mass,
@@ -220,6 +249,7 @@ impl Helfand {
 
     fn end_bin(&mut self) {
         self.bins += 1;
+        self.correlate();
         for (sums, before) in self.sums.iter_mut().zip(&self.history) {
             sums.starts += 1.0;
             let change = |part: usize, flux: usize| self.integrals[part][flux] - before[part][flux];
@@ -241,19 +271,74 @@ impl Helfand {
         let lags = self.sums.len() as u64;
         let lag = ((self.bins - 1) % lags) as usize;
         let now = self.now;
-        let places = self.disks.iter().map(|disk| {
-            let place = disk.moved + disk.velocity * (now - disk.since);
-            place.norm_squared()
-        });
-        let squares: f64 = places.sum();
         let sums = &mut self.sums[lag];
-        sums.displacements += squares;
+        for disk in &mut self.disks {
+            let place = disk.moved + disk.velocity * (now - disk.since);
+            sums.displacements += place.norm_squared();
+            let step = place - disk.last;
+            if lag == 0 {
+                disk.first = step;
+            }
+            disk.last = place;
+            sums.steps += step.dot(&disk.first);
+        }
         sums.disks += self.disks.len() as f64;
         if self.bins.is_multiple_of(lags) {
             for disk in &mut self.disks {
                 (disk.moved, disk.since) = (Vector2::zeros(), now);
+                disk.last = Vector2::zeros();
             }
         }
+    }
+
+    /// Multiplies the changes in the bin that ends with those in the bins before it.
+    fn correlate(&mut self) {
+        let total = |integrals: &Integrals, flux: usize| integrals[0][flux] + integrals[1][flux];
+        // The kinetic part of the pressure is that of the energy, which never changes.
+        let given = |integrals: &Integrals, flux: usize| match flux {
+            2 => integrals[1][2],
+            _ => total(integrals, flux),
+        };
+        let change = |after: &Integrals, before: &Integrals| -> [f64; FLUXES] {
+            std::array::from_fn(|flux| given(after, flux) - given(before, flux))
+        };
+        let now = change(&self.integrals, &self.history[0]);
+        let mut later = &self.integrals;
+        for (sums, earlier) in self.sums.iter_mut().zip(&self.history) {
+            let then = change(later, earlier);
+            sums.pairs += 1.0;
+            for (sum, (now, then)) in sums.products.iter_mut().zip(now.iter().zip(then)) {
+                *sum += now * then;
+            }
+            later = earlier;
+        }
+    }
+
+    /// Correlations of fluxes by lag, from none on, in the units of [`Helfand::moments`] over a lag.
+    pub fn correlations(&self) -> Vec<Correlations> {
+        let speed = (self.temperature / self.mass).sqrt();
+        let run = self.now - self.start;
+        let mean = self.integrals[1][2] / run * self.bin;
+        // The squared mean of the run, less the variance of that mean.
+        let last = self.moments().last().map(|last| last.bulk / last.lag);
+        let slope = 2.0 * self.area * self.temperature * self.mass * speed * last.unwrap_or(0.0);
+        let mean_square = mean * mean - slope / run * self.bin * self.bin;
+        let reached = self.sums.iter().enumerate();
+        let reached = reached.filter(|(_, sums)| sums.pairs > 0.0 && sums.disks > 0.0);
+        // Viscosities are 1/(V T) of the integral over time, in sqrt(m T)/d; lags come in d sqrt(m/T).
+        let stress = 1.0 / (self.area * (self.temperature * self.bin).powi(2));
+        let energy = stress * self.mass / self.temperature;
+        let one = |(number, sums): (usize, &Sums)| {
+            let of = |flux: usize| sums.products[flux] / sums.pairs;
+            Correlations {
+                lag: number as f64 * self.bin * speed,
+                diffusion: 0.5 * sums.steps / sums.disks / (self.bin * speed).powi(2),
+                shear: 0.5 * (of(0) + of(1)) * stress,
+                bulk: (of(2) - mean_square) * stress,
+                heat: 0.5 * (of(3) + of(4)) * energy,
+            }
+        };
+        reached.map(one).collect()
     }
 
     /// Moments by lag, in units of which mass m and temperature T of the gas are one: with the unit d of lengths, lags come in

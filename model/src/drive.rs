@@ -8,8 +8,9 @@
 //! that the total momentum stays what it was.
 //!
 //! Where dissipation balances heating stands in [`kinetic::heated_temperature`](crate::kinetic).
-//! A thermostat that rescales velocities was not taken: it is free cooling seen through a moving unit of
-//! time, so it drives nothing that free cooling does not show.
+//! Scaling velocities is no drive: it is free cooling seen through a moving unit of time, in which what free cooling does is
+//! stationary (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303 (2004),
+//! doi:10.1103/PhysRevE.69.051303).
 //!
 //! Kicks are addressed by their number and the index of the particle, so both engines draw the same ones, and
 //! a run that is continued draws those that it would have drawn.

@@ -17,6 +17,7 @@ mod findings;
 pub mod gas;
 pub mod stress;
 pub mod table;
+pub mod three_disks;
 mod trouble;
 pub mod validate;
 

@@ -187,6 +187,49 @@ fn moments_are_the_plain_integrals() {
             0.25 * squares.iter().sum::<f64>() / squares.len() as f64,
         );
     }
+    // Correlations: changes in all pairs of bins so far apart; displacements in the first bin of a lag and in the last.
+    let correlations = found.correlations();
+    assert_eq!(correlations.len(), LAGS);
+    for (lag, one) in correlations.iter().enumerate() {
+        let pairs = 20 - lag;
+        let product = |flux: usize, parts: &[usize]| {
+            let change = |bin: usize| -> f64 {
+                let parts = parts.iter();
+                parts
+                    .map(|&part| at[bin + 1].0[part][flux] - at[bin].0[part][flux])
+                    .sum()
+            };
+            (0..pairs)
+                .map(|bin| change(bin) * change(bin + lag))
+                .sum::<f64>()
+                / pairs as f64
+        };
+        let near = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        };
+        let unit = AREA * temperature * temperature * BIN * BIN;
+        let all = &[0, 1];
+        near(one.lag, lag as f64 * BIN * (temperature / MASS).sqrt());
+        near(one.shear, 0.5 * (product(0, all) + product(1, all)) / unit);
+        // The mean of the run has the variance of all of it over its square.
+        let last = &moments[LAGS - 1];
+        let variance = 2.0 * AREA * temperature * MASS * last.bulk / (LAGS as f64 * BIN) / END;
+        let mean_square = rate * rate - variance;
+        near(
+            one.bulk,
+            (product(2, &[1]) - mean_square * BIN * BIN) / unit,
+        );
+        let energy = unit * temperature / MASS;
+        near(one.heat, 0.5 * (product(3, all) + product(4, all)) / energy);
+        let starts = (0..20).step_by(LAGS).filter(|start| start + lag < 20);
+        let step = |bin: usize, disk: usize| at[bin + 1].1[disk] - at[bin].1[disk];
+        let products: Vec<f64> = starts
+            .flat_map(|start| (0..7).map(move |disk| (start, disk)))
+            .map(|(start, disk)| step(start, disk).dot(&step(start + lag, disk)))
+            .collect();
+        let mean = products.iter().sum::<f64>() / products.len() as f64;
+        near(one.diffusion, 0.5 * mean / (BIN * BIN) * MASS / temperature);
+    }
     // What comes late or from nobody changes nothing.
     let known = found.clone();
     found.collide(&collisions[0]);

@@ -69,7 +69,7 @@ pub struct Case {
     /// Random kicks at equal intervals, which keep a periodic gas in motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
-    /// Scaling of all velocities to the energy of the start at equal intervals, in gases without positions.
+    /// Scaling of all velocities to the energy of the start at equal intervals, in gases without positions or in a periodic box.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thermostat: Option<Thermostat>,
     /// Particles that stick together and break, in gases without positions.

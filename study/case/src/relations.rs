@@ -116,7 +116,6 @@ impl Relations<'_> {
                     "gas.contact_values",
                     "power_law",
                     "continuous",
-                    "thermostat",
                     "sticking",
                     "verdict.sonine_orders",
                 ];
@@ -250,10 +249,11 @@ impl Relations<'_> {
         let breaks = case.sticking.as_ref().is_some_and(Sticking::breaks);
         if let Some(thermostat) = &case.thermostat {
             let interval = thermostat.interval;
+            let cools = breaks || case.domain.is_some();
             self.ensure(
-                breaks && interval < until && until / interval <= 1e7,
+                cools && interval < until && until / interval <= 1e7,
                 "thermostat.interval",
-                "an interval below run.until, for at most 10000000 scalings; with sticking.break_above",
+                "an interval below run.until, for at most 10000000 scalings; with [box], or with sticking.break_above",
             )?;
         }
         if let Some(drive) = &case.drive {

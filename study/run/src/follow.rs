@@ -8,6 +8,7 @@ mod error;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
@@ -321,15 +322,31 @@ impl<'a> Course<'a> {
         self.probes.iter_mut().for_each(|probe| probe.stop(&stop));
     }
 
+    /// Takes the mean velocity away. Scaling would let what rounding leaves of it grow beyond all else.
+    fn rest(&mut self) -> Result<(), PartError> {
+        let (mut momentum, mut mass) = (Vector3::<f64>::zeros(), 0.0);
+        self.gas.visit(&mut |one| {
+            momentum += one.weight * one.mass * one.velocity;
+            mass += one.weight * one.mass;
+        });
+        let count = self.gas.count();
+        Ok(self.gas.kick(&vec![-momentum / mass; count])?)
+    }
+
     /// Scales velocities, if that is due, and lets the probes look that look now.
     fn look(&mut self, due: &Due) -> Result<(), PartError> {
         let plan = self.part.plan;
         if due.heating {
+            if plan.case.domain.is_some() {
+                self.rest()?;
+            }
             let (start, now) = (start_energy(plan), kinetic_energy(&*self.gas));
             // A gas of one cluster at rest cannot be heated.
             if now > 0.0 {
+                let before = self.gas.temperature();
                 self.gas.scale_velocities((start / now).sqrt())?;
                 self.heated += start - now;
+                self.stop(Some(before));
             }
         }
         if due.measures.is_empty() {

@@ -13,7 +13,7 @@ use crate::engines::{self, From};
 use crate::follow::{Part, PartError};
 use crate::judge;
 use crate::measure::{
-    Finished, Measure, Moment, Needs, NoOptions, Probe, Stop, described, keeps_record,
+    Finished, Measure, Moment, Needs, NoOptions, Probe, Recorder, Stop, described, keeps_record,
 };
 use crate::measures::ALL;
 use crate::plan::{EnginePlan, Plan};
@@ -148,6 +148,102 @@ fn driven_disks_resume_to_the_same_bytes() {
         "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n\
          [drive]\nheating = 2\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
          [engine.dsmc-contact-point]\nsimulators_per_particle = 4\n",
+    );
+}
+
+#[test]
+fn disks_whose_velocities_are_scaled_resume_to_the_same_bytes() {
+    assert_resumes(
+        "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n\
+         [thermostat]\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-contact-point]\nsimulators_per_particle = 4\n",
+    );
+}
+
+/// Scaling takes the mean velocity away, which would grow from rounding beyond all else: by e^50 in this run, so that the temperature about it
+/// would be nothing at the end.
+#[test]
+fn scaled_disks_have_no_drift() {
+    let plan = plan(
+        "[gas]\nnumber = 30\nrestitution = 0.5\n[box]\npacking_fraction = 0.1\n[thermostat]\ninterval = 0.1\n[run]\nuntil = 50\n\
+         samples_per_decade = 1\n[engine.ed]\n",
+    );
+    let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
+    let start = placed(&plan, 0, streams, &never).expect("a start").0;
+    let part = Part {
+        plan: &plan,
+        engine: &plan.engines[0],
+        measures: &[&Drift],
+        replica: 0,
+        start: Some(&start),
+    };
+    let control = Control::new(None, [0; 32], 1e9, &never, &|_, _| {});
+    let finished = part.run(&control).expect("a run");
+    let record = finished.probes[0].record().downcast_ref::<Vec<f64>>();
+    let drift = record.and_then(|all| all.last()).expect("a sample");
+    assert!(*drift < 1e-12, "{drift}");
+}
+
+/// The mean velocity of the gas.
+struct Drift;
+
+impl Measure for Drift {
+    described!("drift", "The mean velocity", NoOptions);
+
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        vec![plan.case.run.until]
+    }
+    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(Recorder::new(Vec::<f64>::new(), |record, moment| {
+            let all = &moment.particles().all;
+            let sum: nalgebra::Vector3<f64> = all.iter().map(|one| one.velocity).sum();
+            record.push(sum.norm() / all.len() as f64);
+        }))
+    }
+}
+
+/// Scaled velocities are free cooling in another unit of time: exact disks go as far, with as many collisions. Ten intervals of h make 1 + t/t0 =
+/// (1 + h)^10 where the gas cools by Haff's law; 100 disks do so within some hundredths, which is what the two may differ by.
+#[test]
+fn scaled_disks_go_the_ways_of_those_that_cool() {
+    let run = |thermostat: &str, until: f64| {
+        let plan = plan(&format!(
+            "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n{thermostat}\
+             [run]\nuntil = {until}\n[engine.ed]\n"
+        ));
+        let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
+        let mut preparation = Preparation::new(&plan, streams, &never).expect("a start");
+        while !preparation.leg(&plan, streams, &never).expect("a leg") {}
+        let start = preparation.particles(&plan, streams).expect("particles");
+        let part = Part {
+            plan: &plan,
+            engine: &plan.engines[0],
+            measures: &[&Everything],
+            replica: 0,
+            start: Some(&start),
+        };
+        let control = Control::new(None, [0; 32], 1e9, &never, &|_, _| {});
+        let finished = part.run(&control).expect("a run");
+        let far = seen(&finished).samples.last().copied().expect("a sample");
+        let passed = plan.cooling_logarithm(until, false).expect("it cools");
+        let expected = plan.expected_collisions(until);
+        (far, finished.work.collisions, passed, expected)
+    };
+    let scaled = run("[thermostat]\ninterval = 0.05\n", 0.5);
+    let free = run("", 1.05_f64.powi(10) - 1.0);
+    assert!(scaled.1 > 200);
+    let collisions = scaled.1 as f64 / free.1 as f64;
+    assert!((collisions - 1.0).abs() < 0.05, "{scaled:?} {free:?}");
+    assert!(
+        (scaled.0 / free.0 - 1.0).abs() < 0.05,
+        "{scaled:?} {free:?}"
+    );
+    assert!(
+        (scaled.2 / free.2 - 1.0).abs() < 1e-12,
+        "{scaled:?} {free:?}"
+    );
+    assert!(
+        (scaled.3 / free.3 - 1.0).abs() < 1e-12,
+        "{scaled:?} {free:?}"
     );
 }
 

@@ -291,6 +291,14 @@ pub const ENTRIES: &[Entry] = &[
         is_cheap: false,
         make: evidence,
     },
+    Entry {
+        name: "map-onset",
+        file: map::PAGE,
+        case: "map-onset",
+        engines: &[Engine::EventDriven],
+        is_cheap: false,
+        make: map::onset,
+    },
 ];
 
 /// A table of Markdown.

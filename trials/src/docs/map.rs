@@ -13,6 +13,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 use super::entries::{Made, table as markdown};
 use super::results::{Key, Measured, Results, Row};
 use crate::Trouble;
+use crate::three_disks;
 
 /// The page.
 pub(super) const PAGE: &str = "docs/map.md";
@@ -257,6 +258,46 @@ pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
         "docs/map-waves-cooling.svg",
     ];
     made(text, &table, names)
+}
+
+/// Packings at which three disks alone are compared with the onset: thin enough for a first order, and dense enough to see it.
+const THREE_DISKS: [f64; 2] = [0.1, 0.2];
+/// Third disks that are drawn.
+const SAMPLES: u64 = 20_000_000;
+
+/// The first two collisions of a disk, beside what three disks alone do.
+pub(super) fn onset(results: &Results) -> Result<Made, Trouble> {
+    let mut slopes = Vec::new();
+    for gas in gases(results)? {
+        slopes.push((gas.at, gas.slope(0)?));
+    }
+    let widest = slopes
+        .iter()
+        .map(|(_, slope)| slope.error)
+        .fold(0.0, f64::max);
+    let mut restitutions: Vec<f64> = slopes.iter().map(|(at, _)| at[1]).collect();
+    restitutions.sort_by(f64::total_cmp);
+    restitutions.dedup();
+    let mut cells = Vec::new();
+    for packing in THREE_DISKS {
+        let chi = kinetic::contact_value(packing);
+        let until = 2.0 / kinetic::collision_rate(packing, chi, 0.0);
+        let (_, orders) = three_disks::onset(&restitutions, until, SAMPLES, 1);
+        for (&restitution, order) in restitutions.iter().zip(orders) {
+            let slope = Measured {
+                value: packing * order.value,
+                error: packing * order.standard_error,
+            };
+            cells.push(([packing, restitution], slope));
+        }
+    }
+    let text = format!(
+        "Slope of P(b/d) in the first two collisions of a disk; the widest error is {widest:.4}:\n\n{}\n\
+         The same by three disks alone, to first order in density:\n\n{}",
+        matrix(&slopes),
+        matrix(&cells),
+    );
+    Ok(text.into())
 }
 
 #[cfg(test)]

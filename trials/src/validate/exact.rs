@@ -10,7 +10,7 @@ use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::Budget;
 
 use super::gas::{columns, exact, start};
-use super::over_seeds;
+use super::{bulk, over_seeds};
 use crate::gas::{Disks, disks as unit_disks, disordered, particles_of, relaxed};
 use crate::table::{Place, mean};
 use crate::{Done, Findings, Trouble};
@@ -83,7 +83,8 @@ fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble>
 pub(super) fn run(log: &mut Findings) -> Done {
     mechanics(log)?;
     state(log)?;
-    structure(log)
+    structure(log)?;
+    bulk::run(log)
 }
 
 fn mechanics(log: &mut Findings) -> Done {

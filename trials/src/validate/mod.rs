@@ -11,6 +11,7 @@
 //! the error is wider. Starts and streams are addressed by fixed seeds, so the table is the same in every run, whatever
 //! the number of threads.
 
+mod bulk;
 mod convergence;
 mod cooling;
 mod elastic;

@@ -2,11 +2,13 @@
 //! other or only share a flow.
 
 use serde::Deserialize;
-use stosszahl_analysis::contacts::{Contacts, MEMORY, NEAR, ORDERS, Sums};
+use stosszahl_analysis::contacts::{
+    BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN, NEAR, ORDERS, Sums,
+};
 use stosszahl_analysis::replicas::pseudo_values;
 use stosszahl_case::Kind;
 use stosszahl_model::Observer;
-use stosszahl_results::{Axis, Figure, Table, Verdict, table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
 use super::impact_parameters::{Spans, spans};
 use super::over;
@@ -96,7 +98,7 @@ impl Measure for AtContact {
     }
 
     fn kept_per_particle(&self, _plan: &Plan) -> f64 {
-        (MEMORY * size_of::<u32>()) as f64
+        BYTES_PER_SIMULATOR as f64
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
@@ -109,31 +111,48 @@ impl Measure for AtContact {
     }
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
-        let mut table = table! {
-            "chaos", "What happens at contact, against molecular chaos at the local granular temperature.";
-            key "engine", "", "Engine";
-            key "window_start", "time", "Start of the window";
-            key "window_end", "time", "End of the window";
-            key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met nobody else since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings";
-            with_theory "value", "1", "Its value; theory is molecular chaos";
-            note "replicas", "1", "Replicas";
-        }
-        .figure(
-            Figure::curves("Contacts over molecular chaos", Axis::logarithmic("window_end", "end of the window"), Axis::linear("value", "value"))
-                .panels(&["quantity"]),
-        );
+        let mut tables = [chaos_table(), meetings_table(), velocities_table()];
+        let [chaos, meetings, velocities] = &mut tables;
         for (engine, records) in runs.each::<Record>(plan) {
             for (number, &span) in self.spans(plan).iter().enumerate() {
                 let sums = sums(&records, number);
                 for quantity in quantities(plan) {
                     let found = over(quantity.values(&sums)).against(quantity.theory);
                     if found.value.is_some() {
-                        table.add((engine.name, span, &*quantity.name, found, sums.len()));
+                        chaos.add((engine.name, span, &*quantity.name, found, sums.len()));
+                    }
+                }
+                if sums.iter().all(|(sums, _)| sums.named == 0.0) {
+                    continue;
+                }
+                for length in 0..=MOST_BETWEEN {
+                    let [between, ring] = [
+                        share(&sums, move |sums| sums.between[length]),
+                        share(&sums, move |sums| {
+                            sums.rings.get(length).copied().unwrap_or_default()
+                        }),
+                    ];
+                    let known = (2..=LONGEST_RING).contains(&length);
+                    let ring = ring.filter(|_| known).unwrap_or_default();
+                    let between = between.unwrap_or_default();
+                    meetings.add((engine.name, span, length, between, ring, sums.len()));
+                }
+                for bin in 0..DISTANCES {
+                    let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(kind, axis)| {
+                        ratio(&sums, move |(sums, _)| {
+                            let one = &sums.velocities[bin][kind];
+                            [one.products[axis], one.squares[axis]]
+                        })
+                    });
+                    if let [Some(a), Some(b), Some(c), Some(d)] = found {
+                        let distance = 0.5 * (EDGES[bin] + EDGES[bin + 1]);
+                        let edges = (EDGES[bin], EDGES[bin + 1], distance);
+                        velocities.add((engine.name, span, edges, [a, b, c, d], sums.len()));
                     }
                 }
             }
         }
-        vec![table]
+        tables.into()
     }
 
     /// Whether partners near contact know each other in the last window, or only share a flow.
@@ -171,35 +190,104 @@ fn sums(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
         .collect()
 }
 
+fn chaos_table() -> Table {
+    table! {
+        "chaos", "What happens at contact, against molecular chaos at the local granular temperature.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; heat: local temperature over that of the whole gas, flow included; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met nobody else since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings";
+        with_theory "value", "1", "Its value; theory is molecular chaos";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves("Contacts over molecular chaos", Axis::logarithmic("window_end", "end of the window"), Axis::linear("value", "value"))
+            .panels(&["quantity"]),
+    )
+}
+
+fn meetings_table() -> Table {
+    table! {
+        "meetings", "Shares of the collisions whose partners have met before, and that close a ring of collisions.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "collisions", "1", "Number of collisions n";
+        estimate "between", "1", "Share of collisions whose partners have met within their last 8 collisions, with n collisions of both since";
+        estimate "ring", "1", "Share of collisions that close a ring of n, this one and the first one included: the shortest way back to a collision from which both partners descend; n from 2 to 6";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves("Collisions between two meetings of a pair", Axis::linear("collisions", "collisions of both between"), Axis::logarithmic("between", "share of all collisions"))
+            .panels(&["window_end"]),
+    )
+}
+
+fn velocities_table() -> Table {
+    table! {
+        "pair_velocities", "Velocity correlations of pairs by distance, along the line of centres and across it.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "from", "1", "Start of the bin, over the contact distance";
+        key "to", "1", "End of the bin";
+        key "distance", "1", "Its middle";
+        estimate "parallel", "1", "Product of the velocities along the line of centres over their mean square, relative to the mean velocity of the gas";
+        estimate "perpendicular", "1", "The same across the line";
+        estimate "parallel_flow", "1", "The same with partners shuffled within the local flow: what flow alone gives";
+        estimate "perpendicular_flow", "1", "Across the line";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves("Velocity correlation of pairs across their line", Axis::linear("distance", "distance over the contact distance"), Axis::linear("perpendicular", "correlation"))
+            .panels(&["window_end"]),
+    )
+}
+
 /// The sums above and below the line, of one replica and its number of particles.
-type Pick = dyn Fn(&(Sums, f64)) -> [f64; 2];
+type Pick<'a> = dyn Fn(&(Sums, f64)) -> [f64; 2] + 'a;
 
 /// A ratio of two sums, after `of`.
 struct Quantity {
     name: String,
-    sums: Box<Pick>,
+    sums: Box<Pick<'static>>,
     of: fn(f64) -> f64,
     theory: Option<f64>,
 }
 
 impl Quantity {
-    /// Pseudo-values over the replicas; none where nothing is known.
     fn values(&self, all: &[(Sums, f64)]) -> Vec<Option<f64>> {
-        let each: Vec<[f64; 2]> = all
-            .iter()
-            .map(|one| (self.sums)(one))
-            .filter(|[_, below]| *below > 0.0)
-            .collect();
-        let values = pseudo_values(each.len(), |without| {
-            let kept = each
-                .iter()
-                .enumerate()
-                .filter(|(index, _)| Some(*index) != without);
-            let [above, below] = kept.fold([0.0; 2], |[a, b], (_, [x, y])| [a + x, b + y]);
-            (self.of)(above / below)
-        });
-        values.into_iter().map(Some).collect()
+        pseudo(all, &*self.sums, self.of)
     }
+}
+
+/// A ratio over the replicas; none where nothing is known.
+fn ratio(all: &[(Sums, f64)], sums: impl Fn(&(Sums, f64)) -> [f64; 2]) -> Option<Estimate> {
+    let found = over(pseudo(all, &sums, |ratio| ratio));
+    found.value.map(|_| found)
+}
+
+/// A share of the collisions of known partners.
+fn share(all: &[(Sums, f64)], of: impl Fn(&Sums) -> f64) -> Option<Estimate> {
+    ratio(all, |(sums, _)| [of(sums), sums.named])
+}
+
+/// Pseudo-values of a function of a ratio of sums over the replicas; none where nothing is known.
+fn pseudo(all: &[(Sums, f64)], sums: &Pick<'_>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
+    let each: Vec<[f64; 2]> = all
+        .iter()
+        .map(sums)
+        .filter(|[_, below]| *below > 0.0)
+        .collect();
+    let values = pseudo_values(each.len(), |without| {
+        let kept = each
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| Some(*index) != without);
+        let [above, below] = kept.fold([0.0; 2], |[a, b], (_, [x, y])| [a + x, b + y]);
+        of(above / below)
+    });
+    values.into_iter().map(Some).collect()
 }
 
 /// All quantities, in the order of the table.
@@ -234,8 +322,13 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
             |all, index| all.after[index],
         ));
     }
+    fn near(all: &Sums, axis: usize) -> [f64; 2] {
+        let [one, _] = &all.velocities[0];
+        [one.products[axis], one.squares[axis]]
+    }
     let zero = Some(0.0);
     all.extend([
+        one("heat", None, as_is, |(all, _)| all.heat),
         one("slope_slow", zero, slope, |(all, _)| {
             [all.impacts[0], all.pairs[0]]
         }),
@@ -248,18 +341,16 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
         one("slope_shuffled", zero, slope, |(all, _)| {
             [all.flux_impacts[1], all.flux[1]]
         }),
-        one("parallel", zero, as_is, |(all, _)| {
-            [all.products[0], all.squares[0]]
-        }),
-        one("perpendicular", zero, as_is, |(all, _)| {
-            [all.products[1], all.squares[1]]
-        }),
+        one("parallel", zero, as_is, |(all, _)| near(all, 0)),
+        one("perpendicular", zero, as_is, |(all, _)| near(all, 1)),
         one("again", zero, as_is, |(all, _)| [all.again, all.named]),
         one("returned", zero, as_is, |(all, _)| {
             [all.returned, all.named]
         }),
         one("between", None, as_is, |(all, _)| {
-            [all.between, all.returned]
+            let collisions = all.between.iter().enumerate();
+            let sum = collisions.map(|(count, share)| count as f64 * share).sum();
+            [sum, all.returned]
         }),
     ]);
     all

@@ -89,13 +89,14 @@ fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
     if plan.case.drive.is_some() {
         return plan.steady_temperature().map(steady);
     }
-    let passed = plan.time_over_haff(from).zip(plan.time_over_haff(elapsed));
-    let Some((from, elapsed)) = passed else {
+    let [first, last] = [from, from + elapsed].map(|time| plan.cooling_logarithm(time, false));
+    let Some((first, last)) = first.zip(last) else {
         return Some(steady(1.0));
     };
-    // T t0^2 is the same at all times of the cooling state, and t0 grows as 1 + t.
+    // T t0^2 is the same at all times of the cooling state, and only the logarithm of its temperature tells how far disks have gone.
     let square = plan.haff_time * plan.haff_time;
-    Some(square * kinetic::cooling_displacement(plan.restitution, elapsed / (1.0 + from)))
+    let passed = (last - first).exp_m1();
+    Some(square * kinetic::cooling_displacement(plan.restitution, passed))
 }
 
 impl Displacement {

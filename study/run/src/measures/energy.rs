@@ -62,7 +62,7 @@ impl Measure for Energy {
         } else {
             0
         };
-        if keeps_energy(plan) {
+        if keeps_energy(plan) || plan.case.thermostat.is_some() {
             0
         } else {
             pairs_of(plan).count() + laws
@@ -106,8 +106,8 @@ impl Measure for Energy {
     }
 
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        // Elastic engines in a closed box keep their energy, each by itself.
-        if keeps_energy(plan) {
+        // Elastic engines in a closed box keep their energy, each by itself; a thermostat gives all the same.
+        if keeps_energy(plan) || plan.case.thermostat.is_some() {
             return Vec::new();
         }
         let times = plan.sample_times();

@@ -149,6 +149,39 @@ fn growth_is_that_of_the_amplitudes() {
     );
 }
 
+/// Where velocities are scaled, all pairs of successive times are one: the exponent is that of the amplitudes, and the viscosity is what is
+/// left of the growth without one, over Enskog's. Times that are further apart are left out.
+#[test]
+fn decay_of_shear_tells_the_viscosity() {
+    let text =
+        "spectra]\ntimes = [1, 2, 3, 5]\nlargest_wave_number = 1\n[thermostat]\ninterval = 0.5";
+    let plan = disks(0.8, 40, 0.25, 5.0, text);
+    let shells = Shells::new([plan.lengths[0], plan.lengths[1]], &[1], 48).expect("shells");
+    let modes = shells.modes().indices().len();
+    let reading = |time| plan.cooling_logarithm(time, true).expect("it cools");
+    let at = |replica: i32, time: f64, size: f64| {
+        let grown = (-0.6 * reading(time)).exp() * size;
+        let shear = (0..modes).map(|mode| [f64::from(replica) * grown, mode as f64 * grown]);
+        let spectra = Spectra {
+            shells: vec![Spectrum::default(); 1],
+            shear: shear.collect(),
+        };
+        (time, Some(spectra))
+    };
+    let one = |replica| {
+        let times = [(1.0, 1.0), (2.0, 1.0), (3.0, 1.0), (5.0, 7.0)];
+        times.map(|(time, size)| at(replica, time, size)).to_vec()
+    };
+    let tables = tables_of(&plan, "spectra", &[one(1), one(2), one(3)]);
+    let decay = &tables[2];
+    assert_eq!(decay.rows.len(), 1);
+    near(number(decay, 0, "exponent"), -0.6, 10.0);
+    near(number(decay, 0, "pairs"), 2.0, 1.0);
+    let theory = number(decay, 0, "exponent_theory");
+    let viscosity = number(decay, 0, "viscosity_over_enskog");
+    near(viscosity, 1.6 / (1.0 - theory), 10.0);
+}
+
 /// The measures of exact disks against plain sums over the states of the same run.
 #[test]
 fn scattering_and_spectra_are_sums_over_states() {
@@ -347,6 +380,8 @@ fn options_that_cannot_be_are_refused() {
     };
     for (text, key) in [
         ("spectra]\ntimes = [50]", "times[0]"),
+        ("spectra]\ninterval = 0", "interval"),
+        ("spectra]\ninterval = 1\ntimes = [0]", "interval"),
         ("spectra]\nlargest_wave_number = 0", "largest_wave_number"),
         ("spectra]\nmodes_per_shell = 5000", "modes_per_shell"),
         ("intermediate_scattering]\nfrom = 40", "from"),

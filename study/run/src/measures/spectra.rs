@@ -24,6 +24,8 @@ pub(super) const LARGEST: u64 = 2048;
 pub struct Options {
     /// Times. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
+    /// Time between looks from the start on, in place of `times`.
+    pub interval: Option<f64>,
     /// Largest k = L/wavelength.
     pub largest_wave_number: u64,
     /// Most wave vectors of a shell, one of each pair k and -k.
@@ -34,6 +36,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             times: None,
+            interval: None,
             largest_wave_number: 32,
             modes_per_shell: 48,
         }
@@ -62,7 +65,19 @@ pub(super) fn require_number(found: u64, key: &str) -> Result<(), BadOption> {
     measure::require((1..=LARGEST).contains(&found), key, allowed)
 }
 
+/// Most looks of a run by an interval.
+const MOST_LOOKS: f64 = 1e6;
+
 impl Options {
+    fn looks(self, plan: &Plan) -> Vec<f64> {
+        let Some(interval) = self.interval else {
+            return structure_times(plan, self.times);
+        };
+        let count = (plan.case.run.until / interval + 1e-9).floor() as u64;
+        let times = (0..=count).map(|look| look as f64 * interval);
+        times.map(|time| time.min(plan.case.run.until)).collect()
+    }
+
     fn shells(&self, plan: &Plan) -> Result<Shells, String> {
         let numbers: Vec<usize> = (1..=self.largest_wave_number as usize).collect();
         shells(plan, &numbers, self.modes_per_shell)
@@ -131,10 +146,7 @@ impl Shear {
 /// ln(1 + t/t0) of a gas that cools freely, with the Sonine factor of Haff's law: the logarithm by which its thermal speed has
 /// fallen. Else the time of the case.
 fn clock(plan: &Plan, time: f64) -> f64 {
-    match plan.haff_ratio(time) {
-        Some(ratio) if plan.restitution < 1.0 => -0.5 * ratio.ln(),
-        _ => time,
-    }
+    plan.cooling_logarithm(time, true).unwrap_or(time)
 }
 
 /// Whether the amplitudes of an engine start with the noise of its own simulators, as theory takes it.
@@ -167,6 +179,14 @@ impl Measure for HydrodynamicSpectra {
         require_number(options.largest_wave_number, "largest_wave_number")?;
         require_number(options.modes_per_shell, "modes_per_shell")?;
         measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())?;
+        if let Some(interval) = options.interval {
+            let until = plan.case.run.until;
+            let good = interval > 0.0 && interval <= until && until / interval <= MOST_LOOKS;
+            let allowed = format!(
+                "a time up to run.until = {until}, for at most {MOST_LOOKS:e} looks; found {interval}"
+            );
+            measure::require(good && options.times.is_none(), "interval", allowed)?;
+        }
         let shells = options.shells(plan).map(|_| ());
         shells.map_err(|allowed| BadOption {
             key: "largest_wave_number".into(),
@@ -175,7 +195,7 @@ impl Measure for HydrodynamicSpectra {
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
-        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
+        measure::chosen::<Options>(plan, self.name()).looks(plan)
     }
 
     fn kept(&self, plan: &Plan) -> f64 {
@@ -212,12 +232,18 @@ impl Measure for HydrodynamicSpectra {
         let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
             return Vec::new();
         };
-        let (mut spectra, mut growth) = (spectra_table(), growth_table());
-        for (engine, records) in runs.each::<Record>(plan) {
-            fill_spectra(&mut spectra, plan, engine, &shells, &records);
-            fill_growth(&mut growth, plan, engine, &shells, &records);
+        let mut tables = vec![spectra_table(), growth_table()];
+        if is_stationary(plan) {
+            tables.push(decay_table());
         }
-        vec![spectra, growth]
+        for (engine, records) in runs.each::<Record>(plan) {
+            fill_spectra(&mut tables[0], plan, engine, &shells, &records);
+            fill_growth(&mut tables[1], plan, engine, &shells, &records);
+            if let Some(table) = tables.get_mut(2) {
+                fill_decay(table, plan, engine, &shells, &records);
+            }
+        }
+        tables
     }
 }
 
@@ -313,6 +339,108 @@ fn fill_spectra(
     }
 }
 
+/// Whether the growth over the thermal speed is the same at all times: without losses, or where a thermostat makes up for them.
+fn is_stationary(plan: &Plan) -> bool {
+    plan.case.thermostat.is_some() || plan.restitution == 1.0 && plan.case.drive.is_none()
+}
+
+fn decay_table() -> Table {
+    table! {
+        "shear_decay", "Growth of shear modes in a stationary gas, over all pairs of successive times that are as far apart as the first two.";
+        key "engine", "", "Engine";
+        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        with_theory "exponent", "1", "Growth of the amplitude over the thermal speed, as in growth.csv";
+        estimate "viscosity_over_enskog", "1", "Shear viscosity that this growth means, over Enskog's at this restitution: of waves of this length, after the time between two looks";
+        note "pairs", "1", "Pairs of times";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves(
+            "Viscosity by the decay of shear modes",
+            Axis::linear("k", "k = L/wavelength"),
+            Axis::linear("viscosity_over_enskog", "viscosity over Enskog's"),
+        )
+        .line("Enskog", 1.0),
+    )
+}
+
+/// Products of the amplitudes of a shell at two times, and squares at the first, of one replica.
+fn regression(
+    record: &Record,
+    looks: [usize; 2],
+    range: std::ops::Range<usize>,
+) -> Option<[f64; 2]> {
+    let [before, after] = looks.map(|look| record[look].1.as_ref());
+    let before = before?.shear.get(range.clone())?;
+    let after = after?.shear.get(range)?;
+    let pairs = before.iter().zip(after);
+    Some(pairs.fold([0.0; 2], |[products, squares], (a, b)| {
+        [
+            products + a[0] * b[0] + a[1] * b[1],
+            squares + a[0] * a[0] + a[1] * a[1],
+        ]
+    }))
+}
+
+/// Rate of growth by the sums of all replicas over a span of the clock, with its jackknife error.
+fn growth(sums: &[[f64; 2]], span: f64) -> Estimate {
+    let rate = |[products, squares]: [f64; 2]| (products / squares).ln() / span;
+    let found = jackknife(sums, rate).filter(|found| found.value.is_finite());
+    found.map_or_else(Estimate::default, |found| {
+        let error = found.standard_error.filter(|error| error.is_finite());
+        Estimate::of(found.value, error)
+    })
+}
+
+fn fill_decay(
+    table: &mut Table,
+    plan: &Plan,
+    engine: &EnginePlan,
+    shells: &Shells,
+    records: &[&Record],
+) {
+    let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
+    let looks = records.iter().map(|record| record.len()).min().unwrap_or(0);
+    if looks < 2 {
+        return;
+    }
+    let reading = |look: usize| clock(plan, records[0][look].0);
+    let span = reading(1) - reading(0);
+    let alike = |look: &usize| {
+        let own = reading(*look) - reading(look - 1);
+        (own - span).abs() < 1e-6 * span
+    };
+    let seconds: Vec<usize> = (1..looks).filter(alike).collect();
+    for (shell, range) in shells.ranges().enumerate() {
+        let own = |record: &&Record| {
+            let all = seconds.iter();
+            let all = all.map(|&second| regression(record, [second - 1, second], range.clone()));
+            all.flatten().reduce(|[a, b], [c, d]| [a + c, b + d])
+        };
+        let sums: Vec<[f64; 2]> = records.iter().filter_map(own).collect();
+        let found = growth(&sums, span);
+        // Modes of a shell count by their spectrum halfway through the run, when the start is forgotten.
+        let halfway = clock(plan, 0.5 * plan.case.run.until);
+        let clocks = [halfway, halfway + span];
+        let expected = Shear::of(plan).map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
+        // Without viscosity the amplitude over the thermal speed grows as that speed falls.
+        let inviscid = f64::from(u8::from(plan.restitution < 1.0));
+        let viscosity = expected.map_or_else(Estimate::default, |expected| Estimate {
+            value: found
+                .value
+                .map(|found| (inviscid - found) / (inviscid - expected)),
+            ..found.times(1.0 / (inviscid - expected))
+        });
+        table.add((
+            (engine.name, numbers[shell]),
+            found.against(expected),
+            viscosity,
+            seconds.len(),
+            records.len(),
+        ));
+    }
+}
+
 fn fill_growth(
     table: &mut Table,
     plan: &Plan,
@@ -327,26 +455,12 @@ fn fill_growth(
         let times = [second - 1, second].map(|look| records[0][look].0);
         let clocks = times.map(|time| clock(plan, time));
         for (shell, range) in shells.ranges().enumerate() {
-            let sums = records.iter().filter_map(|record| {
-                let [before, after] = [second - 1, second].map(|look| record[look].1.as_ref());
-                let before = before?.shear.get(range.clone())?;
-                let after = after?.shear.get(range.clone())?;
-                let pairs = before.iter().zip(after);
-                Some(pairs.fold([0.0; 2], |[products, squares], (a, b)| {
-                    [
-                        products + a[0] * b[0] + a[1] * b[1],
-                        squares + a[0] * a[0] + a[1] * a[1],
-                    ]
-                }))
-            });
+            let looks = [second - 1, second];
+            let sums = records
+                .iter()
+                .filter_map(|record| regression(record, looks, range.clone()));
             let sums: Vec<[f64; 2]> = sums.collect();
-            let rate =
-                |[products, squares]: [f64; 2]| (products / squares).ln() / (clocks[1] - clocks[0]);
-            let found = jackknife(&sums, rate).filter(|found| found.value.is_finite());
-            let found = found.map_or_else(Estimate::default, |found| {
-                let error = found.standard_error.filter(|error| error.is_finite());
-                Estimate::of(found.value, error)
-            });
+            let found = growth(&sums, clocks[1] - clocks[0]);
             let expected = theory.map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
             table.add((
                 (engine.name, times, numbers[shell]),

@@ -1,7 +1,7 @@
 //! Transport coefficients of elastic disks by the moments of Einstein and Helfand, against Enskog's theory.
 
 use serde::Deserialize;
-use stosszahl_analysis::helfand::{Helfand, Moments};
+use stosszahl_analysis::helfand::{Correlations, Helfand, Moments};
 use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Collision, Observer, brief};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
@@ -53,13 +53,14 @@ impl Options {
 /// Nothing of engines that are not event-driven.
 type Record = Option<Helfand>;
 
-/// A coefficient, or a part of one: its column, that of the same over Enskog's value where that is asked for, its moment, and
-/// Enskog's value.
+/// A coefficient, or a part of one: its column, those of the same over Enskog's value by both ways where that is asked for, its moment,
+/// its correlation, and Enskog's value.
 struct Coefficient {
     name: &'static str,
-    over: Option<&'static str>,
+    over: Option<[&'static str; 2]>,
     meaning: &'static str,
     moment: fn(&Moments) -> f64,
+    correlation: Option<fn(&Correlations) -> f64>,
     theory: fn(&ElasticDisks) -> f64,
 }
 
@@ -69,32 +70,33 @@ const COLLISIONAL: &str = "What collisions carry of it over the distance of two 
 
 /// Lines of a list of coefficients.
 macro_rules! coefficients {
-    ($($name:literal $over:expr, $meaning:expr, $moment:expr, $theory:expr;)*) => {
+    ($($name:literal $over:expr, $meaning:expr, $moment:expr, $correlation:expr, $theory:expr;)*) => {
         &[$(Coefficient {
             name: $name,
             over: $over,
             meaning: $meaning,
             moment: $moment,
+            correlation: $correlation,
             theory: $theory,
         }),*]
     };
 }
 
 const COEFFICIENTS: &[Coefficient] = coefficients! {
-    "self_diffusion" Some("self_diffusion_over_enskog"), "Self-diffusion coefficient, in units of diameter, mass and temperature; theory is Enskog's in three Sonine orders",
-        |m| m.diffusion, ElasticDisks::self_diffusion;
-    "shear_viscosity" Some("shear_viscosity_over_enskog"), "Shear viscosity in the same units; theory is Enskog's of all orders",
-        |m| m.shear.iter().sum(), |e| e.shear_viscosity().sum();
-    "shear_viscosity_kinetic" None, KINETIC, |m| m.shear[0], |e| e.shear_viscosity().kinetic;
-    "shear_viscosity_cross" None, CROSS, |m| m.shear[1], |e| e.shear_viscosity().cross;
-    "shear_viscosity_collisional" None, COLLISIONAL, |m| m.shear[2], |e| e.shear_viscosity().collisional;
-    "bulk_viscosity" Some("bulk_viscosity_over_enskog"), "Bulk viscosity, all of it collisional",
-        |m| m.bulk, ElasticDisks::bulk_viscosity;
-    "heat_conductivity" Some("heat_conductivity_over_enskog"), "Heat conductivity, Boltzmann's constant being one",
-        |m| m.heat.iter().sum(), |e| e.heat_conductivity().sum();
-    "heat_conductivity_kinetic" None, KINETIC, |m| m.heat[0], |e| e.heat_conductivity().kinetic;
-    "heat_conductivity_cross" None, CROSS, |m| m.heat[1], |e| e.heat_conductivity().cross;
-    "heat_conductivity_collisional" None, COLLISIONAL, |m| m.heat[2], |e| e.heat_conductivity().collisional;
+    "self_diffusion" Some(["self_diffusion_over_enskog", "self_diffusion_green_kubo"]), "Self-diffusion coefficient, in units of diameter, mass and temperature; theory is Enskog's in three Sonine orders",
+        |m| m.diffusion, Some(|c| c.diffusion), ElasticDisks::self_diffusion;
+    "shear_viscosity" Some(["shear_viscosity_over_enskog", "shear_viscosity_green_kubo"]), "Shear viscosity in the same units; theory is Enskog's of all orders",
+        |m| m.shear.iter().sum(), Some(|c| c.shear), |e| e.shear_viscosity().sum();
+    "shear_viscosity_kinetic" None, KINETIC, |m| m.shear[0], None, |e| e.shear_viscosity().kinetic;
+    "shear_viscosity_cross" None, CROSS, |m| m.shear[1], None, |e| e.shear_viscosity().cross;
+    "shear_viscosity_collisional" None, COLLISIONAL, |m| m.shear[2], None, |e| e.shear_viscosity().collisional;
+    "bulk_viscosity" Some(["bulk_viscosity_over_enskog", "bulk_viscosity_green_kubo"]), "Bulk viscosity, all of it collisional",
+        |m| m.bulk, Some(|c| c.bulk), ElasticDisks::bulk_viscosity;
+    "heat_conductivity" Some(["heat_conductivity_over_enskog", "heat_conductivity_green_kubo"]), "Heat conductivity, Boltzmann's constant being one",
+        |m| m.heat.iter().sum(), Some(|c| c.heat), |e| e.heat_conductivity().sum();
+    "heat_conductivity_kinetic" None, KINETIC, |m| m.heat[0], None, |e| e.heat_conductivity().kinetic;
+    "heat_conductivity_cross" None, CROSS, |m| m.heat[1], None, |e| e.heat_conductivity().cross;
+    "heat_conductivity_collisional" None, COLLISIONAL, |m| m.heat[2], None, |e| e.heat_conductivity().collisional;
 };
 
 /// The coefficients without their parts.
@@ -108,6 +110,33 @@ impl Coefficient {
         let (half, all) = (moments.get(points / 2 - 1)?, moments.get(points - 1)?);
         let rise = (self.moment)(all) - (self.moment)(half);
         Some(rise / (all.lag - half.lag))
+    }
+
+    /// Integral of the correlation over the lags up to each, over that to the end of the run, of which the mean is known.
+    fn integrals(&self, correlations: &[Correlations]) -> Vec<f64> {
+        let Some(of) = self.correlation else {
+            return Vec::new();
+        };
+        let mut sum = 0.0;
+        let step = correlations.get(1).map_or(0.0, |one| one.lag);
+        let all = correlations.iter().enumerate();
+        let integrals = all.map(|(lag, one)| {
+            // The trapezoidal rule: half of the first, of each the other half when the next comes.
+            let own = of(one) * step;
+            let half = 0.5 * own;
+            sum += if lag == 0 { half } else { own };
+            if lag == 0 { 0.0 } else { sum - half }
+        });
+        integrals.collect()
+    }
+
+    /// The mean of these integrals from half of the largest lag on: what the slope of the moment is.
+    fn green_kubo(&self, all: &[Vec<Correlations>]) -> Estimate {
+        over(all.iter().map(|correlations| {
+            let integrals = self.integrals(correlations);
+            let late = integrals.get(integrals.len() / 2..)?;
+            (!late.is_empty()).then(|| late.iter().sum::<f64>() / late.len() as f64)
+        }))
     }
 
     /// Over all replicas.
@@ -228,22 +257,38 @@ impl Measure for Transport {
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
         let options = measure::chosen::<Options>(plan, self.name());
         let (points, enskog) = (options.points as usize, enskog(plan));
-        let (mut coefficients, mut lags) = (coefficient_table(), lag_table());
+        let mut lags = lag_table();
+        let (mut coefficients, mut correlations) = (coefficient_table(), correlation_table());
         for (engine, records) in runs
             .each::<Record>(plan)
             .filter(|(engine, _)| is_exact(engine))
         {
             let all = moments(&records);
+            let fluxes = by_replica(&records, Helfand::correlations);
             let mut cells = Vec::new();
             for one in COEFFICIENTS {
                 let theory = (one.theory)(&enskog);
                 let found = one.estimate(&all, points);
                 cells.push(found.against(Some(theory)));
                 cells.extend(one.over.map(|_| found.times(1.0 / theory)));
+                let integral = one.over.map(|_| one.green_kubo(&fluxes));
+                cells.extend(integral.map(|found| found.times(1.0 / theory)));
             }
             coefficients.add((engine.name, cells, all.len()));
             for one in whole() {
                 let theory = (one.theory)(&enskog);
+                let integrals: Vec<_> = fluxes.iter().map(|own| one.integrals(own)).collect();
+                for point in 0..points {
+                    let values = one.correlation.map(|of| {
+                        let unit = plan.time / theory;
+                        let values = fluxes.iter().map(|own| Some(of(own.get(point)?) * unit));
+                        over(values)
+                    });
+                    let integrals = integrals.iter().map(|own| Some(own.get(point)? / theory));
+                    let lag = options.lag(plan) * point as f64 / points as f64;
+                    let key = (engine.name, one.name, lag);
+                    correlations.add((key, values.unwrap_or_default(), over(integrals), all.len()));
+                }
                 for point in 0..points {
                     let apparent = over(all.iter().map(|moments| {
                         let moments = moments.get(point)?;
@@ -254,7 +299,7 @@ impl Measure for Transport {
                 }
             }
         }
-        vec![coefficients, lags]
+        vec![coefficients, lags, correlations]
     }
 
     fn tests(&self, plan: &Plan) -> usize {
@@ -291,7 +336,11 @@ impl Measure for Transport {
 
 /// Moments of all replicas.
 fn moments(records: &[&Record]) -> Vec<Vec<Moments>> {
-    let all = records.iter().map(|one| one.as_ref().map(Helfand::moments));
+    by_replica(records, Helfand::moments)
+}
+
+fn by_replica<T>(records: &[&Record], of: fn(&Helfand) -> Vec<T>) -> Vec<Vec<T>> {
+    let all = records.iter().map(|one| one.as_ref().map(of));
     all.map(Option::unwrap_or_default).collect()
 }
 
@@ -321,10 +370,31 @@ fn coefficient_table() -> Table {
     for one in COEFFICIENTS {
         table = table.with_theory(one.name, "1", one.meaning);
         if let Some(over) = one.over {
-            table = table.estimate(over, "1", "The same over that theory");
+            table = table.estimate(over[0], "1", "The same over that theory");
+            table = table.estimate(over[1], "1", "The same by the correlation of Green and Kubo, its integral up to lags from half of the largest on");
         }
     }
     table.note("replicas", "1", "Replicas")
+}
+
+fn correlation_table() -> Table {
+    let figure = Figure::curves(
+        "Integrals of Green and Kubo",
+        Axis::linear("lag", "lag"),
+        Axis::linear("integral", "integral over Enskog's coefficient"),
+    );
+    let figure =
+        figure.caption("What fluxes remember adds to each coefficient until its curve is level.");
+    table! {
+        "green_kubo", "Correlations of the fluxes by lag, whose integrals are the transport coefficients (Green and Kubo).";
+        key "engine", "", "Engine";
+        key "coefficient", "", "self_diffusion, shear_viscosity, bulk_viscosity, heat_conductivity";
+        key "lag", "time", "Lag; fluxes are means over bins of the width of the smallest one";
+        estimate "correlation", "1/time", "Correlation over Enskog's coefficient";
+        estimate "integral", "1", "Its integral up to this lag over Enskog's coefficient";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(figure.panels(&["coefficient"]).line("Enskog", 1.0))
 }
 
 fn lag_table() -> Table {

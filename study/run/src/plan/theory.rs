@@ -158,12 +158,38 @@ impl Plan {
     }
 
     /// Energy over that of the start at a time of the case, by Haff's law with its Sonine factor; none where it does not
-    /// apply, as for a driven gas.
+    /// apply, as for a gas that is driven or scaled.
     pub fn haff_ratio(&self, time: f64) -> Option<f64> {
-        let free = self.case.drive.is_none();
-        (free && self.has_theory()).then(|| match self.time_over_haff(time) {
-            Some(time) => kinetic::haff_law(time, self.fourth_cumulant()),
-            None => 1.0,
+        let free = self.case.drive.is_none() && self.case.thermostat.is_none();
+        (free && self.has_theory()).then(|| self.haff_law(time))
+    }
+
+    /// Haff's law with its Sonine factor.
+    fn haff_law(&self, time: f64) -> f64 {
+        self.time_over_haff(time)
+            .map_or(1.0, |time| kinetic::haff_law(time, self.fourth_cumulant()))
+    }
+
+    /// What has passed up to a time of the case of a quantity that grows from 0 with the time of a gas that cools freely: where a thermostat
+    /// scales velocities, a gas of the temperature of the start sets out anew after each interval.
+    pub(crate) fn passed(&self, time: f64, free: impl Fn(f64) -> f64) -> f64 {
+        let Some(thermostat) = self.case.thermostat else {
+            return free(time);
+        };
+        let intervals = (time / thermostat.interval + 1e-9).floor();
+        let rest = (time - intervals * thermostat.interval).max(0.0);
+        intervals * free(thermostat.interval) + free(rest)
+    }
+
+    /// Logarithm by which the thermal speed has fallen up to a time of the case by Haff's law, had nobody scaled it, with its Sonine factor
+    /// or without; none where the gas does not cool by that law.
+    pub fn cooling_logarithm(&self, time: f64, with_cumulant: bool) -> Option<f64> {
+        let cools = self.has_theory() && self.case.drive.is_none() && self.restitution < 1.0;
+        cools.then(|| {
+            self.passed(time, |time| match self.time_over_haff(time) {
+                _ if with_cumulant => -0.5 * self.haff_law(time).ln(),
+                passed => passed.unwrap_or(0.0).ln_1p(),
+            })
         })
     }
 
@@ -177,14 +203,14 @@ impl Plan {
         if let Some(drive) = self.case.drive {
             return self.driven_collisions(drive.heating, time);
         }
-        match self.time_over_haff(time) {
+        self.passed(time, |time| match self.time_over_haff(time) {
             Some(time) if self.kind == Kind::Comparison => {
                 kinetic::haff_collisions(self.dimension, self.restitution, time)
             }
             // The collision rate of any gas that cools as Haff's law says.
             Some(time) => rate * self.haff_time * time.ln_1p(),
             None => rate * self.engine_time(time),
-        }
+        })
     }
 
     /// The share of a run that is done at a time of the case, by the collisions that theory expects.
@@ -249,8 +275,9 @@ impl Plan {
         }
         let homogeneous = self.kind == Kind::Homogeneous;
         if let Some(thermostat) = self.case.thermostat {
-            let allowed = "a gas without [box]";
-            PlanError::unless(homogeneous, "thermostat", "a thermostat", allowed)?;
+            let good = homogeneous || self.kind == Kind::Comparison && self.case.drive.is_none();
+            let allowed = "a gas without [box], or a smooth gas in a periodic box without [drive]";
+            PlanError::unless(good, "thermostat", "a thermostat", allowed)?;
             often("thermostat.interval", thermostat.interval)?;
         }
         let good = self.case.sticking.is_none() || homogeneous && self.classes.len() == 1;

@@ -1,0 +1,77 @@
+//! The bulk viscosity of elastic disks at short lags, over Enskog's, against what three disks do.
+
+use stosszahl_analysis::helfand::Helfand;
+use stosszahl_analysis::theory::ElasticDisks;
+use stosszahl_model::{Budget, Collision, Observer, kinetic};
+
+use super::gas::{exact, start};
+use super::over_seeds;
+use crate::table::{Place, mean};
+use crate::three_disks::bulk_viscosity;
+use crate::{Done, Findings};
+
+/// Disks, their packing fraction, and the smallest lag and the number of lags \[d sqrt(m/T)\].
+const DISKS: usize = 256;
+const PACKING: f64 = 0.1;
+const BIN: f64 = 0.5;
+const BINS: usize = 3;
+/// Steps of an integral over the smallest lag.
+const STEPS: usize = 10;
+
+/// Sums the moments of Helfand.
+struct Moments(Helfand);
+
+impl Observer for Moments {
+    fn collisions(&mut self, batch: &[Collision]) {
+        for collision in batch {
+            self.0.collide(collision);
+        }
+    }
+}
+
+pub(super) fn run(log: &mut Findings) -> Done {
+    // A sum of many small steps over a lag t has its square known from a time T to 2 sqrt(t/(3 T)).
+    let (replicas, duration, tolerance, samples) = if log.effort.quick {
+        (8, 800.0, 0.07, 1_000_000)
+    } else {
+        (64, 3000.0, 0.01, 20_000_000)
+    };
+    let fluid = ElasticDisks {
+        packing_fraction: PACKING,
+        contact_value: kinetic::contact_value(PACKING),
+    };
+    let area = DISKS as f64 * 0.25 * std::f64::consts::PI / PACKING;
+    let (found, seconds) = over_seeds(0..replicas, |seed| {
+        let before = start(DISKS, PACKING, 100 + seed, 20.0)?;
+        let velocities = before.all.iter().map(|one| one.velocity.xy());
+        let mut moments = Moments(Helfand::new(before.time, velocities, 1.0, area, BIN, BINS));
+        let mut gas = exact(&before, 1.0)?;
+        let end = before.time + duration;
+        gas.advance(end, Budget::Unlimited, &mut moments)?;
+        moments.0.advance(end);
+        Ok(moments.0.moments())
+    })?;
+    let lags: Vec<f64> = (0..=BINS * STEPS)
+        .map(|step| step as f64 * BIN / STEPS as f64)
+        .collect();
+    let corrections = bulk_viscosity(&lags, samples, 1);
+    let rate = kinetic::collision_rate(PACKING, fluid.contact_value, 0.0);
+    for lag in [1, BINS] {
+        // The moment over a lag is the mean of its slopes up to there.
+        let slopes = &corrections[..=lag * STEPS];
+        let sum: f64 = slopes.iter().map(|one| one.value).sum();
+        let ends = 0.5 * (slopes[0].value + slopes[lag * STEPS].value);
+        let correction = (sum - ends) / (lag * STEPS) as f64;
+        let time = lags[lag * STEPS];
+        let few = 0.5 * std::f64::consts::PI * rate * time / DISKS as f64;
+        let expected = 1.0 + PACKING * correction - few;
+        let values = found.iter().map(|moments| {
+            let one = &moments[lag - 1];
+            one.bulk / (one.lag * fluid.bulk_viscosity())
+        });
+        let here = Place::new("exact", "event-driven", "256 disks", PACKING, seconds);
+        let what = format!("bulk viscosity over Enskog's, lag {time} d √(m/T), with three disks");
+        log.add(here.row(what, expected, mean(values)?, Some(tolerance)));
+    }
+    Ok(())
+}
