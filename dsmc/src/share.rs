@@ -13,6 +13,7 @@ mod flights;
 mod owners;
 mod partners;
 mod ranks;
+mod shards;
 
 use std::sync::Arc;
 
@@ -32,6 +33,8 @@ use crate::tile::{Outbox, Tile};
 pub(crate) use partners::see_no_more;
 pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
 pub(crate) use ranks::{all_gather, broadcast, gather};
+pub use shards::{Beside, shard_name};
+pub(crate) use shards::{Shard, read_all};
 
 /// How much dearer the dearest process may be than the mean before tiles change hands, and fewest steps between.
 const UNEVEN: f64 = 1.1;
@@ -266,8 +269,13 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         if self.seconds > 0.0 {
             self.seconds
         } else {
-            1e-9 * (self.simulators.len() + self.cells()) as f64
+            self.guess(self.simulators.len())
         }
+    }
+
+    /// The same of so many simulators, before any step.
+    fn guess(&self, simulators: usize) -> f64 {
+        1e-9 * (simulators + self.cells()) as f64
     }
 
     fn hold(&mut self, content: Content<P, F>) {
@@ -364,6 +372,18 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         } else {
             ranks.exchange(Vec::new(), &[0])
         };
+        self.part_with(&mut share);
+        for content in came
+            .iter()
+            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+        self.share = Some(share);
+    }
+
+    /// Keeps nothing of the tiles of others, and none of the times that tiles took.
+    fn part_with(&mut self, share: &mut Share<P::Space>) {
         for (number, tile) in self.tiles.iter_mut().enumerate() {
             tile.is_here = share.is_mine(number);
             if !tile.is_here {
@@ -374,14 +394,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         for outbox in self.departing.iter_mut().chain(&mut self.arriving) {
             *outbox = Outbox::default();
         }
-        for content in came
-            .iter()
-            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
-        {
-            self.tiles[content.tile as usize].hold(content);
-        }
         (share.is_united, share.since) = (false, 0);
-        self.share = Some(share);
     }
 
     /// Gives the first process all tiles, arranged; all processes call it. Nothing happens if it has them.

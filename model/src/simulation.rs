@@ -7,11 +7,13 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
+use std::path::Path;
 
 use nalgebra::Vector3;
 
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
+use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _};
 use crate::walls::Ledger;
 
@@ -240,6 +242,19 @@ pub trait Simulation: Send {
     /// # Errors
     /// [`Failure`] if memory does not suffice.
     fn checkpoint(&self) -> Result<Vec<u8>, Failure>;
+
+    /// The same of a gas that several processes hold, with its particles in files that each of them writes for itself: their names
+    /// begin with the path `stem`, and they are of this run. None, and nothing is written, where one process holds all.
+    ///
+    /// # Errors
+    /// [`Failure`] if a process cannot write its file.
+    fn checkpoint_in_shards(
+        &self,
+        _stem: &Path,
+        _run: &Fingerprint,
+    ) -> Result<Option<Vec<u8>>, Failure> {
+        Ok(None)
+    }
 
     /// What was done so far.
     fn work(&self) -> Work;

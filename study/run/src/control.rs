@@ -1,13 +1,14 @@
 //! Checkpoints, interruption and progress of one part of a run.
 
-use std::io;
 use std::marker::PhantomData;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
+use std::{fs, io};
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use stosszahl_dsmc::Beside;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
@@ -30,6 +31,46 @@ pub trait Progress: Sync {
 
 /// Tells nothing.
 impl Progress for () {}
+
+/// What a checkpoint holds.
+pub trait Content: Serialize + DeserializeOwned {
+    /// Which of the two sets of shards belongs to it, if it has some.
+    fn set(&self) -> Option<Set> {
+        None
+    }
+}
+
+/// Shards are written beside those of the checkpoint before, which go only when the new checkpoint is there: two sets in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Set {
+    /// One.
+    A,
+    /// The other.
+    B,
+}
+
+impl Set {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::A, Self::B];
+
+    /// The one that the next checkpoint has.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+
+    /// How the names of its shards begin, of a checkpoint with a name.
+    pub fn stem(self, checkpoint: &str) -> String {
+        let set = match self {
+            Self::A => "a",
+            Self::B => "b",
+        };
+        format!("{checkpoint}.{set}-")
+    }
+}
 
 /// Saves, stops and tells about one part of one replica. `T` is what is saved.
 pub struct Control<'a, T> {
@@ -68,7 +109,7 @@ impl<T> Default for Rollback<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
-impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
+impl<'a, T: Content> Control<'a, T> {
     /// The control of a part, with `seconds` of computing between two checkpoints.
     pub fn new(
         path: Option<PathBuf>,
@@ -115,10 +156,30 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     /// # Errors
     /// [`SnapshotError`] if it cannot.
     pub fn save(&self, content: &T) -> Result<(), SnapshotError> {
-        match &self.path {
-            Some(path) => snapshot::write(path, &self.fingerprint, content),
-            None => Ok(()),
-        }
+        let Some(path) = &self.path else {
+            return Ok(());
+        };
+        snapshot::write(path, &self.fingerprint, content)?;
+        let old = Set::ALL.into_iter().filter(|set| content.set() != Some(*set));
+        old.for_each(|set| remove_shards(path, set));
+        Ok(())
+    }
+
+    /// Of a gas that several processes hold: how the names of its shards begin, of a set, and the run that they are of; none if nothing
+    /// is kept.
+    pub fn shards(&self, set: Set) -> Option<(PathBuf, &Fingerprint)> {
+        let path = self.path.as_ref()?;
+        let name = path.file_name()?.to_str()?;
+        Some((path.with_file_name(set.stem(name)), &self.fingerprint))
+    }
+
+    /// Where the shards of the last checkpoint are.
+    pub fn beside(&self) -> Option<Beside> {
+        let path = self.path.as_ref()?;
+        Some(Beside {
+            folder: std::path::absolute(path).ok()?.parent()?.to_owned(),
+            run: self.fingerprint,
+        })
     }
 
     /// What asks the part to stop.
@@ -127,11 +188,12 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     }
 
     /// Before a leg, which may be broken off: keeps what is saved, unless little was done since the last time. As in
-    /// [`Self::pause`], only whether it is kept depends on the clock.
+    /// [`Self::pause`], only whether it is kept depends on the clock. What is in shards, and so on disk, becomes the checkpoint at
+    /// once.
     ///
     /// # Errors
-    /// Those of `gather`.
-    pub fn keep<E>(
+    /// Those of `gather` and of [`Self::save`].
+    pub fn keep<E: From<SnapshotError>>(
         &self,
         rollback: &mut Rollback<T>,
         gather: impl FnOnce() -> Result<T, E>,
@@ -143,7 +205,14 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         // Never two at a time.
         rollback.saved = None;
         let began = Instant::now();
-        rollback.saved = Some(gather()?);
+        let hold = self.stop.hold();
+        let saved = gather()?;
+        if saved.set().is_some() {
+            self.save(&saved)?;
+        } else {
+            rollback.saved = Some(saved);
+        }
+        drop(hold);
         rollback.cost = began.elapsed().as_secs_f64();
         rollback.since = Instant::now();
         Ok(())
@@ -193,9 +262,28 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     }
 }
 
+/// Removes the shards of a set that belong to a checkpoint no more. What cannot be removed is written over, or goes with the run.
+fn remove_shards(checkpoint: &Path, set: Set) {
+    let (Some(folder), Some(name)) = (checkpoint.parent(), checkpoint.file_name()) else {
+        return;
+    };
+    let stem = set.stem(&name.to_string_lossy());
+    let ours = |name: &str| {
+        let rank = name.strip_prefix(&stem).and_then(|rest| rest.strip_suffix(".shard"));
+        rank.is_some_and(|rank| rank.parse::<usize>().is_ok())
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().is_some_and(ours) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Content for u64 {}
 
     /// A leg that is broken off is rolled back to what was kept before it, which is then on disk; and nothing is kept twice.
     #[test]
