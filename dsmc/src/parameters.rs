@@ -313,8 +313,10 @@ pub enum EngineError {
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
     /// A part of a checkpoint cannot be used.
-    #[error("{why}; it has {simulators} simulators in {tiles} tiles, of a checkpoint in {all} shards, which is of no use without it: \
-             without its .snapshot file this part of the run begins anew")]
+    #[error(
+        "{why}; it has {simulators} simulators in {tiles} tiles, of a checkpoint in {all} shards, which is of no use without it: \
+             without its .snapshot file this part of the run begins anew"
+    )]
     Shard {
         /// What is wrong with which file.
         why: String,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
     Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _,
     VectorOf, Volume, Work,
 };
@@ -84,7 +84,11 @@ trait Keep {
     type Kept;
     /// Whether shards stay where they are, for the processes that hold their tiles.
     const SHARES: bool;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>, shards: Shards) -> Self::Kept;
+    fn keep<P: Physics, F: Follow<P::Space>>(
+        &self,
+        cells: Cells<P, F>,
+        shards: Shards,
+    ) -> Self::Kept;
 }
 
 /// Shards that nobody has read, and where they are.
@@ -330,6 +334,12 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {
         self.engine
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
+    }
+
+    fn moments(&self) -> Moments {
+        let mut moments = Moments::default();
+        (self.engine).each_here(|simulator, weight| moments.see(&self.particle(simulator, weight)));
+        moments
     }
 
     fn particles(&self) -> Particles {

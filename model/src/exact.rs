@@ -93,9 +93,14 @@ impl Exact {
             return f64::INFINITY;
         }
         // Three chunks hold 65 bits at least; of those below it counts whether there are any.
-        let chunk = |down: usize| top.checked_sub(down).map_or(0, |index| self.chunks[index] as u128);
+        let chunk = |down: usize| {
+            top.checked_sub(down)
+                .map_or(0, |index| self.chunks[index] as u128)
+        };
         let leading = chunk(0) << (2 * BITS) | chunk(1) << BITS | chunk(2);
-        let rest = self.chunks[..top.saturating_sub(2)].iter().any(|&chunk| chunk != 0);
+        let rest = self.chunks[..top.saturating_sub(2)]
+            .iter()
+            .any(|&chunk| chunk != 0);
         // The first bit of the leading ones counts 2^lowest; no number is finer than 2^-1074.
         let lowest = BITS as i32 * (highest as i32 - 2) - 1074;
         let length = 128 - leading.leading_zeros() as i32;
@@ -114,7 +119,8 @@ impl Exact {
         }
         let low = usize::from(self.low);
         if chunk < low {
-            self.chunks.splice(0..0, std::iter::repeat_n(0, low - chunk));
+            self.chunks
+                .splice(0..0, std::iter::repeat_n(0, low - chunk));
             self.low = chunk as u8;
         }
         let first = chunk - usize::from(self.low);
@@ -264,7 +270,10 @@ mod tests {
         assert_eq!(sum(&[]), 0.0);
         assert_eq!(sum(&[tiny]), tiny);
         assert_eq!(sum(&[-tiny, -tiny]), -2.0 * tiny);
-        assert_eq!(sum(&[f64::MIN_POSITIVE, -tiny]), f64::MIN_POSITIVE.next_down());
+        assert_eq!(
+            sum(&[f64::MIN_POSITIVE, -tiny]),
+            f64::MIN_POSITIVE.next_down()
+        );
         assert_eq!(sum(&[f64::MAX, f64::MAX, -f64::MAX]), f64::MAX);
         assert_eq!(sum(&[f64::MAX; 3]), f64::INFINITY);
         assert_eq!(sum(&[-f64::MAX; 3]), f64::NEG_INFINITY);
@@ -284,6 +293,9 @@ mod tests {
             let half = all.clone();
             all.merge(&half);
         }
-        assert_eq!(all.value(), f64::from_bits(0x3fef_ffff_ffff_ffff) * power(40));
+        assert_eq!(
+            all.value(),
+            f64::from_bits(0x3fef_ffff_ffff_ffff) * power(40)
+        );
     }
 }

@@ -60,7 +60,7 @@ pub use observer::{EachCollision, Observer, Recorder};
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
 pub use restitution::{Constant, Law, Material, PerPair, Restitution, Viscoelastic};
 pub use simulation::{
-    BoundaryFlux, Budget, Census, Failure, Particle, Particles, Simulation, Work,
+    BoundaryFlux, Budget, Census, Failure, Moments, Particle, Particles, Simulation, Work,
 };
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};

@@ -66,9 +66,8 @@ impl Shard {
             other => other.to_string(),
         };
         let unusable = |why: String| self.unusable(&why, all);
-        let (contents, checksum) =
-            snapshot::read_checked::<Vec<Content<P, F>>>(&path, &beside.run)
-                .map_err(|error| unusable(said(error)))?;
+        let (contents, checksum) = snapshot::read_checked::<Vec<Content<P, F>>>(&path, &beside.run)
+            .map_err(|error| unusable(said(error)))?;
         let tiles = contents.iter();
         let tiles = tiles.map(|one| (one.tile, one.simulators.len() as u32));
         if checksum != self.checksum || !tiles.eq(self.tiles.iter().copied()) {
@@ -183,7 +182,8 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
                         let (tile, cell) = self.grid.locate(self.grid.cell_at(position));
                         (tile == number).then_some(cell)
                     }) {
-                        done = Err(shard.unusable("its simulators are in other cells", shards.len()));
+                        done =
+                            Err(shard.unusable("its simulators are in other cells", shards.len()));
                         break;
                     }
                     self.tiles[number].hold(content);
@@ -213,11 +213,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
 
 impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
     /// Whether the simulators of a content are in its cells, which `cell` finds.
-    fn fits(
-        &self,
-        content: &Content<P, F>,
-        cell: impl Fn(VectorOf<P>) -> Option<usize>,
-    ) -> bool {
+    fn fits(&self, content: &Content<P, F>, cell: impl Fn(VectorOf<P>) -> Option<usize>) -> bool {
         let total: usize = content.counts.iter().map(|&count| count as usize).sum();
         if content.counts.len() != self.cells() || total != content.simulators.len() {
             return false;

@@ -1,7 +1,8 @@
 //! A gas that several processes hold, behind the common interface.
 //!
 //! The first process drives the gas as any other ([`simulate_among`]); the others do what it does ([`serve`]). While the gas
-//! advances each holds its part. Whoever looks at particles, kicks them or writes a checkpoint makes the first process gather all.
+//! advances each holds its part. Moments of velocities are added up by all, and
+//! checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first process gather all.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,13 +11,13 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
-    Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Moments, Observer, Particle, Particles, Physics,
+    Simulation, Work,
 };
 
 use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
 use crate::parameters::EngineError;
-use crate::share::{Beside, Ranks, all_gather, broadcast, read, write};
+use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, write};
 use crate::simulator::Follow;
 
 /// What the first process tells the others.
@@ -26,6 +27,8 @@ pub(super) enum Command {
     Advance(f64, u64, bool),
     /// The first process is to hold all.
     Unite,
+    /// All are to add up the moments of what they hold.
+    Moments,
     /// All are to write what they hold, into files with names that begin so.
     Write(String, Beside),
     /// The gas is let go of.
@@ -185,6 +188,11 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
     agree(&**ranks, read)
 }
 
+/// The moments of the parts of all processes.
+fn all_moments<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Moments {
+    all_reduce(ranks, cells.moments(), |sum, more| sum.merge(&more))
+}
+
 /// Another process does as it is told.
 struct Serve(Arc<dyn Ranks>, Interrupt);
 
@@ -201,8 +209,8 @@ impl Keep for Serve {
         cells.engine.stop_on(interrupt);
         Box::new(move || {
             begin_among(&mut cells, &ranks, shards)?;
-            let engine = &mut cells.engine;
             loop {
+                let engine = &mut cells.engine;
                 match read(&broadcast(&*ranks, Vec::new())) {
                     Command::Advance(until, steps, true) => {
                         engine.advance(until, steps, &mut Looks);
@@ -211,6 +219,9 @@ impl Keep for Serve {
                         engine.advance(until, steps, &mut ());
                     }
                     Command::Unite => engine.unite(),
+                    Command::Moments => {
+                        all_moments(&*ranks, &cells);
+                    }
                     Command::Write(stem, beside) => {
                         // What hinders this process is said by the first.
                         let _ = engine.write_shards(&stem, &beside);
@@ -299,6 +310,11 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
 
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {
         self.whole().visit(look);
+    }
+
+    fn moments(&self) -> Moments {
+        Command::Moments.give(&*self.ranks);
+        all_moments(&*self.ranks, &self.part())
     }
 
     fn particles(&self) -> Particles {

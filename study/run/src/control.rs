@@ -160,7 +160,9 @@ impl<'a, T: Content> Control<'a, T> {
             return Ok(());
         };
         snapshot::write(path, &self.fingerprint, content)?;
-        let old = Set::ALL.into_iter().filter(|set| content.set() != Some(*set));
+        let old = Set::ALL
+            .into_iter()
+            .filter(|set| content.set() != Some(*set));
         old.for_each(|set| remove_shards(path, set));
         Ok(())
     }
@@ -269,7 +271,9 @@ fn remove_shards(checkpoint: &Path, set: Set) {
     };
     let stem = set.stem(&name.to_string_lossy());
     let ours = |name: &str| {
-        let rank = name.strip_prefix(&stem).and_then(|rest| rest.strip_suffix(".shard"));
+        let rank = name
+            .strip_prefix(&stem)
+            .and_then(|rest| rest.strip_suffix(".shard"));
         rank.is_some_and(|rank| rank.parse::<usize>().is_ok())
     };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -313,5 +317,46 @@ mod tests {
             Interrupted
         );
         assert_eq!(control.load().expect("read"), Some(2));
+    }
+
+    #[derive(Serialize, Deserialize)]
+    struct InShards(Option<Set>);
+
+    impl Content for InShards {
+        fn set(&self) -> Option<Set> {
+            self.0
+        }
+    }
+
+    /// Shards of the checkpoint before go when the next is there, and nothing else does.
+    #[test]
+    fn a_checkpoint_removes_the_shards_of_others() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
+        let control: Control<'_, InShards> =
+            Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
+        let all = [
+            "part.snapshot.a-0.shard",
+            "part.snapshot.a-12.shard",
+            "part.snapshot.b-0.shard",
+            "other.snapshot.a-0.shard",
+            "part.snapshot.a-mine.shard",
+        ];
+        let left = || -> Vec<bool> {
+            all.iter()
+                .map(|name| folder.path().join(name).exists())
+                .collect()
+        };
+        for (set, wanted) in [
+            (Some(Set::A), [true, true, false, true, true]),
+            (Some(Set::B), [false, false, true, true, true]),
+            (None, [false, false, false, true, true]),
+        ] {
+            for name in all {
+                fs::write(folder.path().join(name), "").expect("written");
+            }
+            control.save(&InShards(set)).expect("saved");
+            assert_eq!(left(), wanted, "{set:?}");
+        }
     }
 }

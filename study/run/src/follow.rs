@@ -370,10 +370,14 @@ impl<'a> Course<'a> {
     }
 
     /// The gas as it is; in shards where it can be, of which the other set may belong to the last checkpoint.
-    fn checkpoint(&self, control: &Control<'_, Saved>) -> Result<(Vec<u8>, Option<Set>), PartError> {
+    fn checkpoint(
+        &self,
+        control: &Control<'_, Saved>,
+    ) -> Result<(Vec<u8>, Option<Set>), PartError> {
         let set = self.set.map_or(Set::A, Set::other);
         if let Some((stem, run)) = control.shards(set)
-            && let Some(bytes) = (self.gas.checkpoint_in_shards(&stem, run)).map_err(PartError::Shards)?
+            && let Some(bytes) =
+                (self.gas.checkpoint_in_shards(&stem, run)).map_err(PartError::Shards)?
         {
             return Ok((bytes, Some(set)));
         }

@@ -68,7 +68,12 @@ impl Job<'_> {
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be written.
     pub(crate) fn claim(&self, piece: Piece, processes: usize) -> Result<(), RunError> {
-        Ok(pieces::claim(self.place, &self.planned.plan, piece, processes)?)
+        Ok(pieces::claim(
+            self.place,
+            &self.planned.plan,
+            piece,
+            processes,
+        )?)
     }
 
     /// Where its pieces are worked on, in a folder.
