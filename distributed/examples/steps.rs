@@ -10,6 +10,7 @@
 
 #![allow(clippy::print_stdout, reason = "a program that says what it measured")]
 
+#[allow(dead_code, reason = "steps need not all of it")]
 #[path = "../src/world.rs"]
 mod world;
 

@@ -430,6 +430,15 @@ impl Channel {
         parameters(Scheme::Boltzmann, 2.0)
     }
 
+    /// Small tiles, which are those of the start however many simulators there are.
+    fn tile(&self, engine: &mut Engine<Disks>) {
+        let simulators: Vec<_> = engine.ordered().copied().collect();
+        let counts = engine.grid.counts().map(|count| count as usize);
+        let (domain, reach) = (*engine.grid.domain(), engine.grid.reach());
+        engine.grid = Grid::new(domain, counts, self.state.bodies.len(), 150, reach);
+        engine.fill(&simulators);
+    }
+
     fn begins(&self) -> Engine<Disks, Unfollowed> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
         Engine::start_between(
@@ -460,7 +469,7 @@ impl Channel {
         among(size, |ranks| {
             let first = ranks.rank() == 0;
             let mut engine = self.begins();
-            engine.retile(150);
+            self.tile(&mut engine);
             engine.share(ranks);
             engine.advance(f64::INFINITY, 5, &mut ());
             let shards = engine.write_shards("gas.a-", beside).expect("written");
@@ -474,7 +483,7 @@ impl Channel {
         let (mut gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
         gas.hold(read_all::<Disks, Unfollowed>(&shards, beside)?);
         let mut engine = self.resumes(gas);
-        engine.retile(150);
+        self.tile(&mut engine);
         Ok(goes_on(engine, true))
     }
 
@@ -483,7 +492,7 @@ impl Channel {
         among(size, |ranks| {
             let (gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
             let mut engine = self.resumes(gas);
-            engine.retile(150);
+            self.tile(&mut engine);
             engine.share(ranks.clone());
             let done = engine.read_shards(&shards, beside);
             let why = done.err().map(|error| error.to_string());
@@ -548,7 +557,7 @@ fn a_shard_that_cannot_be_used_is_named() {
     // Of as many processes, some steps later.
     among(3, |ranks| {
         let mut engine = channel.begins();
-        engine.retile(150);
+        channel.tile(&mut engine);
         engine.share(ranks);
         engine.advance(f64::INFINITY, 8, &mut ());
         engine.write_shards("gas.a-", &again).expect("written");
@@ -602,7 +611,7 @@ fn a_folder_that_is_not_there_is_an_error() {
     let said = among(3, |ranks| {
         let first = ranks.rank() == 0;
         let mut engine = channel.begins();
-        engine.retile(150);
+        channel.tile(&mut engine);
         engine.share(ranks);
         engine.advance(f64::INFINITY, 5, &mut ());
         let said = engine.write_shards("gas.a-", &beside).map(drop);

@@ -271,9 +271,10 @@ fn remove_shards(checkpoint: &Path, set: Set) {
     };
     let stem = set.stem(&name.to_string_lossy());
     let ours = |name: &str| {
-        let rank = name
-            .strip_prefix(&stem)
-            .and_then(|rest| rest.strip_suffix(".shard"));
+        // A kill may have left one that is not whole.
+        let name = name.strip_suffix(".partial").unwrap_or(name);
+        let rank = name.strip_prefix(&stem);
+        let rank = rank.and_then(|rest| rest.strip_suffix(".shard"));
         rank.is_some_and(|rank| rank.parse::<usize>().is_ok())
     };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -339,6 +340,7 @@ mod tests {
             "part.snapshot.a-0.shard",
             "part.snapshot.a-12.shard",
             "part.snapshot.b-0.shard",
+            "part.snapshot.b-3.shard.partial",
             "other.snapshot.a-0.shard",
             "part.snapshot.a-mine.shard",
         ];
@@ -348,9 +350,9 @@ mod tests {
                 .collect()
         };
         for (set, wanted) in [
-            (Some(Set::A), [true, true, false, true, true]),
-            (Some(Set::B), [false, false, true, true, true]),
-            (None, [false, false, false, true, true]),
+            (Some(Set::A), [true, true, false, false, true, true]),
+            (Some(Set::B), [false, false, true, true, true, true]),
+            (None, [false, false, false, false, true, true]),
         ] {
             for name in all {
                 fs::write(folder.path().join(name), "").expect("written");
