@@ -198,13 +198,14 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     fn counted_in(&self, shards: &[Shard]) -> Result<Vec<usize>, EngineError> {
         let mut counts = vec![None; self.tiles.len()];
         for &(tile, count) in shards.iter().flat_map(|shard| &shard.tiles) {
-            match counts.get_mut(tile as usize) {
-                Some(known @ None) => *known = Some(count as usize),
-                _ => {
-                    let why = format!("tile {tile} of {} is there twice", self.tiles.len());
-                    return Err(EngineError::Checkpoint(why));
-                }
-            }
+            let Some(known @ None) = counts.get_mut(tile as usize) else {
+                let why = format!(
+                    "tile {tile} is there twice, or none of {}",
+                    self.tiles.len()
+                );
+                return Err(EngineError::Checkpoint(why));
+            };
+            *known = Some(count as usize);
         }
         let all: Option<Vec<usize>> = counts.iter().copied().collect();
         all.ok_or_else(|| EngineError::Checkpoint("tiles are missing".into()))
