@@ -8,13 +8,12 @@ use std::time::{Duration, Instant};
 
 use crate::case::format::share;
 use crate::case::{CaseError, CaseFile, nearest};
-use crate::dsmc::Ranks;
 use crate::model::Interrupt;
 use crate::report::{Listing, ReportError, listing, write_report};
 use crate::results::{
     Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, quantity_title, write_file,
 };
-use crate::study::frontier::{self, FrontierError, frontier};
+use crate::study::frontier::{self, Fellows, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
 use clap::CommandFactory as _;
@@ -578,7 +577,7 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
 pub fn measure_frontier(
     arguments: &FrontierArguments,
     file: &CaseFile,
-    ranks: Option<&dyn Ranks>,
+    ranks: Option<&dyn Fellows>,
 ) -> Result<(), CommandError> {
     let is_first = ranks.is_none_or(|ranks| ranks.rank() == 0);
     let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {

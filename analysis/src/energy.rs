@@ -1,7 +1,9 @@
 //! Energy and shape of the velocity distribution.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Collision, Observer, Particles, Physics, Sizes, Space, State, Vector};
+use stosszahl_model::{
+    Collision, Moments, Observer, Particles, Physics, Simulation, Sizes, Space, State, Vector,
+};
 
 /// Moments of the velocities at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,44 +22,36 @@ impl EnergySample {
     /// Takes the moments of a state after `pair_collisions` pair collisions of its bodies.
     pub fn new<P: Physics>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
         let sizes = scene.sizes();
-        let bodies = state.bodies.iter().enumerate();
-        let squares = bodies.map(|(index, body)| {
-            let square = sizes.mass(sizes.tag(index)) * body.velocity.square();
-            (1.0, square)
-        });
+        let mut moments = Moments::default();
+        for (index, body) in state.bodies.iter().enumerate() {
+            moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
+        }
         let simulators = state.bodies.len();
         let collisions = 2.0 * pair_collisions as f64 / simulators.max(1) as f64;
-        Self::from_squares(state.time, P::Space::DIMENSION, squares, collisions)
+        Self::from_moments(state.time, P::Space::DIMENSION, &moments, collisions)
     }
 
-    /// Takes the moments of particles after `pair_collisions` pair collisions of them. Weights count by their ratio to the
-    /// first, so that equal ones change no digit.
+    /// Takes the moments of particles after `pair_collisions` pair collisions of them.
     pub fn of(particles: &Particles, pair_collisions: u64) -> Self {
-        let first = particles.all.first().map_or(1.0, |one| one.weight);
-        let squares = particles.all.iter().map(|one| {
-            let square = one.mass * one.velocity.norm_squared();
-            (one.weight / first, square)
-        });
         let collisions = 2.0 * pair_collisions as f64 / particles.all.len().max(1) as f64;
-        Self::from_squares(particles.time, particles.dimension, squares, collisions)
+        let moments = particles.moments();
+        Self::from_moments(particles.time, particles.dimension, &moments, collisions)
     }
 
-    /// From weights and m v^2.
-    fn from_squares(
+    /// Takes the moments of a gas, without a look at each particle here.
+    pub fn of_gas(gas: &dyn Simulation) -> Self {
+        let collisions = 2.0 * gas.work().collisions as f64 / gas.count().max(1) as f64;
+        Self::from_moments(gas.time(), gas.dimension(), &gas.moments(), collisions)
+    }
+
+    fn from_moments(
         time: f64,
         dimension: usize,
-        squares: impl Iterator<Item = (f64, f64)>,
+        moments: &Moments,
         collisions_per_particle: f64,
     ) -> Self {
         let dimension = dimension as f64;
-        let [mut count, mut second, mut fourth] = [0.0; 3];
-        for (weight, square) in squares {
-            count += weight;
-            second += weight * square;
-            fourth += weight * square * square;
-        }
-        let count = if count > 0.0 { count } else { 1.0 };
-        let (second, fourth) = (second / count, fourth / count);
+        let [second, fourth] = moments.means();
         let fourth_cumulant = if second > 0.0 {
             dimension * fourth / ((dimension + 2.0) * second * second) - 1.0
         } else {

@@ -5,10 +5,12 @@
 //!     RAYON_NUM_THREADS=2 mpirun -n 1 target/release/examples/steps dilute 1000000 50 7
 //!     RAYON_NUM_THREADS=1 mpirun -n 2 target/release/examples/steps dilute 1000000 50 7
 //!
-//! Arguments: the gas (`dilute`, `contact`, `channel`), simulators, steps between two looks at the clock, and looks.
+//! Arguments: the gas (`dilute`, `contact`, `channel`; `disks` and `spheres`: the work of `stosszahl-trials bench dsmc`), simulators,
+//! steps between two looks at the clock, and looks.
 
 #![allow(clippy::print_stdout, reason = "a program that says what it measured")]
 
+#[allow(dead_code, reason = "steps need not all of it")]
 #[path = "../src/world.rs"]
 mod world;
 
@@ -32,11 +34,11 @@ use world::World;
 
 type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
 
-fn equal<S: Space>(radius: f64) -> Equal<S> {
+fn equal<S: Space>(radius: f64, restitution: f64) -> Equal<S> {
     Scene {
         space: S::default(),
         surface: Smooth,
-        restitution: Constant::new(0.9).expect("a coefficient"),
+        restitution: Constant::new(restitution).expect("a coefficient"),
         sizes: Monodisperse { radius, mass: 1.0 },
         field: Free,
     }
@@ -78,7 +80,25 @@ fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> Engine<Equal<Plane>> 
     let domain = Domain::periodic(vector![side, side]).expect("a box");
     let streams = Streams::new(1, 0);
     let state = start(count, domain);
-    Engine::start(&equal(0.5), parameters(scheme, None), &state, streams).expect("an engine")
+    Engine::start(&equal(0.5, 0.9), parameters(scheme, None), &state, streams).expect("an engine")
+}
+
+/// Elastic particles, 10 in a cell of half a mean free path, with 0.07 pair collisions for each in a step.
+fn elastic<S: Space>(count: usize) -> Engine<Equal<S>> {
+    const PER_CELL: f64 = 10.0;
+    let (path, dimension) = (S::mean_free_path(1.0, 1.0), S::DIMENSION as f64);
+    let power = (0.5 * path).powf(dimension) / (S::ball(0.5) * PER_CELL);
+    let packing = power.powf(1.0 / (dimension - 1.0));
+    let cell = 0.5 * path / packing;
+    let cells = (count as f64 / PER_CELL).powf(1.0 / dimension).round();
+    let side = cell * cells;
+    let domain = Domain::periodic(S::vector(|_| side)).expect("a box");
+    let state = start((PER_CELL * cells.powf(dimension)).round() as usize, domain);
+    let parameters = parameters(Scheme::Boltzmann, Some(cell));
+    let (scene, streams) = (equal(0.5, 1.0), Streams::new(1, 0));
+    let mut engine = Engine::start(&scene, parameters, &state, streams).expect("an engine");
+    engine.hold_step(0.14 / S::collision_rate(packing, 1.0));
+    engine
 }
 
 /// Spheres that flow in on the left, between two walls.
@@ -112,7 +132,7 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
         body.velocity[0] += 3.0;
     }
     let parameters = parameters(Scheme::Boltzmann, Some(0.25));
-    let (scene, streams) = (equal(0.5 * diameter), Streams::new(1, 0));
+    let (scene, streams) = (equal(0.5 * diameter, 0.9), Streams::new(1, 0));
     Engine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
 }
 
@@ -161,6 +181,8 @@ fn main() {
             let engine = in_a_box(count, 0.2, Scheme::CONTACT_POINT);
             measure(engine, &world, steps, looks);
         }
+        Some("disks") => measure(elastic::<Plane>(count), &world, steps, looks),
+        Some("spheres") => measure(elastic::<Volume>(count), &world, steps, looks),
         Some("channel") => measure(in_a_channel(count), &world, steps, looks),
         _ => {
             let engine = in_a_box(count, 0.01, Scheme::Boltzmann);

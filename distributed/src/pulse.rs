@@ -1,7 +1,6 @@
 //! The pulse of the processes that hold one gas. One that stands still would make all others wait for ever; the job is ended.
 //!
-//! A thread of its own beats, so that work of hours between two
-//! exchanges has a pulse.
+//! A thread of its own beats, so that work of hours between two exchanges has a pulse. In the first process it also hands out numbers.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,8 +15,8 @@ use stosszahl::dsmc::Ranks as _;
 use crate::link::{BEAT, listened};
 use crate::world::World;
 
-/// Time between two looks for whether it is the end.
-const LOOK: Duration = Duration::from_millis(20);
+/// Time between two looks for whether it is the end, and for those who ask for a number.
+const LOOK: Duration = Duration::from_millis(2);
 /// The tag of beats.
 const BEATS: Tag = 1;
 
@@ -83,6 +82,9 @@ fn beat(world: &World, patience: Duration, after: &str, is_over: &AtomicBool) {
         }
         let began = Instant::now();
         while began.elapsed() < BEAT && !is_over.load(Ordering::SeqCst) {
+            if world.rank() == 0 {
+                world.answer();
+            }
             thread::sleep(LOOK);
         }
     }

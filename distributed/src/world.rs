@@ -1,5 +1,6 @@
 //! The processes of MPI, as those that hold one gas together.
 
+use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,6 +12,7 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Buffer, Communicator as _, Destination as _, Equivalence as _, Source as _};
 use serde::{Deserialize, Serialize};
 use stosszahl::dsmc::Ranks;
+use stosszahl::study::frontier::Fellows;
 
 /// Most bytes of one message of MPI, which counts them with 31 bits.
 const MOST: usize = 1 << 30;
@@ -18,8 +20,10 @@ const MOST: usize = 1 << 30;
 const EAGER: Duration = Duration::from_millis(20);
 const REST: Duration = Duration::from_micros(200);
 
-/// The tag of what the gas sends.
+/// The tag of what the gas sends; those of who asks for a number of a series, and of the answers. Beats have tag 1.
 const GAS: Tag = 0;
+const ASKED: Tag = 2;
+const GIVEN: Tag = 3;
 
 /// All processes.
 pub struct World {
@@ -28,6 +32,8 @@ pub struct World {
     /// Held by the thread that talks to MPI, never while it waits for another process.
     calls: Mutex<()>,
     traffic: Mutex<Traffic>,
+    /// Of the first process: the next number of each series.
+    series: Mutex<BTreeMap<u64, u64>>,
 }
 
 /// What a process has sent, and how long it waited for others.
@@ -52,6 +58,34 @@ impl World {
             size: world.size() as usize,
             calls: Mutex::default(),
             traffic: Mutex::default(),
+            series: Mutex::default(),
+        }
+    }
+
+    /// The next number of a series, in the first process.
+    fn next_of(&self, series: u64) -> u64 {
+        let mut all = self.series.lock().unwrap_or_else(PoisonError::into_inner);
+        let next = all.entry(series).or_default();
+        *next += 1;
+        *next - 1
+    }
+
+    /// Answers all who have asked for a number: to be called often in the first process.
+    pub fn answer(&self) {
+        loop {
+            let asked = self.call(|world| {
+                let found = world.any_process().immediate_matched_probe_with_tag(ASKED);
+                found.map(|(message, _)| message.matched_receive::<u64>())
+            });
+            let Some((series, status)) = asked else {
+                return;
+            };
+            let number = self.next_of(series);
+            // A few bytes are sent at once, and not waited for.
+            self.call(|world| {
+                let to = world.process_at_rank(status.source_rank());
+                to.send_with_tag(&number, GIVEN);
+            });
         }
     }
 
@@ -145,6 +179,26 @@ fn parts(message: &[u8]) -> Vec<Vec<u8>> {
         return vec![whole];
     }
     whole.chunks(MOST).map(<[u8]>::to_vec).collect()
+}
+
+impl Fellows for World {
+    fn draw(&self, series: u64) -> u64 {
+        if self.rank == 0 {
+            return self.next_of(series);
+        }
+        self.call(|world| world.process_at_rank(0).send_with_tag(&series, ASKED));
+        let began = Instant::now();
+        loop {
+            let given = self.call(|world| {
+                let found = (world.process_at_rank(0)).immediate_matched_probe_with_tag(GIVEN);
+                found.map(|(message, _)| message.matched_receive::<u64>())
+            });
+            match given {
+                Some((number, _)) => return number,
+                None => rest(began),
+            }
+        }
+    }
 }
 
 impl Ranks for World {

@@ -2,7 +2,11 @@
 
 mod support;
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use stosszahl::commands;
 
 use support::{
     Scratch, appears, done, ends, job, kill, processes, said, scripted, slow_down, started,
@@ -148,10 +152,10 @@ fn a_slow_process_is_waited_for() {
     assert!(tables(Path::new(&out)) == wanted);
 }
 
-/// Only the first process reads the case and writes files: its full disk (a limit of the size of files) ends the run, that of
-/// another changes nothing.
+/// Only the first process reads the case; all write their parts of checkpoints. The full disk of any (a limit of the size of files)
+/// ends the run with its number.
 #[test]
-fn only_the_first_process_reads_and_writes() {
+fn a_full_disk_of_any_process_ends_the_run() {
     let case = CHANNEL.replace("until = 1\n", "until = 1\ncheckpoint_seconds = 0.01\n");
     let scratch = Scratch::new(&case);
     let wanted = scratch.alone();
@@ -162,29 +166,91 @@ fn only_the_first_process_reads_and_writes() {
             "if [ $OMPI_COMM_WORLD_RANK = 0 ]; then cd {folder}; else cd /; fi\n\
              if [ $OMPI_COMM_WORLD_RANK = {rank} ]; then trap '' XFSZ; ulimit -f 8; fi"
         );
-        let arguments = [
-            "run",
-            "case.toml",
-            "--one-gas",
-            "--out",
-            &out,
-            "--threads",
-            "1",
-        ];
+        let name = format!("full-{rank}");
+        let arguments = ["run", "case.toml", "--one-gas", "--out", &name];
+        let arguments = [&arguments[..], &["--threads", "1"]].concat();
         let output = done(scripted(2, &scratch, &words, &arguments));
         let text = said(&output);
-        if rank == 0 {
-            assert_eq!(output.status.code(), Some(1), "{text}");
-            assert!(
-                text.contains("checkpoints/") && text.contains("File too large"),
-                "{text}"
-            );
-            assert_eq!(text.matches("error:").count(), 1, "{text}");
-            let arguments = ["run", &scratch.case, "--one-gas", "--out", &out, "--resume"];
-            succeeds(job(3, &[], &arguments));
-        } else {
-            assert!(output.status.success(), "{text}");
-        }
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert!(text.contains(&format!("process {rank}: ")), "{text}");
+        assert!(
+            text.contains(".shard") && text.contains("File too large"),
+            "{text}"
+        );
+        assert_eq!(text.matches("error:").count(), 1, "{text}");
+        let arguments = ["run", &scratch.case, "--one-gas", "--out", &out, "--resume"];
+        succeeds(job(3, &[], &arguments));
         assert!(tables(Path::new(&out)) == wanted, "rank {rank}");
+    }
+}
+
+/// Shards of a checkpoint, by their path.
+fn shards(out: &str) -> Vec<PathBuf> {
+    let folder = fs::read_dir(Path::new(out).join("checkpoints"));
+    let paths = folder.into_iter().flatten().flatten().map(|one| one.path());
+    let mut all: Vec<PathBuf> = paths
+        .filter(|path| path.extension().is_some_and(|end| end == "shard"))
+        .collect();
+    all.sort();
+    all
+}
+
+/// A job of three processes that is killed leaves shards. One that is missing, short or changed is named, whoever goes on; with all of
+/// them as they were, another number of processes goes on to the same bytes, and so does one that knows nothing of the others.
+#[test]
+fn shards_that_cannot_be_used_are_named() {
+    let case = CHANNEL.replace("until = 1\n", "until = 4\ncheckpoint_seconds = 0.05\n");
+    let scratch = Scratch::new(&case);
+    let wanted = scratch.alone();
+    for alone in [true, false] {
+        let out = scratch.out(&format!("shards-{alone}"));
+        let arguments = ["run", &scratch.case, "--one-gas", "--out", &out];
+        let child = started(job(3, &[], &[&arguments[..], &["--threads", "1"]].concat()));
+        let ids = processes(&out, 3);
+        appears(&out, "checkpoints/replica-0-dsmc-boltzmann.snapshot");
+        ids.iter().for_each(|&id| kill("-KILL", id));
+        let output = child.wait_with_output().expect("an end");
+        ends(&output);
+        assert!(!output.status.success());
+        let resumes = [&arguments[..], &["--resume"]].concat();
+        // A kill may leave shards of the next checkpoint.
+        let of_second = |path: &&PathBuf| path.to_string_lossy().ends_with("-1.shard");
+        let kept: Vec<(PathBuf, Vec<u8>)> = (shards(&out).iter().filter(of_second))
+            .map(|path| (path.clone(), fs::read(path).expect("bytes")))
+            .collect();
+        assert!((1..=2).contains(&kept.len()), "{kept:?}");
+        for fault in ["No such file", "bytes of", "another hash"] {
+            for (path, whole) in &kept {
+                let (half, mut bytes) = (whole.len() / 2, whole.clone());
+                match fault {
+                    "bytes of" => bytes.truncate(half),
+                    _ => bytes[half] ^= 1,
+                }
+                fs::write(path, bytes).expect("written");
+                if fault == "No such file" {
+                    fs::remove_file(path).expect("removed");
+                }
+            }
+            for ranks in [1, 2] {
+                let output = done(job(ranks, &[], &resumes));
+                let text = said(&output);
+                assert_eq!(output.status.code(), Some(1), "{text}");
+                assert!(text.contains("-1.shard") && text.contains(fault), "{text}");
+                assert!(text.contains("of a checkpoint in 3 shards"), "{text}");
+            }
+            let words = ["stosszahl", "run", &scratch.case, "--out", &out, "--resume"];
+            let code = commands::execute(clap::Parser::parse_from(words));
+            assert_eq!(code, ExitCode::from(1));
+        }
+        for (path, whole) in &kept {
+            fs::write(path, whole).expect("written");
+        }
+        let found = if alone {
+            support::alone(&scratch.case, &["--resume"], &out)
+        } else {
+            succeeds(job(2, &[], &resumes));
+            tables(Path::new(&out))
+        };
+        assert!(found == wanted);
     }
 }

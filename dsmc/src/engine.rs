@@ -178,7 +178,19 @@ where
         }
     }
 
-    /// The same, with the place of each in [`Engine::state`].
+    /// The same of those that this process holds, tile after tile.
+    pub(crate) fn each_here(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
+        for tile in self.tiles.iter().filter(|tile| tile.is_here) {
+            for local in 0..tile.cells() {
+                let weight = self.weight_in(self.grid.number(tile.cell_at(local)));
+                for simulator in tile.members(local) {
+                    look(simulator, weight);
+                }
+            }
+        }
+    }
+
+    /// The same of all, with the place of each in [`Engine::state`].
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {

@@ -312,6 +312,21 @@ pub enum EngineError {
     /// Bytes that are no checkpoint of this engine.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
+    /// A part of a checkpoint cannot be used.
+    #[error(
+        "{why}; it has {simulators} simulators in {tiles} tiles, of a checkpoint in {all} shards, which is of no use without it: \
+             without its .snapshot file this part of the run begins anew"
+    )]
+    Shard {
+        /// What is wrong with which file.
+        why: String,
+        /// Tiles in it.
+        tiles: usize,
+        /// Simulators in them.
+        simulators: u64,
+        /// Number of all shards.
+        all: usize,
+    },
     /// Another process that is to hold a part of the gas cannot.
     #[error("process {rank}: {why}")]
     Elsewhere {

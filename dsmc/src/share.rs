@@ -2,17 +2,18 @@
 //!
 //! The box is cut into blocks of tiles, one for each process ([`owners`]). A tile is treated by its owner as if there were nobody
 //! else; what leaves it for a tile of another process goes there after the flight. Random streams are addressed by step and
-//! cell, the order within cells is that of the cells they came from, and whatever depends on the order of adding is added in the
-//! order of the tiles by the first process. So a gas has the same bytes for any number of processes, one included.
+//! cell, the order within cells is that of the cells they came from, and sums do not depend on the order of
+//! adding. So a gas has the same bytes for any number of processes, one included.
 //!
-//! In each step a process sends ([`flights`]): what crosses its borders, to its neighbours; what its tiles have counted, to the first
-//! process; and the stock that the next step follows, with who flew farther than to the next tile, to all. What it sends where
+//! In each step a process sends ([`flights`]): what crosses its borders, to its neighbours; and to all the stock
+//! that the next step follows, what was counted, and who flew farther than to the next tile. What it sends where
 //! partners are sought across cells is in [`partners`].
 
 mod flights;
 mod owners;
 mod partners;
 mod ranks;
+mod shards;
 
 use std::sync::Arc;
 
@@ -31,7 +32,9 @@ use crate::tile::{Outbox, Tile};
 
 pub(crate) use partners::see_no_more;
 pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
-pub(crate) use ranks::{all_gather, broadcast, gather};
+pub(crate) use ranks::{all_gather, all_reduce, broadcast, gather};
+pub use shards::{Beside, shard_name};
+pub(crate) use shards::{Shard, read_all};
 
 /// How much dearer the dearest process may be than the mean before tiles change hands, and fewest steps between.
 const UNEVEN: f64 = 1.1;
@@ -266,8 +269,13 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         if self.seconds > 0.0 {
             self.seconds
         } else {
-            1e-9 * (self.simulators.len() + self.cells()) as f64
+            self.guess(self.simulators.len())
         }
+    }
+
+    /// The same of so many simulators, before any step.
+    fn guess(&self, simulators: usize) -> f64 {
+        1e-9 * (simulators + self.cells()) as f64
     }
 
     fn hold(&mut self, content: Content<P, F>) {
@@ -363,6 +371,18 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         } else {
             ranks.exchange(Vec::new(), &[0])
         };
+        self.part_with(&mut share);
+        for content in came
+            .iter()
+            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+        self.share = Some(share);
+    }
+
+    /// Keeps nothing of the tiles of others, and none of the times that tiles took.
+    fn part_with(&mut self, share: &mut Share<P::Space>) {
         for (number, tile) in self.tiles.iter_mut().enumerate() {
             tile.is_here = share.is_mine(number);
             if !tile.is_here {
@@ -373,14 +393,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         for outbox in self.departing.iter_mut().chain(&mut self.arriving) {
             *outbox = Outbox::default();
         }
-        for content in came
-            .iter()
-            .flat_map(|bytes| read::<Vec<Content<P, F>>>(bytes))
-        {
-            self.tiles[content.tile as usize].hold(content);
-        }
         (share.is_united, share.since) = (false, 0);
-        self.share = Some(share);
     }
 
     /// Gives the first process all tiles, arranged; all processes call it. Nothing happens if it has them.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
     Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _,
     VectorOf, Volume, Work,
 };
@@ -17,7 +17,7 @@ use stosszahl_model::{
 use crate::boundary::{Boundaries, Transfer};
 use crate::engine::Engine;
 use crate::parameters::{EngineError, Parameters};
-use crate::share::Ranks;
+use crate::share::{Beside, Ranks, Shard, read_all};
 use crate::simulator::{Follow, Followed, Unfollowed};
 use crate::start::Checkpoint;
 use among::Command;
@@ -57,37 +57,50 @@ pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulatio
     begin(gas, Source::Start(starts), &Alone)
 }
 
-/// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start, which had `count` particles in a box
-/// of these sides.
+/// What a gas goes on from; all else must be as it was at the start.
+#[derive(Clone, Copy, Debug)]
+pub struct Left<'a> {
+    /// Number of particles at the start.
+    pub count: usize,
+    /// Sides of the box.
+    pub lengths: [f64; 3],
+    /// The bytes of [`Simulation::checkpoint`], or of [`Simulation::checkpoint_in_shards`].
+    pub checkpoint: &'a [u8],
+    /// Where the shards are, if there are some.
+    pub beside: Option<&'a Beside>,
+}
+
+/// Goes on from a checkpoint.
 ///
 /// # Errors
-/// As [`simulate`]; and [`EngineError::Checkpoint`] if the bytes are none of this engine.
-pub fn resume(
-    gas: &Gas<'_>,
-    count: usize,
-    lengths: [f64; 3],
-    checkpoint: &[u8],
-) -> Result<Box<dyn Simulation>, EngineError> {
-    let source = Source::Checkpoint {
-        count,
-        lengths,
-        bytes: checkpoint,
-    };
-    begin(gas, source, &Alone)
+/// As [`simulate`]; [`EngineError::Checkpoint`] if the bytes are none of this engine, and [`EngineError::Shard`] if a shard cannot be
+/// used.
+pub fn resume(gas: &Gas<'_>, left: Left<'_>) -> Result<Box<dyn Simulation>, EngineError> {
+    begin(gas, Source::Checkpoint(left), &Alone)
 }
 
 /// What becomes of an engine.
 trait Keep {
     type Kept;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>) -> Self::Kept;
+    /// Whether shards stay where they are, for the processes that hold their tiles.
+    const SHARES: bool;
+    fn keep<P: Physics, F: Follow<P::Space>>(
+        &self,
+        cells: Cells<P, F>,
+        shards: Shards,
+    ) -> Self::Kept;
 }
+
+/// Shards that nobody has read, and where they are.
+type Shards = Option<(Vec<Shard>, Beside)>;
 
 /// It is driven in this process.
 struct Alone;
 
 impl Keep for Alone {
     type Kept = Box<dyn Simulation>;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>) -> Self::Kept {
+    const SHARES: bool = false;
+    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>, _: Shards) -> Self::Kept {
         Box::new(cells)
     }
 }
@@ -95,11 +108,7 @@ impl Keep for Alone {
 #[derive(Clone, Copy)]
 enum Source<'a> {
     Start(&'a [Particles]),
-    Checkpoint {
-        count: usize,
-        lengths: [f64; 3],
-        bytes: &'a [u8],
-    },
+    Checkpoint(Left<'a>),
 }
 
 fn begin<K: Keep>(gas: &Gas<'_>, source: Source<'_>, keep: &K) -> Result<K::Kept, EngineError> {
@@ -111,7 +120,7 @@ fn begin<K: Keep>(gas: &Gas<'_>, source: Source<'_>, keep: &K) -> Result<K::Kept
                 wanted: 1,
             });
         }
-        Source::Checkpoint { count, lengths, .. } => (count, if lengths[2] > 0.0 { 3 } else { 2 }),
+        Source::Checkpoint(left) => (left.count, if left.lengths[2] > 0.0 { 3 } else { 2 }),
     };
     let begin = Begin { gas, source, keep };
     if dimension == 2 {
@@ -163,7 +172,7 @@ impl<K: Keep> Begin<'_, K> {
         } = *self.gas;
         let domain =
             |lengths: [f64; 3]| (boundaries.walls).domain(P::Space::vector(|axis| lengths[axis]));
-        let (engine, follows) = match self.source {
+        let (engine, follows, shards) = match self.source {
             Source::Start(starts) => {
                 let state = |start: &Particles| -> Result<State<P>, Invalid> {
                     Ok(State {
@@ -177,24 +186,36 @@ impl<K: Keep> Begin<'_, K> {
                     [one] => Engine::start_between(scene, parameters, one, boundaries, streams),
                     all => Engine::start_sets(scene, parameters, all, boundaries, streams),
                 };
-                (engine?, false)
+                (engine?, false, None)
             }
-            Source::Checkpoint { lengths, bytes, .. } => {
-                let kept: Kept<P, F> = postcard::from_bytes(bytes)
+            Source::Checkpoint(left) => {
+                let mut kept: Kept<P, F> = postcard::from_bytes(left.checkpoint)
                     .map_err(|error| EngineError::Checkpoint(error.to_string()))?;
-                let domain = domain(lengths)?;
+                let shards = match left.beside {
+                    _ if kept.shards.is_empty() => None,
+                    Some(beside) => Some((kept.shards, beside.clone())),
+                    None => {
+                        let why = "its shards are not where it is";
+                        return Err(EngineError::Checkpoint(why.into()));
+                    }
+                };
+                if let Some((list, beside)) = shards.as_ref().filter(|_| !K::SHARES) {
+                    kept.gas.hold(read_all::<P, F>(list, beside)?);
+                }
+                let domain = domain(left.lengths)?;
                 let engine = Engine::resume_between(
                     scene, parameters, domain, kept.gas, boundaries, streams,
                 );
-                (engine?, kept.follows)
+                (engine?, kept.follows, shards)
             }
         };
-        Ok(self.keep.keep(Cells::<P, F> {
+        let cells = Cells::<P, F> {
             engine,
             displacements: self.gas.displacements,
             follows,
             others: None,
-        }))
+        };
+        Ok(self.keep.keep(cells, shards))
     }
 }
 
@@ -213,6 +234,8 @@ fn body<P: Physics>(particle: &Particle) -> Body<P> {
 struct Kept<P: Physics, F: Follow<P::Space>> {
     gas: Checkpoint<P, F>,
     follows: bool,
+    /// Where the simulators are, if they are not in the gas.
+    shards: Vec<Shard>,
 }
 
 /// Monte Carlo in cells behind [`Simulation`].
@@ -313,6 +336,12 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
     }
 
+    fn moments(&self) -> Moments {
+        let mut moments = Moments::default();
+        (self.engine).each_here(|simulator, weight| moments.see(&self.particle(simulator, weight)));
+        moments
+    }
+
     fn particles(&self) -> Particles {
         let domain = self.engine.grid().domain();
         let mut all = vec![Particle::of(0.0, 0.0); self.count()];
@@ -345,6 +374,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         let kept = Kept {
             gas: self.engine.checkpoint(),
             follows: self.follows,
+            shards: Vec::new(),
         };
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }

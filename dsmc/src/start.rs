@@ -47,6 +47,13 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     factors: Vec<f64>,
 }
 
+impl<P: Physics, F: Follow<P::Space>> Checkpoint<P, F> {
+    /// Gives it its simulators, in the order of their cells.
+    pub(crate) fn hold(&mut self, simulators: Vec<SimulatorOf<P, F>>) {
+        self.simulators = simulators;
+    }
+}
+
 /// Sums over the particles of the start. Simulators may come and go; cells, tiles and steps stay as they were chosen.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Means {

@@ -9,7 +9,7 @@ use crate::engine::Engine;
 use crate::fly::{Flight, Timing};
 use crate::simulator::Follow;
 use crate::sweep::{is_parallel, sweep};
-use crate::tally::{Stock, Unit};
+use crate::tally::{Counts, Stock, Unit};
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
 
 impl<P, F> Engine<P, F>
@@ -230,9 +230,8 @@ where
                 tile.fly(&flight, scratch, outbox);
             },
         );
-        self.exchange();
+        self.exchange(true, recorder.looks());
         for tile in &mut self.tiles {
-            self.tally.add(&tile.tally);
             recorder.pass(&tile.log);
             tile.log.clear();
         }
@@ -292,7 +291,7 @@ where
                 tile.fly(&flight, scratch, outbox);
             },
         );
-        self.exchange();
+        self.exchange(false, false);
     }
 
     /// Arranges all tiles, so that each holds its simulators by cell.
@@ -314,28 +313,43 @@ where
         );
     }
 
-    /// Turns what departed into what arrives.
-    fn exchange(&mut self) {
+    /// Turns what departed into what arrives, and adds up what tiles have counted: at boundaries, and in collisions if there were some.
+    fn exchange(&mut self, collided: bool, looks: bool) {
         std::mem::swap(&mut self.departing, &mut self.arriving);
         self.far.clear();
         for outbox in &mut self.arriving {
             self.far.append(&mut outbox.far);
         }
-        self.exchange_with_others();
+        if let (None, None, [only]) = (&self.share, &self.surroundings, &self.tiles[..]) {
+            // A sum of one is itself, and small gases have short steps.
+            if collided {
+                self.tally.add(&only.tally);
+            }
+        } else {
+            self.count(collided, looks);
+        }
         let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
         self.far.sort_by_key(order);
-        if self.surroundings.is_some() {
-            if self.share.is_none() {
-                let travelling = self.arriving.iter().map(Outbox::near).sum::<usize>();
-                let staying = self.tiles.iter().map(|tile| tile.simulators.len());
-                self.simulators = self.far.len() + travelling + staying.sum::<usize>();
+        if self.surroundings.is_some() && self.share.is_none() {
+            let travelling = self.arriving.iter().map(Outbox::near).sum::<usize>();
+            let staying = self.tiles.iter().map(|tile| tile.simulators.len());
+            self.simulators = self.far.len() + travelling + staying.sum::<usize>();
+        }
+    }
+
+    /// Adds up what all tiles have counted, and tells other processes what they need to know, if there are some.
+    fn count(&mut self, collided: bool, looks: bool) {
+        let mut counts = Counts::default();
+        for tile in self.tiles.iter_mut().filter(|tile| tile.is_here) {
+            if collided {
+                counts.add(&tile.tally);
             }
-            for tile in &mut self.tiles {
-                if let Some(ledgers) = &mut tile.ledgers {
-                    self.ledgers.take(ledgers);
-                }
+            if let Some(ledgers) = &mut tile.ledgers {
+                counts.take(ledgers);
             }
         }
+        let counts = self.exchange_with_others(counts, looks);
+        counts.enter(&mut self.tally, &mut self.ledgers);
     }
 
     /// Lets the density see all cells.

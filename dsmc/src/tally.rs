@@ -1,7 +1,9 @@
 //! What was done, and what the length of the next step follows.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Space;
+use stosszahl_model::{Exact, Space};
+
+use crate::boundary::{ExactLedgers, Ledgers};
 
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -58,6 +60,52 @@ impl Tally {
         self.missed += other.missed;
         self.searches += other.searches;
         self.busiest_cell = self.busiest_cell.max(other.busiest_cell);
+    }
+}
+
+/// What some tiles have counted in a step, on its way to the total: no digit depends on the order in which tiles are added.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Counts {
+    /// All but the sums of floating-point numbers.
+    whole: Tally,
+    separation: Exact,
+    virial: Exact,
+    ledgers: ExactLedgers,
+}
+
+impl Counts {
+    /// Adds what was done in a tile.
+    pub(crate) fn add(&mut self, tally: &Tally) {
+        self.separation.add(tally.separation);
+        self.virial.add(tally.virial);
+        self.whole.add(&Tally {
+            separation: 0.0,
+            virial: 0.0,
+            ..*tally
+        });
+    }
+
+    /// Takes what boundaries gave to the simulators of a tile.
+    pub(crate) fn take<S: Space>(&mut self, ledgers: &mut Ledgers<S>) {
+        self.ledgers.take(ledgers);
+    }
+
+    /// Adds what others have counted.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.whole.add(&other.whole);
+        self.separation.merge(&other.separation);
+        self.virial.merge(&other.virial);
+        self.ledgers.merge(&other.ledgers);
+    }
+
+    /// Adds all to the totals.
+    pub(crate) fn enter<S: Space>(&self, tally: &mut Tally, ledgers: &mut Ledgers<S>) {
+        tally.add(&Tally {
+            separation: self.separation.value(),
+            virial: self.virial.value(),
+            ..self.whole
+        });
+        self.ledgers.enter(ledgers);
     }
 }
 

@@ -24,6 +24,7 @@ pub mod clusters;
 pub mod collision;
 pub mod domain;
 pub mod drive;
+pub mod exact;
 pub mod field;
 pub mod grains;
 pub mod initial;
@@ -50,6 +51,7 @@ pub use clusters::Clusters;
 pub use collision::{After, Collision, Encounter, bounce, collide};
 pub use domain::Domain;
 pub use drive::Drive;
+pub use exact::Exact;
 pub use field::{Field, Free, Gravity};
 pub use grains::{GrainSizes, Grains};
 pub use interrupt::Interrupt;
@@ -58,7 +60,7 @@ pub use observer::{EachCollision, Observer, Recorder};
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
 pub use restitution::{Constant, Law, Material, PerPair, Restitution, Viscoelastic};
 pub use simulation::{
-    BoundaryFlux, Budget, Census, Failure, Particle, Particles, Simulation, Work,
+    BoundaryFlux, Budget, Census, Failure, Moments, Particle, Particles, Simulation, Work,
 };
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};

@@ -7,11 +7,15 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
+use std::path::Path;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
+use crate::exact::Exact;
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
+use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _};
 use crate::walls::Ledger;
 
@@ -71,14 +75,63 @@ pub struct Particles {
 impl Particles {
     /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
     pub fn temperature(&self) -> f64 {
-        let mut mean = Mean::default();
-        self.all.iter().for_each(|particle| mean.add(particle));
-        mean.temperature(self.dimension)
+        self.moments().temperature(self.dimension)
+    }
+
+    /// Moments of their velocities.
+    pub fn moments(&self) -> Moments {
+        let mut moments = Moments::default();
+        self.all.iter().for_each(|particle| moments.see(particle));
+        moments
     }
 
     /// Area or volume of the box \[length^D\].
     pub fn volume(&self) -> f64 {
         self.lengths[..self.dimension].iter().product()
+    }
+}
+
+/// Moments of velocities. Their sums are exact, so that they do not depend on the order of particles, nor on who adds which.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Moments {
+    count: Exact,
+    second: Exact,
+    fourth: Exact,
+}
+
+impl Moments {
+    /// Adds a particle, or what a simulator stands for.
+    pub fn see(&mut self, particle: &Particle) {
+        self.add(
+            particle.weight,
+            particle.mass * particle.velocity.norm_squared(),
+        );
+    }
+
+    /// Adds so many particles of a `m v^2`.
+    pub fn add(&mut self, weight: f64, square: f64) {
+        self.count.add(weight);
+        self.second.add(weight * square);
+        self.fourth.add(weight * square * square);
+    }
+
+    /// Adds other particles.
+    pub fn merge(&mut self, other: &Self) {
+        self.count.merge(&other.count);
+        self.second.merge(&other.second);
+        self.fourth.merge(&other.fourth);
+    }
+
+    /// `<m v^2>` and `<m^2 v^4>`; 0 for none.
+    pub fn means(&self) -> [f64; 2] {
+        let count = self.count.value();
+        let count = if count > 0.0 { count } else { 1.0 };
+        [&self.second, &self.fourth].map(|sum| sum.value() / count)
+    }
+
+    /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
+    pub fn temperature(&self, dimension: usize) -> f64 {
+        self.means()[0] / dimension as f64
     }
 }
 
@@ -107,7 +160,7 @@ pub struct Work {
 }
 
 /// What one boundary has given to the gas so far.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryFlux {
     /// Its name: a face, an obstacle, an inflow.
     pub name: String,
@@ -216,11 +269,16 @@ pub trait Simulation: Send {
     /// The gas at the present time, in the order of indices.
     fn particles(&self) -> Particles;
 
+    /// Moments of the velocities.
+    fn moments(&self) -> Moments {
+        let mut moments = Moments::default();
+        self.visit(&mut |particle| moments.see(particle));
+        moments
+    }
+
     /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
     fn temperature(&self) -> f64 {
-        let mut mean = Mean::default();
-        self.visit(&mut |particle| mean.add(particle));
-        mean.temperature(self.dimension())
+        self.moments().temperature(self.dimension())
     }
 
     /// Adds to the velocity of each particle, in the order of [`Self::particles`]; particles beyond the list stay as they are.
@@ -240,6 +298,19 @@ pub trait Simulation: Send {
     /// # Errors
     /// [`Failure`] if memory does not suffice.
     fn checkpoint(&self) -> Result<Vec<u8>, Failure>;
+
+    /// The same of a gas that several processes hold, with its particles in files that each of them writes for itself: their names
+    /// begin with the path `stem`, and they are of this run. None, and nothing is written, where one process holds all.
+    ///
+    /// # Errors
+    /// [`Failure`] if a process cannot write its file.
+    fn checkpoint_in_shards(
+        &self,
+        _stem: &Path,
+        _run: &Fingerprint,
+    ) -> Result<Option<Vec<u8>>, Failure> {
+        Ok(None)
+    }
 
     /// What was done so far.
     fn work(&self) -> Work;
@@ -275,27 +346,5 @@ pub trait Simulation: Send {
     /// Clusters, where particles stick and break.
     fn census(&self) -> Option<Census> {
         None
-    }
-}
-
-/// Sums for a temperature.
-#[derive(Default)]
-struct Mean {
-    twice_energy: f64,
-    count: f64,
-}
-
-impl Mean {
-    fn add(&mut self, particle: &Particle) {
-        self.twice_energy += particle.weight * particle.mass * particle.velocity.norm_squared();
-        self.count += particle.weight;
-    }
-
-    fn temperature(&self, dimension: usize) -> f64 {
-        if self.count > 0.0 {
-            self.twice_energy / (dimension as f64 * self.count)
-        } else {
-            0.0
-        }
     }
 }

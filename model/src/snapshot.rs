@@ -22,6 +22,9 @@ const BUFFER: usize = 1 << 16;
 /// numbers.
 pub type Fingerprint = [u8; 32];
 
+/// BLAKE3 hash of the payload of a snapshot.
+pub type Checksum = [u8; 32];
+
 /// Why a snapshot could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -71,10 +74,10 @@ fn of_file(path: &Path, source: io::Error) -> SnapshotError {
 }
 
 /// Has a file written that appears under its name only when it is complete.
-fn when_complete(
+fn when_complete<T>(
     path: &Path,
-    write: impl FnOnce(&mut File) -> Result<(), SnapshotError>,
-) -> Result<(), SnapshotError> {
+    write: impl FnOnce(&mut File) -> Result<T, SnapshotError>,
+) -> Result<T, SnapshotError> {
     let failed = |source| of_file(path, source);
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
@@ -87,9 +90,10 @@ fn when_complete(
         _ => {}
     }
     let mut file = File::create_new(&partial).map_err(|error| of_file(&partial, error))?;
-    write(&mut file)?;
+    let written = write(&mut file)?;
     file.sync_data().map_err(failed)?;
-    fs::rename(&partial, path).map_err(failed)
+    fs::rename(&partial, path).map_err(failed)?;
+    Ok(written)
 }
 
 /// Counts and hashes what goes into a file, so that nothing of it need be held.
@@ -123,7 +127,7 @@ impl Write for Hashed<'_> {
     }
 }
 
-/// Writes a snapshot of `content`, bit by bit: it takes no memory beside the content.
+/// Writes a snapshot of `content`, bit by bit: it takes no memory beside the content. Returns its checksum.
 ///
 /// # Errors
 /// [`SnapshotError::File`] if the file can't be written.
@@ -131,7 +135,7 @@ pub fn write<T: Serialize>(
     path: &Path,
     run: &Fingerprint,
     content: &T,
-) -> Result<(), SnapshotError> {
+) -> Result<Checksum, SnapshotError> {
     when_complete(path, |file| fill(path, file, run, content))
 }
 
@@ -141,7 +145,7 @@ fn fill<T: Serialize>(
     file: &mut File,
     run: &Fingerprint,
     content: &T,
-) -> Result<(), SnapshotError> {
+) -> Result<Checksum, SnapshotError> {
     let failed = |source| of_file(path, source);
     // Its place; what stands there is known at the end.
     file.write_all(&[0; HEADER]).map_err(failed)?;
@@ -164,15 +168,17 @@ fn fill<T: Serialize>(
         found: error.to_string(),
         expected: "serialisable content",
     })?;
+    let checksum = *payload.hash.finalize().as_bytes();
     let mut header = Vec::with_capacity(HEADER);
     header.extend_from_slice(MAGIC);
     header.extend_from_slice(&FORMAT.to_le_bytes());
     header.extend_from_slice(&payload.length.to_le_bytes());
     header.extend_from_slice(run);
-    header.extend_from_slice(payload.hash.finalize().as_bytes());
+    header.extend_from_slice(&checksum);
     let file = payload.file;
     file.rewind().map_err(failed)?;
-    file.write_all(&header).map_err(failed)
+    file.write_all(&header).map_err(failed)?;
+    Ok(checksum)
 }
 
 /// Reads the snapshot of the given run.
@@ -180,6 +186,17 @@ fn fill<T: Serialize>(
 /// # Errors
 /// [`SnapshotError`] if the file is absent, damaged, or belongs to another run.
 pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, SnapshotError> {
+    Ok(read_checked(path, run)?.0)
+}
+
+/// [`read`], with the checksum of the payload.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_checked<T: DeserializeOwned>(
+    path: &Path,
+    run: &Fingerprint,
+) -> Result<(T, Checksum), SnapshotError> {
     let failed = |source| of_file(path, source);
     let damaged = |found: String, expected| SnapshotError::Damaged {
         path: path.to_owned(),
@@ -218,7 +235,8 @@ pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, Sn
             "the whole payload",
         ));
     }
-    if blake3::hash(payload).as_bytes() != &bytes[52..HEADER] {
+    let checksum = *blake3::hash(payload).as_bytes();
+    if checksum != bytes[52..HEADER] {
         return Err(damaged(
             "a payload with another hash".into(),
             "an unchanged payload",
@@ -229,8 +247,9 @@ pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, Sn
             path: path.to_owned(),
         });
     }
-    postcard::from_bytes(payload)
-        .map_err(|error| damaged(error.to_string(), "content of this version"))
+    let content = postcard::from_bytes(payload)
+        .map_err(|error| damaged(error.to_string(), "content of this version"))?;
+    Ok((content, checksum))
 }
 
 #[cfg(test)]

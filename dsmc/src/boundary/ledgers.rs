@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Space, Vector};
+use stosszahl_model::{Exact, Space, Vector};
 
 /// Particles that came (above zero) or went (below), with all that they carried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -68,26 +68,20 @@ impl<S: Space> Ledgers<S> {
         }
     }
 
-    /// Adds the entries of others, and clears those.
-    pub(crate) fn take(&mut self, other: &mut Self) {
-        let pairs = self.walls.iter_mut().zip(&other.walls);
-        for (ledger, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
-            ledger.add(more);
+    /// All sums, in an order that depends on the number of inflows and obstacles alone.
+    fn sums(&mut self, mut each: impl FnMut(&mut f64)) {
+        for ledger in self.walls.iter_mut().flatten().chain(&mut self.obstacles) {
+            each(&mut ledger.contacts);
+            (0..S::DIMENSION).for_each(|axis| each(&mut ledger.momentum[axis]));
+            each(&mut ledger.energy);
         }
-        let pairs = self.open.iter_mut().zip(&other.open);
-        for (transfer, more) in pairs.flat_map(|(mine, theirs)| mine.iter_mut().zip(theirs)) {
-            transfer.add(more);
+        let open = self.open.iter_mut().flatten();
+        for transfer in open.chain(&mut self.inflows).chain([&mut self.balance]) {
+            each(&mut transfer.particles);
+            each(&mut transfer.mass);
+            (0..S::DIMENSION).for_each(|axis| each(&mut transfer.momentum[axis]));
+            each(&mut transfer.energy);
         }
-        for (transfer, more) in self.inflows.iter_mut().zip(&other.inflows) {
-            transfer.add(more);
-        }
-        for (ledger, more) in self.obstacles.iter_mut().zip(&other.obstacles) {
-            ledger.add(more);
-        }
-        self.balance.add(&other.balance);
-        self.balanced += other.balanced;
-        self.rests += other.rests;
-        *other = Self::of(self.inflows.len(), self.obstacles.len());
     }
 
     /// What all walls, openings and obstacles together gave: mass, momentum, energy.
@@ -103,6 +97,49 @@ impl<S: Space> Ledgers<S> {
             energy += ledger.energy;
         }
         (sum.mass, momentum, energy)
+    }
+}
+
+/// Entries of some tiles, whose sums do not depend on their order; empty without boundaries.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct ExactLedgers {
+    sums: Vec<Exact>,
+    balanced: u64,
+    rests: u64,
+}
+
+impl ExactLedgers {
+    /// Adds the entries of a tile, and clears those.
+    pub(crate) fn take<S: Space>(&mut self, other: &mut Ledgers<S>) {
+        let mut place = 0;
+        other.sums(|sum| {
+            if place == self.sums.len() {
+                self.sums.push(Exact::default());
+            }
+            self.sums[place].add(std::mem::take(sum));
+            place += 1;
+        });
+        self.balanced += std::mem::take(&mut other.balanced);
+        self.rests += std::mem::take(&mut other.rests);
+    }
+
+    /// Adds those of other tiles.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        let most = self.sums.len().max(other.sums.len());
+        self.sums.resize(most, Exact::default());
+        for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
+            sum.merge(more);
+        }
+        self.balanced += other.balanced;
+        self.rests += other.rests;
+    }
+
+    /// Adds all to the totals.
+    pub(crate) fn enter<S: Space>(&self, total: &mut Ledgers<S>) {
+        let mut sums = self.sums.iter();
+        total.sums(|sum| *sum += sums.next().map_or(0.0, Exact::value));
+        total.balanced += self.balanced;
+        total.rests += self.rests;
     }
 }
 

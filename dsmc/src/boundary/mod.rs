@@ -18,6 +18,7 @@ use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 use crate::parameters::{Displacement, EngineError, Parameters};
 
 pub use inflow::Inflow;
+pub(crate) use ledgers::ExactLedgers;
 pub use ledgers::{Ledgers, Transfer};
 pub use weights::Weights;
 

@@ -3,12 +3,11 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Physics};
 
-use super::{Share, all_gather, read, write};
-use crate::boundary::Ledgers;
+use super::{Share, all_reduce, read, write};
 use crate::engine::Engine;
 use crate::grid::{OFFSETS, offset};
 use crate::simulator::{Follow, SimulatorOf};
-use crate::tally::{Stock, Tally};
+use crate::tally::{Counts, Stock};
 use crate::tile::{Left, Traveller};
 
 /// What one process learns from another.
@@ -16,8 +15,8 @@ use crate::tile::{Left, Traveller};
 #[serde(bound = "")]
 struct Sent<P: Physics, F: Follow<P::Space>> {
     leaving: Vec<Leaving<P, F>>,
-    /// Of the tiles of the sender, for the first process.
-    counted: Vec<Counted<P>>,
+    /// Collisions in tiles of the sender, for the first process, if somebody looks at them.
+    logs: Vec<(u32, Vec<Collision>)>,
 }
 
 /// A simulator that crossed a border: from which tile, to which of those next to it, and from which cell.
@@ -30,16 +29,6 @@ struct Leaving<P: Physics, F: Follow<P::Space>> {
     simulator: SimulatorOf<P, F>,
 }
 
-/// What a tile has counted in a step.
-#[derive(Serialize, Deserialize)]
-#[serde(bound = "")]
-struct Counted<P: Physics> {
-    tile: u32,
-    tally: Tally,
-    ledgers: Option<Box<Ledgers<P::Space>>>,
-    log: Vec<Collision>,
-}
-
 /// What all processes learn in each step.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
@@ -48,23 +37,36 @@ struct News<P: Physics, F: Follow<P::Space>> {
     simulators: usize,
     ends: bool,
     pauses: bool,
+    /// To which tile, from which cell. Those from one cell are of one process, and stay in their order.
     far: Vec<(u32, u32, SimulatorOf<P, F>)>,
+    counts: Counts,
+}
+
+impl<P: Physics, F: Follow<P::Space>> News<P, F> {
+    fn add(&mut self, other: Self) {
+        self.stock.add(&other.stock);
+        self.simulators += other.simulators;
+        self.ends |= other.ends;
+        self.pauses |= other.pauses;
+        self.far.extend(other.far);
+        self.counts.merge(&other.counts);
+    }
 }
 
 impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
-    /// After a flight: sends what left own tiles to the owners of those it enters, what tiles have counted to the first process, and
-    /// to all what the next step follows.
-    pub(crate) fn exchange_with_others(&mut self) {
+    /// After a flight: sends what left own tiles to the owners of those it enters, collisions to the first process if somebody looks
+    /// at them, and to all what the next step follows and what was counted, of which `counts` are those of this process.
+    pub(crate) fn exchange_with_others(&mut self, counts: Counts, looks: bool) -> Counts {
         let Some(mut share) = self.share.take() else {
-            return;
+            return counts;
         };
-        let (to, from) = share.after_flights();
+        let (to, from) = share.after_flights(looks);
         let messages: Vec<_> = (to.into_iter())
             .map(|rank| {
                 let sent = Sent {
                     leaving: self.leaving(&share, rank),
-                    counted: if rank == 0 {
-                        self.counted()
+                    logs: if rank == 0 && looks {
+                        self.logs()
                     } else {
                         Vec::new()
                     },
@@ -87,16 +89,14 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         for bytes in share.ranks.exchange(messages, &from) {
             let sent: Sent<P, F> = read(&bytes);
             self.enter(&sent.leaving);
-            for one in sent.counted {
-                let tile = &mut self.tiles[one.tile as usize];
-                tile.tally = one.tally;
-                tile.ledgers = one.ledgers;
-                tile.log.extend(one.log);
+            for (tile, log) in sent.logs {
+                self.tiles[tile as usize].log.extend(log);
             }
         }
-        self.tell_all(&mut share, simulators);
+        let counts = self.tell_all(&mut share, simulators, counts);
         share.since += 1;
         self.share = Some(share);
+        counts
     }
 
     /// What left own tiles for those of another process.
@@ -122,17 +122,12 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         leaving
     }
 
-    /// What own tiles have counted in a step.
-    fn counted(&mut self) -> Vec<Counted<P>> {
+    /// Collisions in own tiles.
+    fn logs(&mut self) -> Vec<(u32, Vec<Collision>)> {
         let own = self.tiles.iter_mut().enumerate();
-        let own = own.filter(|(_, tile)| tile.is_here);
-        own.map(|(number, tile)| Counted {
-            tile: number as u32,
-            tally: tile.tally,
-            ledgers: tile.ledgers.clone(),
-            log: tile.log.drain(..).collect(),
-        })
-        .collect()
+        let own = own.filter(|(_, tile)| tile.is_here && !tile.log.is_empty());
+        own.map(|(number, tile)| (number as u32, tile.log.drain(..).collect()))
+            .collect()
     }
 
     /// Takes what left tiles of another process, tile after tile.
@@ -152,8 +147,13 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         }
     }
 
-    /// All processes learn the stock, and who flew farther than to the next tile.
-    fn tell_all(&mut self, share: &mut Share<P::Space>, simulators: usize) {
+    /// All processes learn the stock, what was counted, and who flew farther than to the next tile.
+    fn tell_all(
+        &mut self,
+        share: &mut Share<P::Space>,
+        simulators: usize,
+        counts: Counts,
+    ) -> Counts {
         let mut stock = Stock::default();
         self.tiles
             .iter()
@@ -171,36 +171,32 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             far: far
                 .map(|&(to, one)| (to, one.source, one.simulator))
                 .collect(),
+            counts,
         };
         self.far.retain(|(to, _)| share.is_mine(*to as usize));
-        let all = all_gather(&*share.ranks, write(&news));
-        let (mut stock, mut simulators) = (Stock::default(), 0);
-        for (rank, bytes) in all.iter().enumerate() {
-            let news: News<P, F> = read(bytes);
-            stock.add(&news.stock);
-            simulators += news.simulators;
-            share.ends |= news.ends;
-            share.pauses |= news.pauses;
-            let far = news
-                .far
-                .into_iter()
-                .filter(|(to, ..)| share.is_mine(*to as usize));
-            if rank != share.me() {
-                self.far
-                    .extend(far.map(|(to, source, simulator)| (to, Left { source, simulator })));
-            }
-        }
-        share.stock = stock;
+        let all = all_reduce(&*share.ranks, news, News::add);
+        share.ends |= all.ends;
+        share.pauses |= all.pauses;
+        share.stock = all.stock;
+        let far = all.far.into_iter();
+        let mine = far.filter(|(to, ..)| share.is_mine(*to as usize));
+        self.far
+            .extend(mine.map(|(to, source, simulator)| (to, Left { source, simulator })));
         if self.surroundings.is_some() {
-            self.simulators = simulators;
+            self.simulators = all.simulators;
         }
+        all.counts
     }
 }
 
 impl<S: stosszahl_model::Space> Share<S> {
-    /// To whom this process sends after a flight, and from whom something comes: its neighbours, and the first process.
-    fn after_flights(&self) -> (Vec<usize>, Vec<usize>) {
+    /// To whom this process sends after a flight, and from whom something comes: its neighbours, and the first process if somebody looks
+    /// at collisions.
+    fn after_flights(&self, looks: bool) -> (Vec<usize>, Vec<usize>) {
         let mut to = self.near.clone();
+        if !looks {
+            return (to, self.near.clone());
+        }
         if self.me() == 0 {
             return (to, (1..self.ranks.size()).collect());
         }

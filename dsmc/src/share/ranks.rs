@@ -1,5 +1,10 @@
 //! What connects the processes that hold one gas, and what is built from it.
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::{read, write};
+
 /// Processes that hold one gas together. All of them make the same calls in the same order.
 pub trait Ranks: Send + Sync {
     /// Number of this process, from 0.
@@ -44,6 +49,38 @@ pub fn all_gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     }
     known.rotate_right(me);
     known
+}
+
+/// The sum of what all processes have, which all learn: in as many rounds as their number has bits, and two more unless it is a power of
+/// two. The order of adding is nobody's concern.
+pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
+    ranks: &dyn Ranks,
+    mut sum: T,
+    add: impl Fn(&mut T, T),
+) -> T {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let from = |rank: usize| read::<T>(&ranks.exchange(Vec::new(), &[rank])[0]);
+    // Those beyond it have a partner that works for them.
+    let paired = 1 << size.ilog2();
+    if me >= paired {
+        ranks.exchange(vec![(me - paired, write(&sum))], &[]);
+        return from(me - paired);
+    }
+    let beyond = (me + paired < size).then_some(me + paired);
+    if let Some(beyond) = beyond {
+        add(&mut sum, from(beyond));
+    }
+    let mut step = 1;
+    while step < paired {
+        let other = me ^ step;
+        let came = ranks.exchange(vec![(other, write(&sum))], &[other]);
+        add(&mut sum, read(&came[0]));
+        step *= 2;
+    }
+    if let Some(beyond) = beyond {
+        ranks.exchange(vec![(beyond, write(&sum))], &[]);
+    }
+    sum
 }
 
 /// The messages of all processes to the first, by their number; nothing elsewhere.

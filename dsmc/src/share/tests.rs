@@ -16,7 +16,10 @@ use stosszahl_model::{
 use super::*;
 use crate::simulator::{Followed, Unfollowed};
 use crate::tests::{equal, start};
-use crate::{Boundaries, Copies, Displacement, Inflow, Neighbourhood, Parameters, Scheme, Weights};
+use crate::{
+    Boundaries, Copies, Displacement, EngineError, Inflow, Neighbourhood, Parameters, Scheme,
+    Weights,
+};
 
 /// Threads that send each other bytes.
 struct Threads {
@@ -93,6 +96,8 @@ fn messages_reach_all() {
             }
             let told = if me == 0 { vec![7, 8] } else { Vec::new() };
             assert_eq!(broadcast(&*ranks, told), [7, 8]);
+            let sum = all_reduce(&*ranks, u64::from(me), |sum, more| *sum += more);
+            assert_eq!(sum, (0..size as u64).sum());
             gather(&*ranks, vec![me])
         });
         let wanted: Vec<Vec<u8>> = (0..size as u8).map(|rank| vec![rank]).collect();
@@ -365,4 +370,260 @@ fn tiles_that_change_hands_change_nothing() {
         (write(&engine.checkpoint()), seen)
     };
     assert!(single == found);
+}
+
+/// What the manifest of a checkpoint in shards holds.
+type Manifest<P, F> = (Checkpoint<P, F>, Vec<Shard>);
+
+/// Steps of a channel, and the bytes of all that is left.
+fn goes_on<F: Follow<Plane>>(mut engine: Engine<Disks, F>, first: bool) -> Vec<u8> {
+    engine.advance(f64::INFINITY, 6, &mut ());
+    engine.unite();
+    if first {
+        write(&engine.checkpoint())
+    } else {
+        Vec::new()
+    }
+}
+
+type Disks = Scene<Plane, stosszahl_model::Smooth, Constant, Monodisperse, stosszahl_model::Free>;
+
+/// Disks that flow in, and fly to a wall.
+struct Channel {
+    scene: Disks,
+    boundaries: Boundaries<Plane>,
+    state: State<Disks>,
+}
+
+impl Channel {
+    fn new() -> Self {
+        let scene = equal::<Plane>(0.8);
+        let inflow = Inflow {
+            axis: 0,
+            side: 0,
+            density: 0.5,
+            velocity: vector![1.0, 0.0],
+            temperature: 1.0,
+            spin_temperature: 1.0,
+            like: 0,
+        };
+        let wall = || Face::Wall(Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 }));
+        let boundaries = Boundaries {
+            walls: Walls::new(&[[Face::Open; 2], [wall(), wall()]]).expect("fit"),
+            inflows: vec![inflow],
+            ..Boundaries::default()
+        };
+        let sides = Vector2::new(120.0, 60.0);
+        let mut state = start_of(&scene, 4000, sides);
+        state.domain = boundaries.walls.domain(sides).expect("a box");
+        state
+            .bodies
+            .retain(|body| (1.0..59.0).contains(&body.position[1]));
+        Self {
+            scene,
+            boundaries,
+            state,
+        }
+    }
+
+    fn parameters() -> Parameters {
+        parameters(Scheme::Boltzmann, 2.0)
+    }
+
+    /// Small tiles, which are those of the start however many simulators there are.
+    fn tile(&self, engine: &mut Engine<Disks>) {
+        let simulators: Vec<_> = engine.ordered().copied().collect();
+        let counts = engine.grid.counts().map(|count| count as usize);
+        let (domain, reach) = (*engine.grid.domain(), engine.grid.reach());
+        engine.grid = Grid::new(domain, counts, self.state.bodies.len(), 150, reach);
+        engine.fill(&simulators);
+    }
+
+    fn begins(&self) -> Engine<Disks, Unfollowed> {
+        let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
+        Engine::start_between(
+            &self.scene,
+            parameters,
+            &self.state,
+            &self.boundaries,
+            streams,
+        )
+        .expect("an engine")
+    }
+
+    fn resumes(&self, checkpoint: Checkpoint<Disks>) -> Engine<Disks> {
+        let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
+        Engine::resume_between(
+            &self.scene,
+            parameters,
+            self.state.domain,
+            checkpoint,
+            &self.boundaries,
+            streams,
+        )
+        .expect("an engine")
+    }
+
+    /// Has some processes write a checkpoint, and returns its manifest, and what becomes of the gas.
+    fn written_by(&self, size: usize, beside: &Beside) -> (Vec<u8>, Vec<u8>) {
+        among(size, |ranks| {
+            let first = ranks.rank() == 0;
+            let mut engine = self.begins();
+            self.tile(&mut engine);
+            engine.share(ranks);
+            engine.advance(f64::INFINITY, 5, &mut ());
+            let shards = engine.write_shards("gas.a-", beside).expect("written");
+            let manifest: Manifest<_, _> = (engine.without_simulators(), shards);
+            (write(&manifest), goes_on(engine, first))
+        })
+    }
+
+    /// Has one process read it, and go on.
+    fn read_by_one(&self, manifest: &[u8], beside: &Beside) -> Result<Vec<u8>, EngineError> {
+        let (mut gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
+        gas.hold(read_all::<Disks, Unfollowed>(&shards, beside)?);
+        let mut engine = self.resumes(gas);
+        self.tile(&mut engine);
+        Ok(goes_on(engine, true))
+    }
+
+    /// Has some processes read it, and go on if all can; what each says otherwise.
+    fn read_by(&self, size: usize, manifest: &[u8], beside: &Beside) -> Result<Vec<u8>, String> {
+        among(size, |ranks| {
+            let (gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
+            let mut engine = self.resumes(gas);
+            self.tile(&mut engine);
+            engine.share(ranks.clone());
+            let done = engine.read_shards(&shards, beside);
+            let why = done.err().map(|error| error.to_string());
+            let all = all_gather(&*ranks, write(&why));
+            match all.iter().find_map(|why| read::<Option<String>>(why)) {
+                Some(why) => Err(why),
+                None => Ok(goes_on(engine, ranks.rank() == 0)),
+            }
+        })
+    }
+}
+
+/// A checkpoint that some processes have written in shards goes on to the same bytes in any number, one included.
+#[test]
+fn shards_are_read_by_any_number_of_processes() {
+    let channel = Channel::new();
+    for writers in [2, 5] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let beside = Beside {
+            folder: folder.path().to_owned(),
+            run: [7; 32],
+        };
+        let (manifest, wanted) = channel.written_by(writers, &beside);
+        let files = std::fs::read_dir(folder.path()).expect("a folder").count();
+        assert_eq!(files, writers);
+        let found = channel.read_by_one(&manifest, &beside).expect("read");
+        assert!(found == wanted, "{writers} writers, one reader");
+        for readers in [1, 2, 3, 8] {
+            let found = channel.read_by(readers, &manifest, &beside).expect("read");
+            assert!(found == wanted, "{writers} writers, {readers} readers");
+        }
+    }
+}
+
+/// A shard that is missing, short, changed, of another run or of another checkpoint is named, by one process and by several.
+#[test]
+fn a_shard_that_cannot_be_used_is_named() {
+    use std::fs;
+    let channel = Channel::new();
+    let folder = tempfile::tempdir().expect("a folder");
+    let beside = Beside {
+        folder: folder.path().to_owned(),
+        run: [7; 32],
+    };
+    let (manifest, wanted) = channel.written_by(3, &beside);
+    let path = folder.path().join(shard_name("gas.a-", 1));
+    let whole = fs::read(&path).expect("bytes");
+    let flipped = |place: usize| {
+        let mut bytes = whole.clone();
+        bytes[place] ^= 4;
+        Some(bytes)
+    };
+    let other = Beside {
+        run: [8; 32],
+        ..beside.clone()
+    };
+    let elsewhere = tempfile::tempdir().expect("a folder");
+    let again = Beside {
+        folder: elsewhere.path().to_owned(),
+        ..beside.clone()
+    };
+    // Of as many processes, some steps later.
+    among(3, |ranks| {
+        let mut engine = channel.begins();
+        channel.tile(&mut engine);
+        engine.share(ranks);
+        engine.advance(f64::INFINITY, 8, &mut ());
+        engine.write_shards("gas.a-", &again).expect("written");
+    });
+    let of_another = fs::read(elsewhere.path().join(shard_name("gas.a-", 1))).expect("bytes");
+    let faults = [
+        ("No such file", None, &beside),
+        ("bytes of", Some(whole[..whole.len() - 1].to_vec()), &beside),
+        (
+            "bytes without its mark",
+            Some(whole[..20].to_vec()),
+            &beside,
+        ),
+        ("another hash", flipped(whole.len() / 2), &beside),
+        ("another hash", flipped(60), &beside),
+        ("belongs to another run", Some(whole.clone()), &other),
+        ("of another checkpoint", Some(of_another), &beside),
+    ];
+    for (wanted, bytes, beside) in faults {
+        match bytes {
+            Some(bytes) => fs::write(&path, bytes).expect("written"),
+            None => fs::remove_file(&path).expect("removed"),
+        }
+        let one = channel.read_by_one(&manifest, beside);
+        let said = [
+            one.expect_err(wanted).to_string(),
+            channel.read_by(2, &manifest, beside).expect_err(wanted),
+        ];
+        for said in said {
+            // All are of another run, of which the first is named.
+            let rank = usize::from(beside.run == [7; 32]);
+            assert!(said.contains(&shard_name("gas.a-", rank)), "{said}");
+            assert!(said.contains(wanted), "{wanted}: {said}");
+            assert!(said.contains("of a checkpoint in 3 shards"), "{said}");
+        }
+    }
+    fs::write(&path, &whole).expect("written");
+    let found = channel.read_by(2, &manifest, &beside).expect("read");
+    assert!(found == wanted);
+}
+
+/// Files that no process can write are an error of the first, and the gas goes on.
+#[test]
+fn a_folder_that_is_not_there_is_an_error() {
+    let channel = Channel::new();
+    let folder = tempfile::tempdir().expect("a folder");
+    let beside = Beside {
+        folder: folder.path().join("not-there"),
+        run: [7; 32],
+    };
+    let said = among(3, |ranks| {
+        let first = ranks.rank() == 0;
+        let mut engine = channel.begins();
+        channel.tile(&mut engine);
+        engine.share(ranks);
+        engine.advance(f64::INFINITY, 5, &mut ());
+        let said = engine.write_shards("gas.a-", &beside).map(drop);
+        let before = engine.time();
+        engine.advance(f64::INFINITY, 2, &mut ());
+        assert!(engine.time() > before);
+        assert_eq!(first, said.is_err());
+        said
+    });
+    let said = said.expect_err("no folder").to_string();
+    assert!(
+        said.contains("process 0") && said.contains("not-there"),
+        "{said}"
+    );
 }

@@ -1,36 +1,43 @@
 //! A gas that several processes hold, behind the common interface.
 //!
 //! The first process drives the gas as any other ([`simulate_among`]); the others do what it does ([`serve`]). While the gas
-//! advances each holds its part. Whoever looks at particles, kicks them or writes a checkpoint makes the first process gather all.
+//! advances each holds its part. Moments of velocities are added up by all, and
+//! checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first process gather all.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
-    Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Moments, Observer, Particle, Particles, Physics,
+    Simulation, Work,
 };
 
-use super::{Cells, Gas, Keep, Kept, Source, begin};
+use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
 use crate::parameters::EngineError;
-use crate::share::{Ranks, all_gather, broadcast, read, write};
+use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, write};
 use crate::simulator::Follow;
 
 /// What the first process tells the others.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Command {
     /// Until when, for how many steps, and whether collisions are looked at.
     Advance(f64, u64, bool),
     /// The first process is to hold all.
     Unite,
+    /// All are to add up the moments of what they hold.
+    Moments,
+    /// All are to write what they hold, into files with names that begin so.
+    Write(String, Beside),
     /// The gas is let go of.
     End,
 }
 
 impl Command {
-    pub(super) fn give(self, ranks: &dyn Ranks) {
-        broadcast(ranks, write(&self));
+    pub(super) fn give(&self, ranks: &dyn Ranks) {
+        broadcast(ranks, write(self));
     }
 }
 
@@ -47,23 +54,16 @@ pub fn simulate_among(
 }
 
 /// [`super::resume`] of a gas that all of these processes hold. This is the first of them; the others [`serve`]. The checkpoint is
-/// that of a gas in any number of processes.
+/// that of a gas in any number of processes; each reads its part of one in shards.
 ///
 /// # Errors
 /// As [`super::resume`]; and if another process cannot hold its part.
 pub fn resume_among(
     gas: &Gas<'_>,
-    count: usize,
-    lengths: [f64; 3],
-    checkpoint: &[u8],
+    left: Left<'_>,
     ranks: &Arc<dyn Ranks>,
 ) -> Result<Box<dyn Simulation>, EngineError> {
-    let source = Source::Checkpoint {
-        count,
-        lengths,
-        bytes: checkpoint,
-    };
-    lead(gas, source, ranks)
+    lead(gas, Source::Checkpoint(left), ranks)
 }
 
 fn lead(
@@ -82,20 +82,23 @@ fn lead(
     let brief = led.as_ref().ok().map(|led| &led.brief);
     broadcast(&**ranks, write(&brief));
     let led = led?;
-    match answers(&**ranks, None) {
-        None => Ok((led.gas)()),
-        Some(error) => Err(error),
-    }
+    agree(&**ranks, Ok(()))?;
+    (led.gas)()
 }
 
-/// What hinders the first process that something hinders, as all tell each other.
-fn answers(ranks: &dyn Ranks, mine: Option<&str>) -> Option<EngineError> {
-    let all = all_gather(ranks, write(&mine));
+/// Whether all processes can go on; what hinders this one, or the first that something hinders.
+fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineError> {
+    let why = mine.as_ref().err().map(ToString::to_string);
+    let all = all_gather(ranks, write(&why));
+    mine?;
     let mut all = all
         .iter()
         .map(|bytes| read::<Option<String>>(bytes))
         .enumerate();
-    all.find_map(|(rank, why)| Some(EngineError::Elsewhere { rank, why: why? }))
+    match all.find_map(|(rank, why)| Some(EngineError::Elsewhere { rank, why: why? })) {
+        Some(error) => Err(error),
+        None => Ok(()),
+    }
 }
 
 /// Holds a part of a gas that another process drives, with everything but the start as there, until that lets go of it. The gas
@@ -110,23 +113,22 @@ pub fn serve(
     ranks: &Arc<dyn Ranks>,
     interrupt: &Interrupt,
 ) -> Result<(), EngineError> {
-    let Some(bytes) = read::<Option<Vec<u8>>>(&broadcast(&**ranks, Vec::new())) else {
+    let Some(brief) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
         // It could not be made there, which is said there.
         return Ok(());
     };
-    let source = Source::Checkpoint {
+    let source = Source::Checkpoint(Left {
         count,
         lengths,
-        bytes: &bytes,
-    };
-    let served = begin(gas, source, &Serve(ranks.clone(), interrupt.clone()));
-    let why = served.as_ref().err().map(ToString::to_string);
-    match answers(&**ranks, why.as_deref()) {
-        None => {
-            served?();
-            Ok(())
+        checkpoint: &brief.kept,
+        beside: brief.beside.as_ref(),
+    });
+    match begin(gas, source, &Serve(ranks.clone(), interrupt.clone())) {
+        Ok(served) => {
+            agree(&**ranks, Ok(()))?;
+            served()
         }
-        Some(error) => Err(error),
+        Err(error) => agree(&**ranks, Err(error)),
     }
 }
 
@@ -135,46 +137,80 @@ struct Lead(Arc<dyn Ranks>);
 
 /// What it begins with, and what others must know.
 struct Led {
-    gas: Box<dyn FnOnce() -> Box<dyn Simulation>>,
-    brief: Vec<u8>,
+    gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, EngineError>>,
+    brief: Brief,
+}
+
+/// A gas without its simulators, and where they are if they are in shards.
+#[derive(Serialize, Deserialize)]
+struct Brief {
+    kept: Vec<u8>,
+    beside: Option<Beside>,
 }
 
 impl Keep for Lead {
     type Kept = Led;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, mut cells: Cells<P, F>) -> Led {
-        let brief = write(&Kept {
+    const SHARES: bool = true;
+    fn keep<P: Physics, F: Follow<P::Space>>(&self, mut cells: Cells<P, F>, shards: Shards) -> Led {
+        let kept = write(&Kept {
             gas: cells.engine.without_simulators(),
             follows: cells.follows,
+            shards: shards.as_ref().map_or_else(Vec::new, |all| all.0.clone()),
         });
+        let beside = shards.as_ref().map(|all| all.1.clone());
         let ranks = self.0.clone();
-        let gas = move || -> Box<dyn Simulation> {
-            cells.engine.share(ranks.clone());
+        let gas = move || -> Result<Box<dyn Simulation>, EngineError> {
+            begin_among(&mut cells, &ranks, shards)?;
             cells.others = Some(ranks.clone());
-            Box::new(Among {
+            Ok(Box::new(Among {
                 cells: Mutex::new(cells),
                 ranks,
-            })
+            }))
         };
         Led {
             gas: Box::new(gas),
-            brief,
+            brief: Brief { kept, beside },
         }
     }
+}
+
+/// From now on several processes hold the gas; of one in shards each reads its part.
+fn begin_among<P: Physics, F: Follow<P::Space>>(
+    cells: &mut Cells<P, F>,
+    ranks: &Arc<dyn Ranks>,
+    shards: Shards,
+) -> Result<(), EngineError> {
+    cells.engine.share(ranks.clone());
+    let Some((list, beside)) = shards else {
+        return Ok(());
+    };
+    let read = cells.engine.read_shards(&list, &beside);
+    agree(&**ranks, read)
+}
+
+/// The moments of the parts of all processes.
+fn all_moments<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Moments {
+    all_reduce(ranks, cells.moments(), |sum, more| sum.merge(&more))
 }
 
 /// Another process does as it is told.
 struct Serve(Arc<dyn Ranks>, Interrupt);
 
 impl Keep for Serve {
-    type Kept = Box<dyn FnOnce()>;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, mut cells: Cells<P, F>) -> Self::Kept {
+    type Kept = Box<dyn FnOnce() -> Result<(), EngineError>>;
+    const SHARES: bool = true;
+    fn keep<P: Physics, F: Follow<P::Space>>(
+        &self,
+        mut cells: Cells<P, F>,
+        shards: Shards,
+    ) -> Self::Kept {
         let Self(ranks, interrupt) = self;
         let ranks = ranks.clone();
         cells.engine.stop_on(interrupt);
         Box::new(move || {
-            let engine = &mut cells.engine;
-            engine.share(ranks.clone());
+            begin_among(&mut cells, &ranks, shards)?;
             loop {
+                let engine = &mut cells.engine;
                 match read(&broadcast(&*ranks, Vec::new())) {
                     Command::Advance(until, steps, true) => {
                         engine.advance(until, steps, &mut Looks);
@@ -183,7 +219,14 @@ impl Keep for Serve {
                         engine.advance(until, steps, &mut ());
                     }
                     Command::Unite => engine.unite(),
-                    Command::End => break,
+                    Command::Moments => {
+                        all_moments(&*ranks, &cells);
+                    }
+                    Command::Write(stem, beside) => {
+                        // What hinders this process is said by the first.
+                        let _ = engine.write_shards(&stem, &beside);
+                    }
+                    Command::End => return Ok(()),
                 }
             }
         })
@@ -269,6 +312,11 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         self.whole().visit(look);
     }
 
+    fn moments(&self) -> Moments {
+        Command::Moments.give(&*self.ranks);
+        all_moments(&*self.ranks, &self.part())
+    }
+
     fn particles(&self) -> Particles {
         self.whole().particles()
     }
@@ -283,6 +331,29 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
 
     fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
         self.whole().checkpoint()
+    }
+
+    fn checkpoint_in_shards(
+        &self,
+        stem: &Path,
+        run: &Fingerprint,
+    ) -> Result<Option<Vec<u8>>, Failure> {
+        // Others may be in other folders.
+        let stem = std::path::absolute(stem).map_err(Failure::new)?;
+        let name = stem.file_name().unwrap_or_default().to_string_lossy();
+        let beside = Beside {
+            folder: stem.parent().unwrap_or(&stem).to_owned(),
+            run: *run,
+        };
+        let mut cells = self.part();
+        Command::Write(name.to_string(), beside.clone()).give(&*self.ranks);
+        let shards = cells.engine.write_shards(&name, &beside);
+        let kept = Kept {
+            gas: cells.engine.without_simulators(),
+            follows: cells.follows,
+            shards: shards.map_err(Failure::new)?,
+        };
+        postcard::to_stdvec(&kept).map(Some).map_err(Failure::new)
     }
 
     fn work(&self) -> Work {

@@ -1,13 +1,14 @@
 //! Checkpoints, interruption and progress of one part of a run.
 
-use std::io;
 use std::marker::PhantomData;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
+use std::{fs, io};
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use stosszahl_dsmc::Beside;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
@@ -30,6 +31,46 @@ pub trait Progress: Sync {
 
 /// Tells nothing.
 impl Progress for () {}
+
+/// What a checkpoint holds.
+pub trait Content: Serialize + DeserializeOwned {
+    /// Which of the two sets of shards belongs to it, if it has some.
+    fn set(&self) -> Option<Set> {
+        None
+    }
+}
+
+/// Shards are written beside those of the checkpoint before, which go only when the new checkpoint is there: two sets in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Set {
+    /// One.
+    A,
+    /// The other.
+    B,
+}
+
+impl Set {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::A, Self::B];
+
+    /// The one that the next checkpoint has.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+
+    /// How the names of its shards begin, of a checkpoint with a name.
+    pub fn stem(self, checkpoint: &str) -> String {
+        let set = match self {
+            Self::A => "a",
+            Self::B => "b",
+        };
+        format!("{checkpoint}.{set}-")
+    }
+}
 
 /// Saves, stops and tells about one part of one replica. `T` is what is saved.
 pub struct Control<'a, T> {
@@ -68,7 +109,7 @@ impl<T> Default for Rollback<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
-impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
+impl<'a, T: Content> Control<'a, T> {
     /// The control of a part, with `seconds` of computing between two checkpoints.
     pub fn new(
         path: Option<PathBuf>,
@@ -115,10 +156,32 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     /// # Errors
     /// [`SnapshotError`] if it cannot.
     pub fn save(&self, content: &T) -> Result<(), SnapshotError> {
-        match &self.path {
-            Some(path) => snapshot::write(path, &self.fingerprint, content),
-            None => Ok(()),
-        }
+        let Some(path) = &self.path else {
+            return Ok(());
+        };
+        snapshot::write(path, &self.fingerprint, content)?;
+        let old = Set::ALL
+            .into_iter()
+            .filter(|set| content.set() != Some(*set));
+        old.for_each(|set| remove_shards(path, set));
+        Ok(())
+    }
+
+    /// Of a gas that several processes hold: how the names of its shards begin, of a set, and the run that they are of; none if nothing
+    /// is kept.
+    pub fn shards(&self, set: Set) -> Option<(PathBuf, &Fingerprint)> {
+        let path = self.path.as_ref()?;
+        let name = path.file_name()?.to_str()?;
+        Some((path.with_file_name(set.stem(name)), &self.fingerprint))
+    }
+
+    /// Where the shards of the last checkpoint are.
+    pub fn beside(&self) -> Option<Beside> {
+        let path = self.path.as_ref()?;
+        Some(Beside {
+            folder: std::path::absolute(path).ok()?.parent()?.to_owned(),
+            run: self.fingerprint,
+        })
     }
 
     /// What asks the part to stop.
@@ -127,11 +190,12 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     }
 
     /// Before a leg, which may be broken off: keeps what is saved, unless little was done since the last time. As in
-    /// [`Self::pause`], only whether it is kept depends on the clock.
+    /// [`Self::pause`], only whether it is kept depends on the clock. What is in shards, and so on disk, becomes the checkpoint at
+    /// once.
     ///
     /// # Errors
-    /// Those of `gather`.
-    pub fn keep<E>(
+    /// Those of `gather` and of [`Self::save`].
+    pub fn keep<E: From<SnapshotError>>(
         &self,
         rollback: &mut Rollback<T>,
         gather: impl FnOnce() -> Result<T, E>,
@@ -143,7 +207,14 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
         // Never two at a time.
         rollback.saved = None;
         let began = Instant::now();
-        rollback.saved = Some(gather()?);
+        let hold = self.stop.hold();
+        let saved = gather()?;
+        if saved.set().is_some() {
+            self.save(&saved)?;
+        } else {
+            rollback.saved = Some(saved);
+        }
+        drop(hold);
         rollback.cost = began.elapsed().as_secs_f64();
         rollback.since = Instant::now();
         Ok(())
@@ -193,9 +264,31 @@ impl<'a, T: Serialize + DeserializeOwned> Control<'a, T> {
     }
 }
 
+/// Removes the shards of a set that belong to a checkpoint no more. What cannot be removed is written over, or goes with the run.
+fn remove_shards(checkpoint: &Path, set: Set) {
+    let (Some(folder), Some(name)) = (checkpoint.parent(), checkpoint.file_name()) else {
+        return;
+    };
+    let stem = set.stem(&name.to_string_lossy());
+    let ours = |name: &str| {
+        // A kill may have left one that is not whole.
+        let name = name.strip_suffix(".partial").unwrap_or(name);
+        let rank = name.strip_prefix(&stem);
+        let rank = rank.and_then(|rest| rest.strip_suffix(".shard"));
+        rank.is_some_and(|rank| rank.parse::<usize>().is_ok())
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().is_some_and(ours) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Content for u64 {}
 
     /// A leg that is broken off is rolled back to what was kept before it, which is then on disk; and nothing is kept twice.
     #[test]
@@ -225,5 +318,47 @@ mod tests {
             Interrupted
         );
         assert_eq!(control.load().expect("read"), Some(2));
+    }
+
+    #[derive(Serialize, Deserialize)]
+    struct InShards(Option<Set>);
+
+    impl Content for InShards {
+        fn set(&self) -> Option<Set> {
+            self.0
+        }
+    }
+
+    /// Shards of the checkpoint before go when the next is there, and nothing else does.
+    #[test]
+    fn a_checkpoint_removes_the_shards_of_others() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
+        let control: Control<'_, InShards> =
+            Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
+        let all = [
+            "part.snapshot.a-0.shard",
+            "part.snapshot.a-12.shard",
+            "part.snapshot.b-0.shard",
+            "part.snapshot.b-3.shard.partial",
+            "other.snapshot.a-0.shard",
+            "part.snapshot.a-mine.shard",
+        ];
+        let left = || -> Vec<bool> {
+            all.iter()
+                .map(|name| folder.path().join(name).exists())
+                .collect()
+        };
+        for (set, wanted) in [
+            (Some(Set::A), [true, true, false, false, true, true]),
+            (Some(Set::B), [false, false, true, true, true, true]),
+            (None, [false, false, false, false, true, true]),
+        ] {
+            for name in all {
+                fs::write(folder.path().join(name), "").expect("written");
+            }
+            control.save(&InShards(set)).expect("saved");
+            assert_eq!(left(), wanted, "{set:?}");
+        }
     }
 }

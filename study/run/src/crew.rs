@@ -45,6 +45,8 @@ pub trait Crew: Sync {
 pub struct Board<'a> {
     jobs: &'a [Job<'a>],
     state: Mutex<State>,
+    /// How many processes write checkpoints of one gas.
+    writers: usize,
 }
 
 struct State {
@@ -88,7 +90,13 @@ impl<'a> Board<'a> {
         Ok(Self {
             jobs,
             state: Mutex::new(state),
+            writers: 0,
         })
+    }
+
+    /// The same where so many processes hold each gas.
+    pub(crate) fn held_by(self, writers: usize) -> Self {
+        Self { writers, ..self }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -103,7 +111,7 @@ impl<'a> Board<'a> {
         }
         let piece = state.waiting.pop()?;
         let job = &self.jobs[piece.point];
-        if let Err(error) = job.claim(piece) {
+        if let Err(error) = job.claim(piece, self.writers) {
             state.failure = Some(error);
             return None;
         }

@@ -10,7 +10,7 @@ use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
 use stosszahl_dsmc::homogeneous::{
     Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
 };
-use stosszahl_dsmc::{Boundaries, Gas, Parameters, Ranks, Scheme};
+use stosszahl_dsmc::{Beside, Boundaries, Gas, Left, Parameters, Ranks, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
@@ -49,8 +49,8 @@ pub enum BeginError {
 pub enum From<'a> {
     /// The start of the replica; without positions there is none.
     Start(Option<&'a Particles>),
-    /// The bytes of [`Simulation::checkpoint`].
-    Checkpoint(&'a [u8]),
+    /// The bytes of [`Simulation::checkpoint`], and where the shards are, if it has some.
+    Checkpoint(&'a [u8], Option<&'a Beside>),
 }
 
 /// Starts an engine of a replica with these streams, or goes on; it ends early when the interrupt is raised. Monte Carlo in cells
@@ -144,7 +144,7 @@ fn made(
                     let start = starts(plan, start, 1, streams, interrupt)?;
                     stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start[0])?
                 }
-                From::Checkpoint(bytes) => {
+                From::Checkpoint(bytes, _) => {
                     let count = plan.count();
                     stosszahl_ed::resume(&plan.grains, count, dissipation, &boundaries, bytes)?
                 }
@@ -167,13 +167,16 @@ fn made(
                         None => stosszahl_dsmc::simulate(&gas, &sets)?,
                     }
                 }
-                From::Checkpoint(bytes) => {
-                    let (count, lengths) = (plan.count(), plan.lengths);
+                From::Checkpoint(checkpoint, beside) => {
+                    let left = Left {
+                        count: plan.count(),
+                        lengths: plan.lengths,
+                        checkpoint,
+                        beside,
+                    };
                     match call() {
-                        Some(ranks) => {
-                            stosszahl_dsmc::resume_among(&gas, count, lengths, bytes, ranks)?
-                        }
-                        None => stosszahl_dsmc::resume(&gas, count, lengths, bytes)?,
+                        Some(ranks) => stosszahl_dsmc::resume_among(&gas, left, ranks)?,
+                        None => stosszahl_dsmc::resume(&gas, left)?,
                     }
                 }
             })
@@ -208,7 +211,7 @@ fn made(
             };
             Ok(match from {
                 From::Start(_) => gas.simulate()?,
-                From::Checkpoint(bytes) => gas.resume(bytes)?,
+                From::Checkpoint(bytes, _) => gas.resume(bytes)?,
             })
         }
     }

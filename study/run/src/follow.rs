@@ -14,7 +14,7 @@ use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation, Work};
 
-use crate::control::{Control, Rollback};
+use crate::control::{Content, Control, Rollback, Set};
 use crate::engines::{self, From as Source};
 use crate::holders::Holders;
 use crate::kicks::Kicks;
@@ -63,6 +63,8 @@ pub fn prepare(
 pub struct Saved {
     /// The engine; none once finished: the records are all that is kept.
     engine: Option<Vec<u8>>,
+    /// Which set of shards has its particles, if they are in shards.
+    set: Option<Set>,
     next: usize,
     kicks: u64,
     heated: f64,
@@ -71,6 +73,12 @@ pub struct Saved {
     bytes: usize,
     collisions: u64,
     numbers: BTreeMap<String, f64>,
+}
+
+impl Content for Saved {
+    fn set(&self) -> Option<Set> {
+        self.set
+    }
 }
 
 /// One engine of one replica.
@@ -96,6 +104,8 @@ pub(crate) struct Course<'a> {
     /// What the looks of each measure took.
     pub(crate) looks: Vec<Looks>,
     pub(crate) next: usize,
+    /// Of the last checkpoint.
+    set: Option<Set>,
     kicks: u64,
     heated: f64,
     seconds: f64,
@@ -178,13 +188,16 @@ impl Part<'_> {
             let mut probes = self.probes();
             saved.load(&mut probes)?;
             let engine = saved.engine.as_deref().unwrap_or_default();
+            let beside = control.beside().filter(|_| saved.set.is_some());
+            let source = Source::Checkpoint(engine, beside.as_ref());
             Course {
                 next: saved.next,
+                set: saved.set,
                 kicks: saved.kicks,
                 heated: saved.heated,
                 seconds: saved.seconds,
                 bytes: saved.bytes,
-                ..Course::new(self, probes, Source::Checkpoint(engine), interrupt, holders)?
+                ..Course::new(self, probes, source, interrupt, holders)?
             }
         } else {
             Course::begin(self, interrupt, holders)?
@@ -193,7 +206,7 @@ impl Part<'_> {
         let mut rollback = Rollback::default();
         while let Some(due) = schedule.get(course.next) {
             let before = course.gas.work().collisions;
-            control.keep(&mut rollback, || course.save(false))?;
+            control.keep(&mut rollback, || course.save(Some(control)))?;
             match course.leg(due, drive.as_ref()) {
                 Err(PartError::Interrupted) => {
                     return Err(control.roll_back(&mut rollback)?.into());
@@ -207,11 +220,11 @@ impl Part<'_> {
             );
             if course.next < schedule.len() {
                 course.lap();
-                control.pause(&mut rollback, || course.save(false))?;
+                control.pause(&mut rollback, || course.save(Some(control)))?;
             }
         }
         course.lap();
-        let saved = course.save(true)?;
+        let saved = course.save(None)?;
         control.save(&saved)?;
         control.tell(1.0, 0);
         Ok(saved.finished(course.probes))
@@ -256,6 +269,7 @@ impl<'a> Course<'a> {
             looks: vec![Looks::default(); probes.len()],
             probes,
             next: 0,
+            set: None,
             kicks: 0,
             heated: 0.0,
             seconds: 0.0,
@@ -375,15 +389,37 @@ impl<'a> Course<'a> {
         self.began = Instant::now();
     }
 
-    fn save(&self, finished: bool) -> Result<Saved, PartError> {
+    /// The gas as it is; in shards where it can be, of which the other set may belong to the last checkpoint.
+    fn checkpoint(
+        &self,
+        control: &Control<'_, Saved>,
+    ) -> Result<(Vec<u8>, Option<Set>), PartError> {
+        let set = self.set.map_or(Set::A, Set::other);
+        if let Some((stem, run)) = control.shards(set)
+            && let Some(bytes) =
+                (self.gas.checkpoint_in_shards(&stem, run)).map_err(PartError::Shards)?
+        {
+            return Ok((bytes, Some(set)));
+        }
+        Ok((self.gas.checkpoint()?, None))
+    }
+
+    /// What a checkpoint holds; of a finished part without a control.
+    fn save(&mut self, control: Option<&Control<'_, Saved>>) -> Result<Saved, PartError> {
+        let engine = match control {
+            Some(control) => {
+                let (bytes, set) = self.checkpoint(control)?;
+                self.set = set;
+                Some(bytes)
+            }
+            None => None,
+        };
+        let set = self.set.filter(|_| engine.is_some());
         let work = self.gas.work();
         let records = self.probes.iter().map(|probe| probe.save());
         Ok(Saved {
-            engine: if finished {
-                None
-            } else {
-                Some(self.gas.checkpoint()?)
-            },
+            engine,
+            set,
             next: self.next,
             kicks: self.kicks,
             heated: self.heated,
@@ -405,6 +441,7 @@ impl Finished {
         let records = self.probes.iter().map(|probe| probe.save());
         Ok(Saved {
             engine: None,
+            set: None,
             next: 0,
             kicks: 0,
             heated: 0.0,

@@ -81,7 +81,7 @@ pub fn run_holding(
     here.hold_with(ranks.clone());
     let opened = Opened::new(file, &planned, options)?;
     let jobs = opened.jobs(file, &planned, options);
-    let board = Board::new(&jobs)?;
+    let board = Board::new(&jobs)?.held_by(ranks.size());
     while let Some(order) = board.next() {
         here.work_here(&board, &order);
     }

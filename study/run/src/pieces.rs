@@ -10,16 +10,17 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use stosszahl_dsmc::shard_name;
 use stosszahl_model::Interrupt;
 use stosszahl_model::Particles;
 use stosszahl_results::{CHECKPOINTS, Place, ResultsError};
 
 use crate::check::Planned;
-use crate::control::{Control, Progress};
+use crate::control::{Content, Control, Progress, Set};
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
 use crate::holders::Holders;
 use crate::measure::Finished;
-use crate::plan::Plan;
+use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::run::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
 
@@ -80,12 +81,25 @@ fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
         .chain(plan.engines.iter().map(|engine| engine.name))
 }
 
-/// Notes the files that a piece may write, and makes their folder. To be called before it is begun, here or elsewhere.
+/// Notes the files that a piece may write, and makes their folder. To be called before it is begun, here or elsewhere. So many
+/// processes write shards of its gases in cells.
 ///
 /// # Errors
 /// [`ResultsError`] if the results folder cannot be written.
-pub(crate) fn claim(place: Place<'_>, plan: &Plan, piece: Piece) -> Result<(), ResultsError> {
-    parts(plan).try_for_each(|part| place.claim(&checkpoint(piece, part)).map(drop))
+pub(crate) fn claim(
+    place: Place<'_>,
+    plan: &Plan,
+    piece: Piece,
+    processes: usize,
+) -> Result<(), ResultsError> {
+    parts(plan).try_for_each(|part| place.claim(&checkpoint(piece, part)).map(drop))?;
+    let in_cells = |engine: &&EnginePlan| matches!(engine.kind, EngineKind::MonteCarlo(_));
+    for engine in plan.engines.iter().filter(in_cells) {
+        for stem in Set::ALL.map(|set| set.stem(&checkpoint(piece, engine.name))) {
+            (0..processes).try_for_each(|rank| place.claim(&shard_name(&stem, rank)).map(drop))?;
+        }
+    }
+    Ok(())
 }
 
 /// Computing time of a replica, about \[s\].
@@ -182,7 +196,7 @@ impl Desk<'_> {
         path
     }
 
-    fn control<'c, T: Serialize + serde::de::DeserializeOwned>(
+    fn control<'c, T: Content>(
         &'c self,
         piece: Piece,
         part: &str,

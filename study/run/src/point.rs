@@ -67,8 +67,13 @@ impl Job<'_> {
     ///
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be written.
-    pub(crate) fn claim(&self, piece: Piece) -> Result<(), RunError> {
-        Ok(pieces::claim(self.place, &self.planned.plan, piece)?)
+    pub(crate) fn claim(&self, piece: Piece, processes: usize) -> Result<(), RunError> {
+        Ok(pieces::claim(
+            self.place,
+            &self.planned.plan,
+            piece,
+            processes,
+        )?)
     }
 
     /// Where its pieces are worked on, in a folder.
@@ -128,7 +133,7 @@ impl Job<'_> {
         let desk = self.desk(&folder);
         let all: Vec<Piece> = self.pieces().collect();
         let replicas = all.into_par_iter().map(|piece| {
-            self.claim(piece)?;
+            self.claim(piece, 0)?;
             desk.work(piece)
         });
         self.finish(replicas.collect(), began)

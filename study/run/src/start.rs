@@ -14,6 +14,7 @@ use stosszahl_model::{
     Surface, Vector as _, Volume,
 };
 
+use crate::control::Content;
 use crate::engines::threads_each;
 use crate::places::{Full, Places, Room};
 use crate::plan::{Plan, PlanError};
@@ -319,6 +320,8 @@ fn rescale(plan: &Plan, all: &mut Particles) -> Result<(), StartError> {
     }
     Ok(())
 }
+
+impl Content for Preparation {}
 
 impl Preparation {
     /// Places the particles of a replica.

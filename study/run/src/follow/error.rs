@@ -39,6 +39,9 @@ pub enum PartError {
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] SnapshotError),
+    /// A process cannot write its part of a checkpoint.
+    #[error("{0}")]
+    Shards(Failure),
     /// A record of a measurement cannot be written or read.
     #[error("the record of a measurement: {0}")]
     Record(#[from] postcard::Error),

@@ -3,9 +3,9 @@
 //! Starts of replica r are the same for all settings of a size: what differs between two settings is then less noisy than
 //! either. A run takes one thread, so that its CPU time is its cost whatever else the machine does.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use stosszahl_model::{Interrupt, Particle, Particles};
 use super::FrontierError;
 use super::quantity::observe;
 use super::setting::Setting;
-use super::together::Together;
+use super::together::{Together, Turns};
 use crate::measure::Measure;
 use crate::plan::Plan;
 use crate::unsaved::{Unsaved, resized};
@@ -72,6 +72,8 @@ pub(crate) struct Workshop<'a> {
     pub interrupt: &'a Interrupt,
     /// Who makes the runs.
     pub together: Together<'a>,
+    /// Groups of tasks so far.
+    pub groups: AtomicU64,
 }
 
 impl Workshop<'_> {
@@ -143,9 +145,10 @@ impl Workshop<'_> {
             tasks,
             starts: &starts,
             first,
-            next: AtomicUsize::new(0),
+            turns: self
+                .together
+                .turns(self.groups.fetch_add(1, Ordering::Relaxed)),
             done: Mutex::new(vec![None; jobs.len()]),
-            mine: &self.share(plan, tasks, &jobs),
             jobs: &jobs,
         };
         let done = self.exchange(bench)?;
@@ -168,30 +171,7 @@ impl Workshop<'_> {
 type Found = Vec<(usize, Result<Sample, String>)>;
 
 impl Workshop<'_> {
-    /// The jobs of this process. A replica is all of one process, so that its settings share a start; the one that takes longest goes
-    /// first to whoever has least (Graham, SIAM J. Appl. Math. 17, 416 (1969), doi:10.1137/0117039).
-    fn share(&self, plan: &Plan, tasks: &[&Task], jobs: &[(usize, u64)]) -> Vec<usize> {
-        let (me, size) = self.together.place();
-        let mut costs: BTreeMap<u64, f64> = BTreeMap::new();
-        for (task, replica) in jobs {
-            *costs.entry(*replica).or_default() += tasks[*task].setting.nominal_seconds(plan);
-        }
-        let mut replicas: Vec<(u64, f64)> = costs.into_iter().collect();
-        replicas.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let (mut loads, mut mine) = (vec![0.0; size], BTreeSet::new());
-        for (replica, cost) in replicas {
-            let least = (0..size).min_by(|&a, &b| f64::total_cmp(&loads[a], &loads[b]));
-            let least = least.unwrap_or(0);
-            loads[least] += cost;
-            if least == me {
-                mine.insert(replica);
-            }
-        }
-        let is_mine = |job: &usize| mine.contains(&jobs[*job].1);
-        (0..jobs.len()).filter(is_mine).collect()
-    }
-
-    /// Does the jobs of this process, and returns those of all.
+    /// Does jobs as long as there are some that nobody does, and returns those of all processes.
     fn exchange(
         &self,
         bench: Bench<'_>,
@@ -232,9 +212,8 @@ struct Bench<'a> {
     starts: &'a [Shared],
     first: u64,
     jobs: &'a [(usize, u64)],
-    /// Which of them are for this process.
-    mine: &'a [usize],
-    next: AtomicUsize,
+    /// Who does which.
+    turns: Turns<'a>,
     done: Mutex<Vec<Option<Result<Sample, String>>>>,
 }
 
@@ -256,20 +235,19 @@ impl Bench<'_> {
     fn serve(&self) {
         let workshop = self.workshop;
         while workshop.spent() < workshop.limit && !workshop.interrupt.is_raised() {
-            let turn = self.next.fetch_add(1, Ordering::Relaxed);
-            let Some(&number) = self.mine.get(turn) else {
+            let turn = self.turns.draw();
+            let Some(&(task, replica)) = self.jobs.get(turn) else {
                 return;
             };
-            let (task, replica) = self.jobs[number];
             let setting = &self.tasks[task].setting;
             let found = self.sample(setting, replica);
             if turn.is_multiple_of(16) {
                 let label = setting.label(workshop.plan);
-                let (run, all) = (turn + 1, self.mine.len());
+                let (run, all) = (turn + 1, self.jobs.len());
                 (workshop.tell)(&format!("run {run} of {all}: {label}"));
             }
             let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
-            done[number] = Some(found);
+            done[turn] = Some(found);
         }
     }
 

@@ -32,7 +32,6 @@ mod together;
 use std::path::PathBuf;
 
 use stosszahl_case::{CaseError, CaseFile};
-use stosszahl_dsmc::Ranks;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::{ResultsError, Table, write_file};
@@ -41,6 +40,7 @@ use crate::plan::PlanError;
 use together::Together;
 
 pub use quantity::Kind;
+pub use together::Fellows;
 
 /// How a frontier is measured.
 pub struct Options<'a> {
@@ -66,7 +66,7 @@ pub struct Options<'a> {
     pub interrupt: &'a Interrupt,
     /// Processes that make the runs together. All of them call [`frontier`] with the same case and options; the first writes the
     /// files.
-    pub ranks: Option<&'a dyn Ranks>,
+    pub ranks: Option<&'a dyn Fellows>,
 }
 
 /// What was found.

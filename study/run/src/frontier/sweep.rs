@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::AtomicU64;
 
 use stosszahl_case::CaseFile;
 use stosszahl_case::Kind as CaseKind;
@@ -249,6 +250,7 @@ pub(crate) fn sweep(
     together.first(|| open(options))?;
     let workshop = Workshop {
         together,
+        groups: AtomicU64::new(0),
         plan: &plan,
         measures: measures(&MEASURES),
         threads: options.threads,

@@ -1,5 +1,7 @@
-//! The processes that measure a frontier together: each makes a share of the runs, and all know what came of all of them. So all
+//! The processes that measure a frontier together: each makes a run whenever it is free, and all know what came of all of them. So all
 //! decide the same, and the first writes the files.
+
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -7,14 +9,43 @@ use stosszahl_dsmc::{Ranks, from_first, gather_from_all};
 
 use super::FrontierError;
 
+/// Processes that hand out work to each other.
+pub trait Fellows: Ranks {
+    /// The next number of a series: 0, 1, 2 and so on, each to one of those who ask, whichever process they are in.
+    fn draw(&self, series: u64) -> u64;
+}
+
 /// The processes, if there are several.
 #[derive(Clone, Copy)]
-pub(crate) struct Together<'a>(pub Option<&'a dyn Ranks>);
+pub(crate) struct Together<'a>(pub Option<&'a dyn Fellows>);
+
+/// Numbers that those who work draw from, in this process and others.
+pub(crate) struct Turns<'a> {
+    fellows: Option<&'a dyn Fellows>,
+    series: u64,
+    /// The next one, where there is one process.
+    next: AtomicU64,
+}
+
+impl Turns<'_> {
+    /// The next one.
+    pub(crate) fn draw(&self) -> usize {
+        let turn = match self.fellows {
+            Some(fellows) => fellows.draw(self.series),
+            None => self.next.fetch_add(1, Ordering::Relaxed),
+        };
+        turn as usize
+    }
+}
 
 impl Together<'_> {
-    /// Number of this process, and of all.
-    pub(crate) fn place(&self) -> (usize, usize) {
-        self.0.map_or((0, 1), |ranks| (ranks.rank(), ranks.size()))
+    /// Turns from 0 on; all processes ask for those of the same series.
+    pub(crate) fn turns(&self, series: u64) -> Turns<'_> {
+        Turns {
+            fellows: self.0,
+            series,
+            next: AtomicU64::new(0),
+        }
     }
 
     /// What all processes say, by their number.

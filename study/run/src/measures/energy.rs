@@ -39,9 +39,7 @@ impl Measure for Energy {
 
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(Recorder::new(Record::new(), |record, moment| {
-            let collisions = moment.simulation.work().collisions;
-            let sample = EnergySample::of(moment.particles(), collisions);
-            record.push((moment.time, sample));
+            record.push((moment.time, EnergySample::of_gas(&*moment.simulation)));
         }))
     }
 

@@ -1,0 +1,301 @@
+//! Sums that do not depend on the order of adding.
+//!
+//! A finite number of double precision is an integer times 2^-1074. Such integers are added in chunks of 32 bits, each in 64, so that
+//! carries wait, and the sum is rounded once, to the nearest number (the small superaccumulator of Neal, arXiv:1505.05571, with no more
+//! chunks than there are numbers for). So parts of a sum can be made anywhere and put together in any order.
+
+use serde::{Deserialize, Serialize};
+
+/// Bits of a chunk, and the chunk that all numbers are below.
+const BITS: u32 = 32;
+const MASK: i64 = (1 << BITS) - 1;
+const BEYOND: usize = 66;
+/// After so many numbers carries are passed on: each is below 2^32 in every chunk.
+const PATIENCE: u32 = 1 << 29;
+
+/// A sum of numbers of double precision, exact until it is rounded.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Exact {
+    /// Which chunk comes first: the first of all counts 2^-1074.
+    low: u8,
+    chunks: Vec<i64>,
+    /// Numbers since carries were passed on.
+    pending: u32,
+    /// The sum of those that are not finite; zero if there are none.
+    special: f64,
+}
+
+impl Exact {
+    /// Adds a number.
+    #[inline]
+    pub fn add(&mut self, number: f64) {
+        let bits = number.to_bits();
+        let biased = (bits >> 52) & 0x7ff;
+        let fraction = bits & ((1 << 52) - 1);
+        if biased == 0x7ff {
+            self.special += number;
+            return;
+        }
+        if biased == 0 && fraction == 0 {
+            return;
+        }
+        let (shift, mantissa) = match biased {
+            0 => (0, fraction),
+            _ => (biased as u32 - 1, fraction | 1 << 52),
+        };
+        let wide = u128::from(mantissa) << (shift % BITS);
+        let first = self.place((shift / BITS) as usize, 3);
+        let sign = if number < 0.0 { -1 } else { 1 };
+        for (chunk, part) in self.chunks[first..first + 3].iter_mut().zip(0..) {
+            *chunk += sign * ((wide >> (BITS * part)) as i64 & MASK);
+        }
+        self.count(1);
+    }
+
+    /// Adds what another has added.
+    pub fn merge(&mut self, other: &Self) {
+        self.special += other.special;
+        if other.chunks.is_empty() {
+            return;
+        }
+        let mut other = other.clone();
+        other.carry();
+        let first = self.place(usize::from(other.low), other.chunks.len());
+        for (chunk, more) in self.chunks[first..].iter_mut().zip(&other.chunks) {
+            *chunk += more;
+        }
+        self.count(1);
+    }
+
+    /// The sum, rounded to the nearest number, of two to the even one.
+    pub fn value(&self) -> f64 {
+        if self.special != 0.0 {
+            return self.special;
+        }
+        let mut sum = self.clone();
+        sum.carry();
+        let negative = sum.chunks.last().is_some_and(|&top| top < 0);
+        if negative {
+            sum.chunks.iter_mut().for_each(|chunk| *chunk = -*chunk);
+            sum.carry();
+        }
+        let size = sum.size();
+        if negative { -size } else { size }
+    }
+
+    /// The value of a sum that is not negative, and carried.
+    fn size(&self) -> f64 {
+        let Some(top) = self.chunks.iter().rposition(|&chunk| chunk != 0) else {
+            return 0.0;
+        };
+        let highest = usize::from(self.low) + top;
+        if highest >= BEYOND {
+            return f64::INFINITY;
+        }
+        // Three chunks hold 65 bits at least; of those below it counts whether there are any.
+        let chunk = |down: usize| {
+            top.checked_sub(down)
+                .map_or(0, |index| self.chunks[index] as u128)
+        };
+        let leading = chunk(0) << (2 * BITS) | chunk(1) << BITS | chunk(2);
+        let rest = self.chunks[..top.saturating_sub(2)]
+            .iter()
+            .any(|&chunk| chunk != 0);
+        // The first bit of the leading ones counts 2^lowest; no number is finer than 2^-1074.
+        let lowest = BITS as i32 * (highest as i32 - 2) - 1074;
+        let length = 128 - leading.leading_zeros() as i32;
+        let cut = (length - 53).max(-1074 - lowest);
+        let (kept, lost) = (leading >> cut, leading & ((1 << cut) - 1));
+        let half = 1_u128 << (cut - 1);
+        let up = lost > half || lost == half && (rest || kept & 1 == 1);
+        (kept + u128::from(up)) as f64 * power(lowest + cut)
+    }
+
+    /// Where a chunk is, after which so many have room.
+    #[inline]
+    fn place(&mut self, chunk: usize, count: usize) -> usize {
+        if self.chunks.is_empty() {
+            self.low = chunk as u8;
+        }
+        let low = usize::from(self.low);
+        if chunk < low {
+            self.chunks
+                .splice(0..0, std::iter::repeat_n(0, low - chunk));
+            self.low = chunk as u8;
+        }
+        let first = chunk - usize::from(self.low);
+        if self.chunks.len() < first + count {
+            self.chunks.resize(first + count, 0);
+        }
+        first
+    }
+
+    #[inline]
+    fn count(&mut self, more: u32) {
+        self.pending += more;
+        if self.pending >= PATIENCE {
+            self.carry();
+        }
+    }
+
+    /// Passes carries on: all chunks but the last, which has the sign, are then from 0 to 2^32 - 1, and so is its size.
+    fn carry(&mut self) {
+        self.pending = 0;
+        let mut carry = 0;
+        for chunk in &mut self.chunks {
+            let sum = *chunk + carry;
+            (*chunk, carry) = (sum & MASK, sum >> BITS);
+        }
+        // What is left of a negative sum is -1.
+        while carry != 0 && carry != -1 {
+            self.chunks.push(carry & MASK);
+            carry >>= BITS;
+        }
+        if carry == -1
+            && let Some(top) = self.chunks.last_mut()
+        {
+            *top -= 1 << BITS;
+        }
+    }
+}
+
+impl Extend<f64> for Exact {
+    fn extend<I: IntoIterator<Item = f64>>(&mut self, numbers: I) {
+        numbers.into_iter().for_each(|number| self.add(number));
+    }
+}
+
+/// 2^exponent, of exponents from -1074 to 1023.
+fn power(exponent: i32) -> f64 {
+    f64::from_bits(match exponent {
+        -1074..-1022 => 1 << (exponent + 1074),
+        _ => ((exponent + 1023) as u64) << 52,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{Purpose, Streams};
+    use rand::RngExt as _;
+
+    fn sum(numbers: &[f64]) -> f64 {
+        let mut sum = Exact::default();
+        sum.extend(numbers.iter().copied());
+        sum.value()
+    }
+
+    /// Numbers of any size and sign, many of which cancel.
+    fn numbers(seed: u64) -> Vec<f64> {
+        let mut draw = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
+        let widest = [4, 60, 1000][seed as usize % 3];
+        let mut all: Vec<f64> = (0..200)
+            .map(|_| {
+                let exponent = draw.random_range(-widest..widest);
+                (draw.random::<f64>() - 0.5) * power(exponent)
+            })
+            .collect();
+        let cancelling: Vec<f64> = all.iter().step_by(2).map(|one| -one).collect();
+        all.extend(cancelling);
+        all
+    }
+
+    /// The exact sum as an integer of 2^-1074, in the obvious way: bit by bit.
+    fn bits(numbers: &[f64]) -> Vec<i64> {
+        let mut bits = vec![0; 2200];
+        for &number in numbers {
+            let raw = number.to_bits();
+            let biased = (raw >> 52) & 0x7ff;
+            let mantissa = raw & ((1 << 52) - 1) | u64::from(biased > 0) << 52;
+            let shift = biased.max(1) - 1;
+            for bit in 0..53 {
+                let one = (mantissa >> bit & 1) as i64;
+                bits[(shift + bit) as usize] += if number < 0.0 { -one } else { one };
+            }
+        }
+        bits
+    }
+
+    /// The number nearest to a sum of bits: exact arithmetic of the parts of a number against it.
+    fn is_nearest(found: f64, numbers: &[f64]) -> bool {
+        let sign_of = |numbers: &[f64]| -> i64 {
+            let mut bits = bits(numbers);
+            let mut carry = 0;
+            for bit in &mut bits {
+                let sum = *bit + carry;
+                (*bit, carry) = (sum & 1, sum >> 1);
+            }
+            if carry < 0 {
+                return -1;
+            }
+            i64::from(bits.iter().any(|&bit| bit != 0))
+        };
+        // Twice the sum is on either side of what lies between the number and its neighbours.
+        let twice: Vec<f64> = numbers.iter().chain(numbers).copied().collect();
+        let against = |other: f64| sign_of(&[&twice[..], &[-found, -other]].concat());
+        let (below, above) = (against(found.next_down()), against(found.next_up()));
+        let even = found.to_bits() & 1 == 0;
+        (below > 0 || below == 0 && even) && (above < 0 || above == 0 && even)
+    }
+
+    #[test]
+    fn sums_are_rounded_to_the_nearest_number() {
+        for seed in 0..300 {
+            let numbers = numbers(seed);
+            let found = sum(&numbers);
+            assert!(is_nearest(found, &numbers), "seed {seed}: {found:e}");
+        }
+    }
+
+    #[test]
+    fn orders_and_parts_change_no_bit() {
+        for seed in 0..300 {
+            let mut numbers = numbers(seed);
+            let wanted = sum(&numbers);
+            numbers.sort_by(f64::total_cmp);
+            assert_eq!(sum(&numbers).to_bits(), wanted.to_bits(), "seed {seed}");
+            let mut parts = Exact::default();
+            for part in numbers.chunks(7).rev() {
+                let mut one = Exact::default();
+                one.extend(part.iter().copied());
+                parts.merge(&one);
+            }
+            assert_eq!(parts.value().to_bits(), wanted.to_bits(), "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn edges_of_the_range() {
+        let tiny = f64::from_bits(1);
+        assert_eq!(sum(&[]), 0.0);
+        assert_eq!(sum(&[tiny]), tiny);
+        assert_eq!(sum(&[-tiny, -tiny]), -2.0 * tiny);
+        assert_eq!(
+            sum(&[f64::MIN_POSITIVE, -tiny]),
+            f64::MIN_POSITIVE.next_down()
+        );
+        assert_eq!(sum(&[f64::MAX, f64::MAX, -f64::MAX]), f64::MAX);
+        assert_eq!(sum(&[f64::MAX; 3]), f64::INFINITY);
+        assert_eq!(sum(&[-f64::MAX; 3]), f64::NEG_INFINITY);
+        assert_eq!(sum(&[1.0, 1e100, 1.0, -1e100]), 2.0);
+        assert_eq!(sum(&[1.0, f64::EPSILON / 2.0]), 1.0);
+        assert_eq!(sum(&[1.0, f64::EPSILON / 2.0, tiny]), 1.0 + f64::EPSILON);
+        assert_eq!(sum(&[1.0, f64::INFINITY]), f64::INFINITY);
+        assert!(sum(&[f64::INFINITY, f64::NEG_INFINITY]).is_nan());
+    }
+
+    /// Carries that had to be passed on.
+    #[test]
+    fn many_numbers_do_not_overflow() {
+        let mut all = Exact::default();
+        all.add(f64::from_bits(0x3fef_ffff_ffff_ffff));
+        for _ in 0..40 {
+            let half = all.clone();
+            all.merge(&half);
+        }
+        assert_eq!(
+            all.value(),
+            f64::from_bits(0x3fef_ffff_ffff_ffff) * power(40)
+        );
+    }
+}
