@@ -267,9 +267,9 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<Order> {
             }
         };
         alone(&pair, third, until).for_each(|one| add(one, -1.0));
-        follow(&pair, third, 1.0, until)
-            .into_iter()
-            .for_each(|one| add(one, 1.0));
+        for one in follow(&pair, third, 1.0, until) {
+            add(one, 1.0);
+        }
         sums.add(&values);
     }
     // <q²> is one, and n is 4 phi/pi.

@@ -186,8 +186,8 @@ mod tests {
     /// the oracle sees: twelve particles forget nothing of six levels, but for one that hardly ever meets another.
     #[test]
     fn rings_are_those_of_whole_pasts() {
-        let stream = &mut Xoshiro256PlusPlus::seed_from_u64(11);
         const PARTICLES: usize = 40;
+        let stream = &mut Xoshiro256PlusPlus::seed_from_u64(11);
         let mut history = History::new(PARTICLES);
         let (mut all, mut last) = (vec![[0; 2]], [0_usize; PARTICLES]);
         let mut lengths = [0; LONGEST_RING + 1];

@@ -115,6 +115,7 @@ fn plain(spans: &[Span], until: f64) -> (Integrals, Vec<Vector2<f64>>) {
 /// All sums against integrals from the beginning to each end of a bin; halfway the record is written and read back. Rounding: some
 /// hundred terms of order one.
 #[test]
+#[allow(clippy::too_many_lines, reason = "each sum is compared once")]
 fn moments_are_the_plain_integrals() {
     let (spans, collisions) = history(3);
     let first = spans[0].velocities.iter().copied();

@@ -342,7 +342,7 @@ fn elastic_rate_and_pressure_are_enskogs() {
         (8, 1500, 12, 0.4, Some(2.0), [0.005, 0.01]),
         (1, 9000, 9, 0.01, None, [0.0075, 0.01]),
         (4, 2250, 6, 0.01, None, [0.01, 0.01]),
-        (4, 1500, 6, 0.1, Some(0.6), [0.01, 0.01]),
+        (4, 1500, 9, 0.1, Some(0.6), [0.01, 0.01]),
     ] {
         let parameters = Parameters {
             cell_size,

@@ -294,7 +294,7 @@ pub const ENTRIES: &[Entry] = &[
     Entry {
         name: "map-onset",
         file: map::PAGE,
-        case: "map-onset",
+        source: Source::Case("map-onset"),
         engines: &[Engine::EventDriven],
         is_cheap: false,
         make: map::onset,

@@ -295,6 +295,10 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
     fn as_is(ratio: f64) -> f64 {
         ratio
     }
+    fn near(all: &Sums, axis: usize) -> [f64; 2] {
+        let [one, _] = &all.velocities[0];
+        [one.products[axis], one.squares[axis]]
+    }
     fn slope(mean: f64) -> f64 {
         12.0 * (mean - 0.5)
     }
@@ -321,10 +325,6 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
             restitution.map(|r| r.powi(order)),
             |all, index| all.after[index],
         ));
-    }
-    fn near(all: &Sums, axis: usize) -> [f64; 2] {
-        let [one, _] = &all.velocities[0];
-        [one.products[axis], one.squares[axis]]
     }
     let zero = Some(0.0);
     all.extend([

@@ -152,7 +152,7 @@ mod tests {
             layer(&all, 3.0)
         };
         let found = of(speeds);
-        for quantity in 0..3 {
+        for (quantity, found) in found.iter().enumerate() {
             let mut square = 0.0;
             for cell in 0..6 {
                 let moved = |by: f64| {
@@ -162,7 +162,7 @@ mod tests {
                 };
                 square += ((moved(1e-6) - moved(-1e-6)) / 2e-6 * errors[cell]).powi(2);
             }
-            let error = found[quantity].standard_error.expect("an error");
+            let error = found.standard_error.expect("an error");
             // Central differences of a step of 1e-6 are good to 1e-9.
             assert!(
                 (error / square.sqrt() - 1.0).abs() < 1e-7,
