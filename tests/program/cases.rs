@@ -137,8 +137,8 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
         "boundaries fields profiles series species",
         "boundaries boundary_layers fields profiles series",
         "boundaries fields profiles series",
-        "comparison dissipation energy error_budget growth helfand impact_parameter impact_parameter_summary \
-         intermediate_scattering pair_correlation replicas spectra structure_factor transport velocity_cumulants \
+        "comparison dissipation energy error_budget green_kubo growth helfand impact_parameter impact_parameter_summary \
+         intermediate_scattering pair_correlation replicas shear_decay spectra structure_factor transport velocity_cumulants \
          velocity_distribution",
     ];
     for ((name, text), tables) in SMALL.into_iter().zip(expected) {

@@ -253,9 +253,9 @@ const OF_COMPARISONS: &[Row] = &[
         "gas.mean_free_path",
     ),
     (
-        &["thermostat.interval=1"],
-        "thermostat",
-        "without positions",
+        &["thermostat.interval=1e9"],
+        "thermostat.interval",
+        "below run.until",
     ),
     (&["sticking={}"], "sticking", "without positions"),
     (
