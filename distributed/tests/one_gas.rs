@@ -208,7 +208,9 @@ fn shards_that_cannot_be_used_are_named() {
         let child = started(job(3, &[], &[&arguments[..], &["--threads", "1"]].concat()));
         let ids = processes(&out, 3);
         appears(&out, "checkpoints/replica-0-dsmc-boltzmann.snapshot");
-        ids.iter().for_each(|&id| kill("-KILL", id));
+        for &id in &ids {
+            kill("-KILL", id);
+        }
         let output = child.wait_with_output().expect("an end");
         ends(&output);
         assert!(!output.status.success());

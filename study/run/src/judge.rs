@@ -82,9 +82,10 @@ pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> Verdict {
     warning(topic, format!("Theory cannot be computed: {error}."))
 }
 
-/// Digits after the point with which an error shows two of its own.
-fn decimals(error: f64) -> usize {
-    if error > 0.0 && error.is_finite() {
+/// Digits after the point with which an error shows two of its own. An error below a millionth of the value is none: replicas
+/// that are all alike differ by rounding.
+fn decimals(value: f64, error: f64) -> usize {
+    if error > 1e-6 * value.abs() && error.is_finite() {
         (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize
     } else {
         4
@@ -98,7 +99,7 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
         Some(error) if value.abs().max(error) >= LARGE => {
             format!("{} ± {}", short(value), short(error))
         }
-        Some(error) => with_decimals(value, error, decimals(error)),
+        Some(error) => with_decimals(value, error, decimals(value, error)),
         None => format!("{} (error unknown)", short(value)),
     }
 }
@@ -126,7 +127,7 @@ pub fn percent(deviation: f64, error: Option<f64>) -> String {
             format!("{deviation:+.1e} ± {error:.1e} %")
         }
         Some(error) if error.is_finite() => {
-            let digits = decimals(error).saturating_sub(1);
+            let digits = decimals(deviation, error).saturating_sub(1);
             format!("{deviation:+.digits$} ± {error:.digits$} %")
         }
         _ if deviation.abs() >= LARGE => format!("{deviation:+.1e} % (error unknown)"),

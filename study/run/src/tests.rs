@@ -241,8 +241,9 @@ fn scaled_disks_go_the_ways_of_those_that_cool() {
         (scaled.2 / free.2 - 1.0).abs() < 1e-12,
         "{scaled:?} {free:?}"
     );
+    // With the Sonine factor c of the rate (1 + c h)^10 stands beside 1 + c ((1 + h)^10 - 1).
     assert!(
-        (scaled.3 / free.3 - 1.0).abs() < 1e-12,
+        (scaled.3 / free.3 - 1.0).abs() < 2e-3,
         "{scaled:?} {free:?}"
     );
 }

@@ -336,8 +336,8 @@ fn transport_is_measured_from_the_collisions_of_the_run() {
         ),
         ("heat_conductivity_cross", slope(&|at| moments[at].heat[1])),
     ];
-    let [coefficients, lags] = &tables[..] else {
-        panic!("two tables")
+    let [coefficients, lags, _] = &tables[..] else {
+        panic!("three tables")
     };
     assert_eq!((coefficients.rows.len(), lags.rows.len()), (1, 32));
     for (column, expected) in expected {
