@@ -43,6 +43,8 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) units: f64,
     /// Whether collisions are kept for somebody to look at.
     pub(crate) looks: bool,
+    /// Whether tiles are shared among threads.
+    pub(crate) parallel: bool,
     /// Breaks the step off.
     pub(crate) stop: &'a Interrupt,
 }
@@ -235,7 +237,7 @@ where
     fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
         let sizes = self.scene.sizes();
         let number = self.grid.number(at);
-        let mut own = covered::<P, F>(sizes, members);
+        let mut own = covered::<P>(sizes, members.iter().map(|member| member.tag));
         let (mut weight, mut volume) = (self.weight, self.grid.cell_volume());
         if let Some(surroundings) = self.surroundings {
             let factor = surroundings.factor(number);
@@ -348,20 +350,18 @@ pub(crate) fn index<P: Physics>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     }
 }
 
-/// What members of a cell cover, in units of the largest particle.
+/// What the members of a cell cover, who have these tags, in units of the largest particle.
 #[inline(always)]
-pub(crate) fn covered<P: Physics, F: Follow<P::Space>>(
+pub(crate) fn covered<P: Physics>(
     sizes: &P::Sizes,
-    members: &[SimulatorOf<P, F>],
+    tags: impl ExactSizeIterator<Item = <P::Sizes as Sizes>::Tag>,
 ) -> f64 {
     if P::Sizes::UNIFORM {
-        return members.len() as f64;
+        return tags.len() as f64;
     }
     let unit = 1.0 / sizes.largest_radius();
-    let share = |member: &SimulatorOf<P, F>| {
-        (sizes.radius(member.tag) * unit).powi(P::Space::DIMENSION as i32)
-    };
-    members.iter().map(share).sum()
+    let share = |tag| (sizes.radius(tag) * unit).powi(P::Space::DIMENSION as i32);
+    tags.map(share).sum()
 }
 
 /// The shortest image of a difference of positions in the box or a little outside.

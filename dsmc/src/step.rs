@@ -196,6 +196,7 @@ where
             streams: self.streams.bundle(Purpose::Collisions, self.tally.steps),
             units: unit.inverse(),
             looks: recorder.looks(),
+            parallel,
             stop: self.stop.interrupt(),
         };
         if self.parameters.scheme.is_across() {
@@ -357,7 +358,7 @@ where
         let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
         let surroundings = self.surroundings.as_ref();
         let units = |tile: &Tile<P, F>, local: usize| {
-            let units = covered::<P, F>(sizes, tile.members(local));
+            let units = covered::<P>(sizes, tile.members(local).iter().map(|member| member.tag));
             let factor =
                 surroundings.map_or(1.0, |all| all.factor(grid.number(tile.cell_at(local))));
             (units * factor) as f32

@@ -37,7 +37,7 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     /// Whether velocities bound trials.
     moves: bool,
     around: Around<'b, 'c, P, F>,
-    pub(super) patch: Patch<P>,
+    pub(super) patch: &'a mut Patch<P>,
     cells: Vec<Cell<P::Space>>,
     pub(super) report: Report,
 }
@@ -114,7 +114,7 @@ where
         arm: &'a Arm,
         bounds: Bounds,
         around: Around<'b, 'c, P, F>,
-        patch: Patch<P>,
+        patch: &'a mut Patch<P>,
     ) -> Self {
         Self {
             kernel,
@@ -129,15 +129,15 @@ where
         }
     }
 
-    /// The memory, and what is left of the work.
-    pub(super) fn end(self) -> (Patch<P>, (Report, Vec<ChangeOf<P>>)) {
-        (self.patch, (self.report, self.around.changes()))
-    }
-
     /// Collides the simulators of the tile with each other and with those around it.
     ///
     /// The same bits on every processor: products and sums are never contracted.
-    pub(super) fn collide(&mut self, ranges: Ranges) {
+    pub(super) fn collide(mut self, ranges: Ranges) -> (Report, Vec<ChangeOf<P>>) {
+        self.choose_loop(ranges);
+        (self.report, self.around.changes())
+    }
+
+    fn choose_loop(&mut self, ranges: Ranges) {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
@@ -232,7 +232,7 @@ where
         let own = if kernel.density.looks_around() {
             0.0
         } else {
-            covered::<P, F>(sizes, home.members(local))
+            covered::<P>(sizes, members.clone().map(|who| self.patch.tag(who)))
         };
         let units = kernel.density.around(at, own);
         let crowding = kernel.density.crowding(at);
@@ -469,8 +469,8 @@ where
                     return true;
                 }
                 worker.report.tally.searches += 1;
-                let patch = &mut worker.patch;
-                let Some(second) = search.partner(patch, aim, there, first, pick, stream) else {
+                let Some(second) = search.partner(worker.patch, aim, there, first, pick, stream)
+                else {
                     worker.report.tally.missed += 1;
                     return true;
                 };
@@ -507,7 +507,7 @@ where
                 let trial = worker.propose(first, &cell.extent, stream);
                 let way = trial.normal * trial.distance;
                 let point = trial.position + way;
-                let patch = &worker.patch;
+                let patch = &*worker.patch;
                 let there = patch.members(patch.cell_of(point), 1);
                 let second = there.start + slot;
                 if slot >= there.len() || patch.home(second) == patch.home(first) {
@@ -529,7 +529,7 @@ where
                     0.0
                 } else {
                     let members = patch.members(patch.cell_of(middle), 1);
-                    members.map(|who| worker.units(who)).sum()
+                    covered::<P>(kernel.scene.sizes(), members.map(|who| patch.tag(who)))
                 };
                 let middle = kernel.grid.cell_at(domain.wrap(middle));
                 let (there, ..) = kernel.density.contact_value(middle, own);
@@ -539,13 +539,6 @@ where
                 true
             },
         );
-    }
-
-    /// What a simulator covers, in units of the largest particle.
-    fn units(&self, who: usize) -> f64 {
-        let sizes = self.kernel.scene.sizes();
-        let share = sizes.radius(self.patch.tag(who)) / sizes.largest_radius();
-        share.powi(P::Space::DIMENSION as i32)
     }
 
     /// Collides a pair along `normal`, from the first to the second, and returns the vector from the second to the first.

@@ -25,12 +25,12 @@ pub(crate) use arm::{Arm, Distances};
 pub(crate) use patch::Patch;
 pub(crate) use rate::{Rates, Spread};
 
-use crate::collide::Kernel;
+use crate::collide::{Kernel, covered};
 use crate::density::Scheme;
 use crate::grid::Grid;
 use crate::share::{Share, see_no_more};
 use crate::simulator::Follow;
-use crate::sweep::{Pool, is_parallel};
+use crate::sweep::Pool;
 use crate::tally::Tally;
 use crate::tile::Tile;
 use extents::Ranges;
@@ -76,7 +76,7 @@ where
         total: &mut Tally,
         pool: &Pool<P, F>,
     ) -> Vec<Collision> {
-        let parallel = is_parallel(tiles.iter().map(|tile| tile.simulators.len()).sum());
+        let parallel = self.parallel;
         let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
         let mut bounds: Vec<_> = if parallel {
             tiles.par_iter_mut().map(bounds).collect()
@@ -95,13 +95,9 @@ where
         }
         let mut reports = shared::sweep_around(parallel, grid, tiles, share, |number, around| {
             pool.with(|scratch| {
-                let patch = std::mem::take(&mut scratch.patch);
                 let bounds = kernel::around(grid, &bounds, number);
-                let mut worker = kernel::Worker::new(self, rates, learnt, bounds, around, patch);
-                worker.collide(ranges);
-                let (patch, done) = worker.end();
-                scratch.patch = patch;
-                done
+                let patch = &mut scratch.patch;
+                kernel::Worker::new(self, rates, learnt, bounds, around, patch).collide(ranges)
             })
         });
         if let Some(share) = share {
@@ -130,7 +126,7 @@ where
         let sizes = self.scene.sizes();
         if matches!(self.density.scheme(), Scheme::Esmc(_)) {
             for cell in 0..tile.cells() {
-                let own = crate::collide::covered::<P, F>(sizes, tile.members(cell));
+                let own = covered::<P>(sizes, tile.members(cell).iter().map(|member| member.tag));
                 let (chi, ..) = self.density.contact_value(tile.cell_at(cell), own);
                 bounds.chi = bounds.chi.max(chi);
             }

@@ -422,27 +422,7 @@ fn slopes(results: &Results) -> Result<Made, Trouble> {
 }
 
 fn dissipation(results: &Results) -> Result<Made, Trouble> {
-    let mut rows = Vec::new();
-    for window in [WINDOWS[0], WINDOWS[4]] {
-        for (engine, words) in ENGINES {
-            let row = results.row("", "dissipation", &of_window(engine, window))?;
-            let mut cells = vec![format!("{} to {}", window[0], window[1]), words.to_owned()];
-            for factor in ["rate", "speed", "impact", "correlation", "dissipation"] {
-                cells.push(row.measured(&format!("{factor}_ratio"))?.text());
-            }
-            rows.push(cells);
-        }
-    }
-    let header = [
-        "t/t0",
-        "engine",
-        "collision rate",
-        "squared speed of pairs",
-        "impact parameters",
-        "correlation",
-        "cooling rate",
-    ];
-    Ok(table(&header, &rows).into())
+    Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
 }
 
 /// Two columns of the rows of a table as points of a curve.

@@ -6,6 +6,7 @@ use crate::Trouble;
 
 /// The scheme that has Enskog's rate and pressure, with words for it.
 const CONTACT_POINT: [(&str, &str); 1] = [("dsmc-contact-point", "contact point")];
+const EXACT_AND_CONTACT_POINT: [(&str, &str); 2] = [("ed", "ED"), CONTACT_POINT[0]];
 
 /// Transport coefficients over Enskog's, by packing.
 pub(super) fn transport(results: &Results) -> Result<Made, Trouble> {
@@ -62,7 +63,8 @@ pub(super) fn pairs(results: &Results) -> Result<Made, Trouble> {
 pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
     let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
     let energies = against(results, &times, &CONTACT_POINT)?;
-    let factors = factors(results, &[[0.0, 1.0], [1.0, 5.0], [5.0, 20.0]])?;
+    let windows = [[0.0, 1.0], [1.0, 5.0], [5.0, 20.0]];
+    let factors = factors(results, &windows, &EXACT_AND_CONTACT_POINT, true)?;
     Ok(format!("{}\n{factors}", energies.text).into())
 }
 
@@ -70,28 +72,35 @@ pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
 pub(super) fn unbiased(results: &Results) -> Result<Made, Trouble> {
     let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
     let energies = against(results, &times, &CONTACT_POINT)?;
-    let factors = factors(results, &[[0.0, 1.0], [100.0, 400.0]])?;
+    let windows = [[0.0, 1.0], [100.0, 400.0]];
+    let factors = factors(results, &windows, &EXACT_AND_CONTACT_POINT, true)?;
     Ok(format!("{}\n{factors}", energies.text).into())
 }
 
-/// Factors of the cooling rate of exact disks and of the contact-point scheme, and their slopes of P(b/d), in windows of time.
-fn factors(results: &Results, windows: &[[f64; 2]]) -> Result<String, Trouble> {
-    let engines = [("ed", "ED"), CONTACT_POINT[0]];
+/// Factors of the cooling rates of engines in windows of time, with the slope of P(b/d) if that is asked for.
+pub(super) fn factors(
+    results: &Results,
+    windows: &[[f64; 2]],
+    engines: &[(&str, &str)],
+    slopes: bool,
+) -> Result<String, Trouble> {
     let mut rows = Vec::new();
     for window in windows {
-        for (engine, words) in engines {
+        for &(engine, words) in engines {
             let keys = of_window(engine, *window);
             let row = results.row("", "dissipation", &keys)?;
-            let slope = results.row("", "impact_parameter_summary", &keys)?;
             let mut cells = vec![format!("{} to {}", window[0], window[1]), words.to_owned()];
             for factor in ["rate", "speed", "impact", "correlation", "dissipation"] {
                 cells.push(row.measured(&format!("{factor}_ratio"))?.text());
             }
-            cells.push(slope.measured("slope")?.text());
+            if slopes {
+                let row = results.row("", "impact_parameter_summary", &keys)?;
+                cells.push(row.measured("slope")?.text());
+            }
             rows.push(cells);
         }
     }
-    let header = [
+    let mut header = vec![
         "t/t0",
         "engine",
         "collision rate",
@@ -99,8 +108,10 @@ fn factors(results: &Results, windows: &[[f64; 2]]) -> Result<String, Trouble> {
         "impact parameters",
         "correlation",
         "cooling rate",
-        "slope of P(b/d)",
     ];
+    if slopes {
+        header.push("slope of P(b/d)");
+    }
     Ok(table(&header, &rows))
 }
 
