@@ -4,6 +4,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Space;
 
+use crate::tally::larger;
+
 /// Over which area the packing fraction is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Neighbourhood {
@@ -42,10 +44,12 @@ pub enum Scheme {
         stiffness: f64,
     },
     /// A partner from around the point at about d from the simulator along a random line of centres, at the rate of
-    /// Enskog's theory for the density around, however few the partners (`docs/development/monte-carlo.md`). The density is a mean over
-    /// at least 3 d, so that the scheme has Enskog's rate, pressure and transport where the state changes little within that
-    /// length; at shorter wavelengths the structure factor is too large (at k d = 0.5 and packing 0.25, 0.53 with one simulator
-    /// for each disk and 0.40 with four, where exact disks have 0.335).
+    /// Enskog's theory for the density around, however few the partners (`docs/development/monte-carlo.md`). With up to eleven simulators for
+    /// each disk, in space, in thin gases, for unequal sizes and in boxes with boundaries the density is a mean over at least
+    /// 3 d: the scheme then has Enskog's rate, pressure and transport where the state changes little within that length, and at
+    /// shorter wavelengths the structure factor is too large (at k d = 0.5 and packing 0.25, 0.53 with one simulator for each disk
+    /// and 0.40 with four, where exact disks have 0.335). With more simulators it is a mean over about a diameter around the point halfway,
+    /// and with 16 for each disk S(k d) is that of exact disks within 5 % up to k d = 1.
     ContactPoint {
         /// Radius around the point within which all simulators are equally likely; if there is none, the nearest in
         /// the cells around is taken \[length\]. None: half the diameter, or a quarter of the mean free path if that is longer.
@@ -89,27 +93,28 @@ impl Scheme {
         !matches!(self, Self::StochasticDisks { .. })
     }
 
-    /// Cells on each side over which the packing is taken; none for the whole box, or where it does not count.
-    /// `cell` and `diameter`: their widths.
-    fn reach(
-        self,
-        cell: f64,
-        diameter: f64,
-        simulators_per_particle: f64,
-        dimension: usize,
-    ) -> Option<u32> {
-        match self {
-            Self::Enskog(Neighbourhood::Cells(n)) | Self::Esmc(Neighbourhood::Cells(n)) => Some(n),
-            Self::FreeVolume => Some(0),
-            Self::StochasticDisks { .. } => Some(2),
+    /// Cells on each side over which the packing is taken, and how they count; none for the whole box, or where it does not count.
+    fn window(self, gas: &Gas, dimension: usize) -> Option<(u32, Weighing)> {
+        let (cell, diameter) = (gas.width, gas.diameter);
+        let reach = match self {
+            Self::Enskog(Neighbourhood::Cells(n)) | Self::Esmc(Neighbourhood::Cells(n)) => n,
+            Self::FreeVolume => 0,
+            Self::StochasticDisks { .. } => 2,
             // Ten diameters around one simulator per particle, fewer around many, which make less noise.
             Self::ContactPoint { .. } => {
-                let shrunk = 10.0 / simulators_per_particle.powf(1.0 / dimension as f64);
+                let shrunk = 10.0 / gas.simulators_per_particle.powf(1.0 / dimension as f64);
+                // In space it was not measured.
+                let is_known = dimension == 2 && gas.is_plain && !gas.bounded[..2].contains(&true);
+                if shrunk < 3.0 && is_known && cell < diameter {
+                    let half = (diameter / cell).ceil().min(50.0);
+                    return Some((half as u32 - 1, Weighing::Triangle));
+                }
                 let side = shrunk.max(3.0) * diameter;
-                Some(((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50))
+                ((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50)
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        Some((reach, Weighing::Flat))
     }
 
     /// chi at a packing fraction, before any limit.
@@ -119,6 +124,27 @@ impl Scheme {
             Self::FreeVolume if packing_fraction >= S::RANDOM_CLOSE_PACKING => f64::INFINITY,
             Self::FreeVolume => 1.0 / (1.0 - packing_fraction / S::RANDOM_CLOSE_PACKING),
             _ => S::contact_value(packing_fraction),
+        }
+    }
+}
+
+/// How the cells of a neighbourhood count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Weighing {
+    /// All as much.
+    Flat,
+    /// The less the farther they are along each axis: n + 1 - j of one that is j cells away, of n on each side. The transform of these
+    /// weights is nowhere negative, so that a dense gas does not break up into waves as short as the neighbourhood is wide.
+    Triangle,
+}
+
+impl Weighing {
+    /// Of a cell that is so many away along one axis, of `reach` on each side.
+    #[inline(always)]
+    fn along(self, reach: usize, away: usize) -> usize {
+        match self {
+            Self::Flat => 1,
+            Self::Triangle => reach + 1 - away,
         }
     }
 }
@@ -137,6 +163,7 @@ pub(crate) struct Density<S: Space> {
     unit: f64,
     /// Half widths of the neighbourhood in cells, along each axis.
     reach: [usize; 3],
+    weighing: Weighing,
     mean: Option<f64>,
     mean_packing: f64,
     counts: [usize; 3],
@@ -186,20 +213,18 @@ pub(crate) struct Gas {
     pub(crate) packing_fraction: f64,
     /// Axes along which the box is not periodic.
     pub(crate) bounded: [bool; 3],
+    /// Whether particles are all alike, and nothing is in their way.
+    pub(crate) is_plain: bool,
 }
 
 impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
         let counts = gas.counts.map(|count| count as usize);
-        let wanted = scheme.reach(
-            gas.width,
-            gas.diameter,
-            gas.simulators_per_particle,
-            S::DIMENSION,
-        );
+        let wanted = scheme.window(gas, S::DIMENSION);
+        let (cells, mut weighing) = wanted.unwrap_or((0, Weighing::Flat));
         let reach = [0, 1, 2].map(|axis| {
             let wanted = if axis < S::DIMENSION {
-                wanted.unwrap_or(0) as usize
+                cells as usize
             } else {
                 0
             };
@@ -210,10 +235,17 @@ impl<S: Space> Density<S> {
                 (counts[axis] - 1) / 2
             })
         });
+        // In a box so narrow all of it counts alike.
+        if reach[..S::DIMENSION]
+            .iter()
+            .any(|&reach| reach < cells as usize)
+        {
+            weighing = Weighing::Flat;
+        }
         let mean = wanted
             .is_none()
             .then(|| scheme.contact_value::<S>(gas.packing_fraction));
-        let unit = gas.unit / (gas.cell * block(reach));
+        let unit = gas.unit / (gas.cell * block(weighing, reach));
         let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
         let table = (0..table)
             .map(|count| scheme.contact_value::<S>(f64::from(count) * unit))
@@ -234,6 +266,7 @@ impl<S: Space> Density<S> {
             table,
             unit,
             reach,
+            weighing,
             mean,
             mean_packing,
             counts,
@@ -253,7 +286,7 @@ impl<S: Space> Density<S> {
     ) {
         let centres = self.rooms_around(centres);
         let bodies = self.rooms_around(bodies);
-        let cells = block(self.reach);
+        let cells = self.cells_around();
         // Rooms are added in single precision.
         let whole = |factor: f64| if factor > 1.0 + 1e-5 { factor } else { 1.0 };
         let crowding = centres
@@ -294,9 +327,34 @@ impl<S: Space> Density<S> {
         self.reach
     }
 
-    /// Cells of a neighbourhood.
+    /// Cells of a neighbourhood, each as often as it counts.
     pub(crate) fn cells_around(&self) -> f64 {
-        block(self.reach)
+        block(self.weighing, self.reach)
+    }
+
+    /// Mean of the squares of what cells of a neighbourhood count, over their mean.
+    pub(crate) fn squares(&self) -> f64 {
+        let along = |reach: usize| match self.weighing {
+            Weighing::Flat => 1.0,
+            // The sum of the squares of 1 to n to 1 is n(2 n^2 + 1)/3, and the sum n^2.
+            Weighing::Triangle => {
+                let half = (reach + 1) as f64;
+                (2.0 * half * half + 1.0) / (3.0 * half)
+            }
+        };
+        self.reach.map(along).iter().product()
+    }
+
+    /// How cells of a neighbourhood count.
+    pub(crate) fn weighing(&self) -> Weighing {
+        self.weighing
+    }
+
+    /// How much of a neighbourhood a simulator is that is so many cells from its middle along each axis, at most its half width.
+    #[inline(always)]
+    pub(crate) fn share_of(&self, away: [usize; 3]) -> f64 {
+        let along = |axis: usize| self.weighing.along(self.reach[axis], away[axis]);
+        (along(0) * along(1) * along(2)) as f64
     }
 
     /// Which pairs collide.
@@ -317,6 +375,7 @@ impl<S: Space> Density<S> {
     /// Takes the covered units of all cells: `fill` writes those of one line along the first axis, given its number.
     pub(crate) fn update(&mut self, parallel: bool, fill: impl Fn(usize, &mut [f32]) + Sync) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
+        let weighing = self.weighing;
         let line = |padded: &mut Vec<f32>, (number, sums): (usize, &mut [f32])| {
             padded.resize(columns + 2 * reach, 0.0);
             fill(number, &mut padded[reach..reach + columns]);
@@ -326,8 +385,9 @@ impl<S: Space> Density<S> {
             }
             sums.fill(0.0);
             for shift in 0..=2 * reach {
+                let counts = weighing.along(reach, shift.abs_diff(reach)) as f32;
                 for (sum, &value) in sums.iter_mut().zip(&padded[shift..]) {
-                    *sum += value;
+                    *sum += counts * value;
                 }
             }
         };
@@ -347,7 +407,7 @@ impl<S: Space> Density<S> {
     fn add_lines(&mut self, parallel: bool) {
         let [columns, rows, layers] = self.counts;
         let [_, reach, depth] = self.reach;
-        let (lines, bounded) = (&self.lines, self.bounded);
+        let (lines, bounded, weighing) = (&self.lines, self.bounded, self.weighing);
         let add = |(line, sums): (usize, &mut [f32])| {
             let (row, layer) = (line % rows, line / rows);
             sums.fill(0.0);
@@ -355,14 +415,16 @@ impl<S: Space> Density<S> {
                 if bounded[2] && is_outside(layer + z, depth, layers) {
                     continue;
                 }
+                let deep = weighing.along(depth, z.abs_diff(depth));
                 let layer = wrapped(layer + z, depth, layers);
                 for y in 0..=2 * reach {
                     if bounded[1] && is_outside(row + y, reach, rows) {
                         continue;
                     }
                     let first = columns * (wrapped(row + y, reach, rows) + rows * layer);
+                    let counts = (deep * weighing.along(reach, y.abs_diff(reach))) as f32;
                     for (sum, value) in sums.iter_mut().zip(&lines[first..first + columns]) {
-                        *sum += value;
+                        *sum += counts * value;
                     }
                 }
             }
@@ -384,6 +446,60 @@ impl<S: Space> Density<S> {
         let [columns, rows, _] = self.counts;
         let [x, y, z] = cell.map(|at| at as usize);
         f64::from(self.sums[x + columns * (y + rows * z)])
+    }
+
+    /// Units around the cell that is so many steps from that of a simulator, at most its half width, without what the simulator itself
+    /// counts. Where nothing bounds the box, and neighbourhoods are wider than a cell.
+    #[inline(always)]
+    pub(crate) fn others(&self, cell: [u32; 3], step: [i64; 3]) -> f64 {
+        let own = self.share_of(step.map(|step| step.unsigned_abs() as usize));
+        f64::from(self.sums[self.index(cell, step)]) - own
+    }
+
+    /// The most of [`Density::others`] up to so many steps along each axis.
+    #[inline(always)]
+    pub(crate) fn most_others(&self, cell: [u32; 3], [x, y, z]: [i64; 3]) -> f64 {
+        let mut most = 0.0;
+        let at = i64::from(cell[0]);
+        let is_inside = at >= x && at + x < self.counts[0] as i64;
+        for layer in -z..=z {
+            for row in -y..=y {
+                if !is_inside {
+                    for column in -x..=x {
+                        most = larger(most, self.others(cell, [column, row, layer]));
+                    }
+                    continue;
+                }
+                // As far as the row, and then along it.
+                let middle = self.index(cell, [0, row, layer]);
+                let beside = self.share_of([
+                    self.reach[0],
+                    row.unsigned_abs() as usize,
+                    layer.unsigned_abs() as usize,
+                ]);
+                let line = &self.sums[middle - x as usize..=middle + x as usize];
+                for (column, &units) in (-x..=x).zip(line) {
+                    let own = beside
+                        * self
+                            .weighing
+                            .along(self.reach[0], column.unsigned_abs() as usize)
+                            as f64;
+                    most = larger(most, f64::from(units) - own);
+                }
+            }
+        }
+        most
+    }
+
+    /// The number of the cell that is so many steps from one.
+    #[inline(always)]
+    fn index(&self, cell: [u32; 3], step: [i64; 3]) -> usize {
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            let count = self.counts[axis];
+            let at = (cell[axis] as usize + count).wrapping_add_signed(step[axis] as isize);
+            wrapped(at, count, count)
+        });
+        x + self.counts[0] * (y + self.counts[1] * z)
     }
 
     /// What boundaries leave of the neighbourhood of a cell.
@@ -436,9 +552,13 @@ impl<S: Space> Density<S> {
     }
 }
 
-/// Cells of a neighbourhood of given half widths.
-fn block(reach: [usize; 3]) -> f64 {
-    reach.map(|reach| (2 * reach + 1) as f64).iter().product()
+/// Cells of a neighbourhood of given half widths, each as often as it counts.
+fn block(weighing: Weighing, reach: [usize; 3]) -> f64 {
+    let along = |reach: usize| match weighing {
+        Weighing::Flat => 2 * reach + 1,
+        Weighing::Triangle => (reach + 1) * (reach + 1),
+    };
+    reach.map(|reach| along(reach) as f64).iter().product()
 }
 
 /// Whether `shifted - reach` is not a number below `count`.
@@ -461,7 +581,7 @@ mod tests {
     use stosszahl_model::{Plane, Volume};
 
     /// The sums along lines and across them against the plain sum over all cells around.
-    fn check<S: Space>(counts: [u32; 3]) {
+    fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
         let areas: Vec<f32> = (0..counts.iter().product())
             .map(|i| (i * i % 5) as f32)
             .collect();
@@ -470,38 +590,51 @@ mod tests {
             counts,
             cell: 4.0,
             width: 2.0,
-            diameter: 1.0,
-            simulators_per_particle: 1.0,
+            // Three cells on a side of a triangle.
+            diameter: 5.0,
+            simulators_per_particle: 64.0,
             unit: 0.1,
             packing_fraction: 0.25,
             bounded: [false; 3],
+            is_plain: true,
         };
-        let scheme = Scheme::Enskog(Neighbourhood::Cells(2));
         let columns = counts[0] as usize;
         for parallel in [false, true] {
             let mut density = Density::<S>::new(scheme, &gas);
+            assert_eq!(density.weighing(), weighing);
             density.update(parallel, |line, values| {
                 values.copy_from_slice(&areas[line * columns..(line + 1) * columns]);
             });
             let [nx, ny, nz] = counts.map(|count| count as usize);
-            let deep = if S::DIMENSION == 2 { 0..1 } else { 0..5 };
+            let deep = if S::DIMENSION == 2 { 2..3 } else { 0..5 };
+            let weight = |away: [usize; 3]| match weighing {
+                Weighing::Flat => 1,
+                Weighing::Triangle => (3 - away[0]) * (3 - away[1]),
+            };
+            let away = |x: usize, y: usize, z: usize| [x, y, z].map(|at| at.abs_diff(2));
+            let cubes = deep
+                .clone()
+                .flat_map(|z| (0..25).map(move |i| [i % 5, i / 5, z]));
+            let all: usize = cubes.clone().map(|[x, y, z]| weight(away(x, y, z))).sum();
+            let squares: usize = cubes.map(|[x, y, z]| weight(away(x, y, z)).pow(2)).sum();
+            assert!((density.squares() - squares as f64 / all as f64).abs() < 1e-14);
+            assert_eq!(density.cells_around(), all as f64);
+            assert_eq!(density.share_of([1, 2, 0]), weight([1, 2, 0]) as f64);
             for cell in 0..areas.len() {
                 let at = [cell % nx, cell / nx % ny, cell / nx / ny];
                 let mut plain = 0.0;
                 for z in deep.clone() {
-                    let z = if nz == 1 {
-                        0
-                    } else {
-                        (at[2] + z + nz - 2) % nz
-                    };
+                    let row = (at[2] + z + nz - 2) % nz;
                     for y in 0..5 {
                         for x in 0..5 {
-                            let (x, y) = ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);
-                            plain += f64::from(areas[x + nx * (y + ny * z)]);
+                            let (column, line) =
+                                ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);
+                            let area = areas[column + nx * (line + ny * row)];
+                            plain += weight(away(x, y, z)) as f64 * f64::from(area);
                         }
                     }
                 }
-                let packing = plain * 0.1 / 4.0 / 5_f64.powi(S::DIMENSION as i32);
+                let packing = plain * 0.1 / 4.0 / all as f64;
                 let found = density.contact_value(at.map(|at| at as u32), 0.0);
                 assert!((found.2 - packing).abs() < 1e-14);
                 assert!((found.0 - S::contact_value(packing)).abs() < 1e-12);
@@ -509,10 +642,53 @@ mod tests {
         }
     }
 
+    /// What others count around cells near one, and the most of it, against sums over all simulators around but one of that cell.
+    #[test]
+    fn others_are_all_but_one() {
+        let counts = [7, 6, 1];
+        let gas = Gas {
+            limit: 10.0,
+            counts,
+            cell: 4.0,
+            width: 2.0,
+            diameter: 5.0,
+            simulators_per_particle: 64.0,
+            unit: 0.1,
+            packing_fraction: 0.25,
+            bounded: [false; 3],
+            is_plain: true,
+        };
+        let mut density = Density::<Plane>::new(Scheme::CONTACT_POINT, &gas);
+        let number = |x: i64, y: i64| (x.rem_euclid(7) + 7 * y.rem_euclid(6)) as usize;
+        let held = |cell: usize| cell * cell % 5 + 1;
+        density.update(false, |line, values| {
+            for (x, value) in values.iter_mut().enumerate() {
+                *value = held(x + 7 * line) as f32;
+            }
+        });
+        for (x, y) in (0..7).flat_map(|x| (0..6).map(move |y| (x, y))) {
+            let cell = [x as u32, y as u32, 0];
+            let mut most = 0.0;
+            for (right, up) in (-2..=2).flat_map(|right| (-2..=2).map(move |up| (right, up))) {
+                let mut others = 0;
+                for (dx, dy) in (-2..=2_i64).flat_map(|dx| (-2..=2_i64).map(move |dy| (dx, dy))) {
+                    let there = number(x + right + dx, y + up + dy);
+                    let but_one = usize::from(there == number(x, y));
+                    others += (3 - dx.abs()) * (3 - dy.abs()) * (held(there) - but_one) as i64;
+                }
+                assert_eq!(density.others(cell, [right, up, 0]), others as f64);
+                most = larger(most, others as f64);
+            }
+            assert_eq!(density.most_others(cell, [2, 2, 0]), most);
+        }
+    }
+
     #[test]
     fn neighbourhood_packing_is_the_plain_sum() {
-        check::<Plane>([7, 5, 1]);
-        check::<Volume>([5, 7, 6]);
+        let flat = Scheme::Enskog(Neighbourhood::Cells(2));
+        check::<Plane>([7, 5, 1], flat, Weighing::Flat);
+        check::<Volume>([5, 7, 6], flat, Weighing::Flat);
+        check::<Plane>([7, 5, 1], Scheme::CONTACT_POINT, Weighing::Triangle);
     }
 
     #[test]
@@ -527,6 +703,7 @@ mod tests {
             unit: Plane::ball(0.5),
             packing_fraction: 0.25,
             bounded: [false; 3],
+            is_plain: true,
         };
         let density = Density::<Plane>::new(Scheme::FreeVolume, &gas);
         let (chi, limited, packing) = density.contact_value([0; 3], 2.0);

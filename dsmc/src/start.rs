@@ -359,6 +359,8 @@ where
             means.expected(packing_fraction * domain.volume() / weight),
             [2.0 * sizes.largest_radius(), radius],
         );
+        let means_of_all = [0.5 * mean_diameter, mean_mass];
+        let surroundings = Surroundings::new(&scene, boundaries, &grid, means_of_all, time)?;
         let gas = Gas {
             limit: parameters.largest_contact_value,
             counts: grid.counts(),
@@ -369,10 +371,9 @@ where
             unit: weight * P::Space::ball(sizes.largest_radius()),
             packing_fraction,
             bounded: [0, 1, 2].map(|axis| !domain.is_periodic(axis)),
+            is_plain: P::Sizes::UNIFORM && surroundings.is_none(),
         };
         let mut density = Density::new(parameters.scheme, &gas);
-        let means_of_all = [0.5 * mean_diameter, mean_mass];
-        let surroundings = Surroundings::new(&scene, boundaries, &grid, means_of_all, time)?;
         if let Some(surroundings) = &surroundings {
             leave_room(surroundings, &mut density)?;
             let entry = Entry {

@@ -4,7 +4,7 @@ use stosszahl_model::random::Purpose;
 use stosszahl_model::{Field, Observer, Physics, Recorder, Sizes, Space, Vector};
 
 use crate::collide::{Kernel, covered};
-use crate::density::Scheme;
+use crate::density::{Scheme, Weighing};
 use crate::engine::Engine;
 use crate::fly::{Flight, Timing};
 use crate::simulator::Follow;
@@ -364,8 +364,9 @@ where
             (units * factor) as f32
         };
         let reach = self.density.reach();
-        // This scheme asks for the density where partners are.
-        let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_));
+        // These ask for the density on the way to partners.
+        let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
+            || self.density.weighing() == Weighing::Triangle;
         let others = (self.share.as_ref())
             .map(|share| share.units_around(grid, tiles, reach, is_wide, units))
             .unwrap_or_default();

@@ -15,7 +15,7 @@ use super::shared::{Around, ChangeOf};
 use super::{Bounds, Rates, Report};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered, draw_whole, index, nearest_image};
-use crate::density::{Crowding, Scheme};
+use crate::density::{Crowding, Scheme, Weighing};
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::simulator::Follow;
 use crate::tally::smaller;
@@ -192,7 +192,11 @@ where
             }
             match (kernel.density.scheme(), self.rates) {
                 (Scheme::ContactPoint { .. }, Some(rates)) => {
-                    self.around_points(line, columns, rates, &mut search, &mut stream);
+                    if P::Sizes::UNIFORM && kernel.density.weighing() == Weighing::Triangle {
+                        self.around_points::<true>(line, columns, rates, &mut search, &mut stream);
+                    } else {
+                        self.around_points::<false>(line, columns, rates, &mut search, &mut stream);
+                    }
                 }
                 (Scheme::Esmc(_), _) => self.in_cells(line, columns, &ranges, &mut stream),
                 (Scheme::StochasticDisks { stiffness }, _) => {
@@ -234,7 +238,10 @@ where
         } else {
             covered::<P>(sizes, members.clone().map(|who| self.patch.tag(who)))
         };
-        let units = kernel.density.around(at, own);
+        let mut units = kernel.density.around(at, own);
+        if P::Sizes::UNIFORM && kernel.density.weighing() == Weighing::Triangle {
+            units -= kernel.density.share_of([0; 3]);
+        }
         let crowding = kernel.density.crowding(at);
         let known = self.rates.and_then(|rates| rates.known(units, crowding));
         let (packing, limited, class) = if let Some(known) = known {
@@ -422,9 +429,10 @@ where
         Some(-apart.inner(&trial.normal) / contact)
     }
 
-    /// Partners around the point of contact, at the rate of Enskog's theory.
+    /// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
+    /// halfway.
     #[inline(always)]
-    fn around_points(
+    fn around_points<const HALFWAY: bool>(
         &mut self,
         line: Line,
         columns: usize,
@@ -434,13 +442,36 @@ where
     ) {
         let kernel = self.kernel;
         let sizes = kernel.scene.sizes();
+        // How far from a simulator that is, in cells; less where a coordinate at the edge of a cell is rounded to the other side.
+        let farthest = if HALFWAY {
+            steps_within(kernel.grid, kernel.mean_radius)
+        } else {
+            [0; 3]
+        };
+        let n_chi = |others: f64| rates.at(others, Crowding::NONE, 1.0);
         self.for_trials(
             line,
             columns,
             stream,
-            |_, cell, _| cell.ceiling * rates.most(cell.units, cell.crowding),
+            |_, cell, _| {
+                if HALFWAY {
+                    n_chi(kernel.density.most_others(cell.at, farthest))
+                } else {
+                    cell.ceiling * rates.most(cell.units, cell.crowding)
+                }
+            },
             |worker, cell, first, pick, stream| {
                 let trial = worker.propose(first, &cell.extent, stream);
+                if HALFWAY {
+                    let middle = trial.position + trial.normal * (0.5 * trial.distance);
+                    let step = worker.patch.steps_to(cell.at, middle);
+                    let step =
+                        [0, 1, 2].map(|axis| step[axis].clamp(-farthest[axis], farthest[axis]));
+                    let others = kernel.density.others(cell.at, step);
+                    if stream.random::<f64>() * cell.most >= n_chi(others) {
+                        return true;
+                    }
+                }
                 if !P::Sizes::UNIFORM {
                     let share = sizes.radius(worker.patch.tag(first)) / sizes.largest_radius();
                     let rate = cell.ceiling * rates.at(cell.units, cell.crowding, share);
@@ -593,6 +624,17 @@ where
         }
         apart
     }
+}
+
+/// How many cells a point at this distance may be away along each axis, at most.
+fn steps_within<S: Space>(grid: &Grid<S>, distance: f64) -> [i64; 3] {
+    [0, 1, 2].map(|axis| {
+        if axis < S::DIMENSION {
+            (distance / grid.width()[axis]).ceil() as i64
+        } else {
+            0
+        }
+    })
 }
 
 /// Mean size of a component of a random unit vector, in the plane and in space.

@@ -14,7 +14,9 @@
 //!
 //! `1/S = 1 + (Z - 1) [1 + (1 + d ln chi/d ln phi) w(k)] f(k d) f(k s)`,
 //!
-//! where f is the transform of a ball over its volume, 2 J1(x)/x in the plane (`docs/development/monte-carlo.md`). The block of cells
+//! where f is the transform of a ball over its volume, 2 J1(x)/x in the plane (`docs/development/monte-carlo.md`). With the number halfway
+//! to the contact, from which a simulator is d/2 away, it is `1 + (Z - 1) [f(k d) f(k s) + (1 + d ln chi/d ln phi) w(k) f(k d/2) (1 +
+//! f(k s))/2]`, and H has J0(k d/2), the mean of `exp(i k r)` over |r| = d/2, as a factor under its integral. The block of cells
 //! counts as a ball of its volume, and so does the cell in which the simulator may be anywhere: H is then right to 0.01.
 //!
 //! That the number in the whole box does not vary is left out on purpose. In a neighbourhood as large as the box, `1 - S(0)` and `n V S(0)` then
@@ -25,7 +27,7 @@ use std::f64::consts::PI;
 
 use stosszahl_model::Space;
 
-use crate::density::Gas;
+use crate::density::{Density, Gas, Weighing};
 
 /// Packing fractions of the table, evenly spaced in their roots, and the largest; between them values are interpolated.
 const PACKINGS: usize = 24;
@@ -43,12 +45,16 @@ const NEAREST: f64 = 2.0;
 /// Largest S, about that of a fluid that begins to freeze: where linear response says more, or that waves grow, it does not hold.
 const HIGHEST: f64 = 5.0;
 
-/// A neighbourhood: the block of cells around the cell of a simulator.
+/// A neighbourhood: the block of cells around the cell of a simulator; or, of cells that count the less the farther they are, around the
+/// cell of the point halfway to that of contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// Its volume, and that of a cell \[length^D\].
+    /// Its volume, that of a cell, and that of the block which the neighbourhood is, or which it is after it was blurred by the
+    /// same block \[length^D\].
     volume: f64,
     cell: f64,
+    block: f64,
+    weighing: Weighing,
     /// Contact distance, and radius around the point of contact within which partners are drawn \[length\].
     diameter: f64,
     radius: f64,
@@ -69,6 +75,8 @@ struct Wave {
     /// w(k), and the square of the transform of the neighbourhood alone.
     window: f64,
     square: f64,
+    /// The transform of where the simulator is, seen from the middle of its neighbourhood.
+    place: f64,
 }
 
 impl Missing {
@@ -103,11 +111,17 @@ fn radius<S: Space>(volume: f64) -> f64 {
 }
 
 impl Window {
-    /// Of so many cells.
-    pub(super) fn new(gas: &Gas, cells: f64, radius: f64) -> Self {
+    pub(super) fn new<S: Space>(gas: &Gas, density: &Density<S>, radius: f64) -> Self {
+        let cells = density.cells_around();
+        let block = match density.weighing() {
+            Weighing::Flat => cells,
+            Weighing::Triangle => cells.sqrt(),
+        };
         Self {
             volume: cells * gas.cell,
             cell: gas.cell,
+            block: block * gas.cell,
+            weighing: density.weighing(),
             diameter: gas.diameter,
             radius,
             copies: gas.simulators_per_particle,
@@ -116,22 +130,59 @@ impl Window {
 
     /// The wave numbers of the integrals, evenly spaced.
     fn waves<S: Space>(&self) -> Vec<Wave> {
-        let [block, cell] = [self.volume, self.cell].map(radius::<S>);
+        let [block, cell] = [self.block, self.cell].map(radius::<S>);
         let longest = self.diameter.max(self.radius);
         let step = PI / (EACH * longest.max(2.0 * block));
         let count = (LOBES / longest / step).ceil().min(MOST) as usize;
         let wave = |number: usize| {
             let k = (number as f64 + 0.5) * step;
             let around = ball::<S>(k * block);
+            let (window, square, place) = match self.weighing {
+                Weighing::Flat => (around * ball::<S>(k * cell), around * around, 1.0),
+                Weighing::Triangle => {
+                    let [window, square] = self.triangle(k);
+                    (window, square, libm::j0(0.5 * k * self.diameter))
+                }
+            };
             Wave {
                 k,
                 // The surface of a sphere of radius k over (2 pi)^D.
                 weight: S::SOLID_ANGLE * (k / (2.0 * PI)).powi(S::DIMENSION as i32) / k * step,
-                window: around * ball::<S>(k * cell),
-                square: around * around,
+                window,
+                square,
+                place,
             }
         };
         (0..count).map(wave).collect()
+    }
+
+    /// w(k) of cells that count the less the farther they are, and the square of the transform of what they count, in the plane; means over
+    /// directions.
+    ///
+    /// The middle is anywhere in its cell: blurred by a cell, what cells count is a block of n cells on a side blurred by itself.
+    fn triangle(&self, k: f64) -> [f64; 2] {
+        const ANGLES: usize = 16;
+        let (cell, count) = (self.cell.sqrt(), (self.block / self.cell).sqrt().round());
+        let mut means = [0.0; 2];
+        for number in 0..ANGLES {
+            let (sin, cos) = (0.5 * PI * (number as f64 + 0.5) / ANGLES as f64).sin_cos();
+            let [mut window, mut square] = [1.0; 2];
+            for side in [cos, sin] {
+                let x = 0.5 * k * cell * side;
+                // Of the n cells themselves, and blurred by a cell.
+                let cells = if x.sin().abs() < 1e-6 {
+                    1.0
+                } else {
+                    (count * x).sin() / (count * x.sin())
+                };
+                let block = cells * if x < 1e-6 { 1.0 } else { x.sin() / x };
+                window *= block * block;
+                square *= (block * cells).powi(2);
+            }
+            means[0] += window;
+            means[1] += square;
+        }
+        means.map(|sum| sum / ANGLES as f64)
     }
 
     /// What a neighbourhood of a packing fraction lacks, as [`Missing::at`].
@@ -146,18 +197,27 @@ impl Window {
         let slope = (1.0 / zero - 1.0) / excess - 1.0;
         let simulators = self.copies * packing / S::ball(0.5 * self.diameter);
         let spread = self.radius.max(radius::<S>(NEAREST / simulators));
-        let [mut missing, mut variance] = [0.0; 2];
+        let [mut missing, mut variance, mut all] = [0.0; 3];
         for wave in waves {
-            let carried = ball::<S>(wave.k * self.diameter) * ball::<S>(wave.k * spread);
-            let response = 1.0 + excess * (1.0 + slope * wave.window) * carried;
+            let [arm, half, spread] = [self.diameter, 0.5 * self.diameter, spread]
+                .map(|length| ball::<S>(wave.k * length));
+            let carried = match self.weighing {
+                Weighing::Flat => (1.0 + slope * wave.window) * arm * spread,
+                Weighing::Triangle => {
+                    arm * spread + slope * wave.window * half * 0.5 * (1.0 + spread)
+                }
+            };
+            let response = 1.0 + excess * carried;
             let structure = 1.0 / response.max(1.0 / HIGHEST);
-            missing += (1.0 - structure) * wave.window * wave.weight;
+            missing += (1.0 - structure) * wave.window * wave.place * wave.weight;
             variance += (1.0 - structure) * wave.square * wave.weight;
+            all += wave.square * wave.weight;
         }
-        [
-            missing * self.volume,
-            (1.0 - variance * self.volume).max(0.0),
-        ]
+        let all = match self.weighing {
+            Weighing::Flat => 1.0 / self.volume,
+            Weighing::Triangle => all,
+        };
+        [missing * self.volume, (1.0 - variance / all).max(0.0)]
     }
 }
 
@@ -183,8 +243,17 @@ mod tests {
         x.sin() / x
     }
 
-    /// Of blocks of cells, by a plain sum over a grid of wave vectors: what is missing, and the variance over its mean.
-    fn of_a_block(packing: f64, side: f64, cell: f64, spread: f64) -> [f64; 2] {
+    /// A neighbourhood in units of the contact distance: the side of the block which it is, or which it is after it was blurred by the same
+    /// block; the side of a cell, and how far partners are spread around the point of contact.
+    struct Plain {
+        weighing: Weighing,
+        side: f64,
+        cell: f64,
+        spread: f64,
+    }
+
+    /// What is missing, and the variance over its mean, by a plain sum over a grid of wave vectors.
+    fn plain(packing: f64, of: &Plain) -> [f64; 2] {
         const GRID: i32 = 300;
         let step = 12.0 / f64::from(GRID);
         let (zero, chi) = (
@@ -192,37 +261,68 @@ mod tests {
             Plane::contact_value(packing),
         );
         let near = 2.0 * packing * chi;
+        let (side, cell) = (of.side, of.cell);
+        // Cells along an axis of the block, as often as they count, and the mean of the squares of that over their mean.
+        let half = side / cell;
+        let (volume, squares) = match of.weighing {
+            Weighing::Flat => (side * side, 1.0),
+            Weighing::Triangle => (
+                (half * side).powi(2),
+                ((2.0 * half * half + 1.0) / (3.0 * half)).powi(2),
+            ),
+        };
         let [mut missing, mut variance] = [0.0; 2];
         let along = |at: i32| (f64::from(at) + 0.5) * step;
         for (x, y) in (-GRID..GRID).flat_map(|x| (-GRID..GRID).map(move |y| (x, y))) {
             let k = [along(x), along(y)];
             let size = k[0].hypot(k[1]);
             let block: f64 = k.map(|k| sinc(0.5 * k * side)).iter().product();
-            let w: f64 = block * k.map(|k| sinc(0.5 * k * cell)).iter().product::<f64>();
-            let f = ball::<Plane>(size) * ball::<Plane>(size * spread);
-            let structure = 1.0 / (1.0 + (near + (1.0 / zero - 1.0 - near) * w) * f);
-            let each = (1.0 - structure) * (step * side / (2.0 * PI)).powi(2);
-            missing += each * w;
-            variance += each * block * block;
+            let blur: f64 = k.map(|k| sinc(0.5 * k * cell)).iter().product();
+            let [arm, halfway, spread] =
+                [1.0, 0.5, of.spread].map(|length| ball::<Plane>(size * length));
+            let slope = 1.0 / zero - 1.0 - near;
+            let (counts, place, pushed) = match of.weighing {
+                Weighing::Flat => (block, 1.0, slope * block * blur * arm * spread),
+                Weighing::Triangle => (
+                    block * block / blur,
+                    libm::j0(0.5 * size),
+                    slope * block * block * halfway * 0.5 * (1.0 + spread),
+                ),
+            };
+            let structure = 1.0 / (1.0 + near * arm * spread + pushed);
+            let each = (1.0 - structure) * volume * (step / (2.0 * PI)).powi(2);
+            missing += each * counts * blur * place;
+            variance += each * counts * counts / squares;
         }
         [missing, 1.0 - variance]
     }
 
-    /// A block of cells against a ball of its volume: what is missing to 0.01 of a simulator, and the variance to 0.02 of that of as many
-    /// independent ones (the largest differences here are 0.004 and 0.013); where all partners are near, and where they are as far as
-    /// the block is wide.
+    /// Blocks of cells count as balls of their volume: what is missing is right to 0.01 of a simulator, and the variance to 0.02 of that of as
+    /// many independent ones (the largest differences here are 0.004 and 0.013); where all partners are near, and where they are
+    /// as far as the block is wide.
     #[test]
     fn blocks_are_much_like_balls() {
-        for (packing, copies, side, cell, radius) in [
-            (0.01, 1.0, 10.9, 10.9, 6.83),
-            (0.01, 4.0, 6.9, 6.9, 6.83),
-            (0.1, 4.0, 5.16, 1.72, 0.6),
-            (0.25, 1.0, 10.9, 2.18, 0.5),
-            (0.25, 64.0, 3.5, 0.5, 0.5),
+        use Weighing::{Flat, Triangle};
+        for (weighing, packing, copies, side, cell, radius) in [
+            (Flat, 0.01, 1.0, 10.9, 10.9, 6.83),
+            (Flat, 0.01, 4.0, 6.9, 6.9, 6.83),
+            (Flat, 0.1, 4.0, 5.16, 1.72, 0.6),
+            (Flat, 0.25, 1.0, 10.9, 2.18, 0.5),
+            (Flat, 0.25, 64.0, 3.5, 0.5, 0.5),
+            (Triangle, 0.1, 16.0, 1.72, 0.86, 0.59),
+            (Triangle, 0.25, 16.0, 1.086, 0.543, 0.5),
+            (Triangle, 0.25, 64.0, 1.0, 0.5, 0.5),
+            (Triangle, 0.5, 16.0, 1.15, 0.383, 0.354),
         ] {
+            let counted = match weighing {
+                Flat => side * side,
+                Triangle => f64::powi(side * side / cell, 2),
+            };
             let window = Window {
-                volume: side * side,
+                volume: counted,
                 cell: cell * cell,
+                block: side * side,
+                weighing,
                 diameter: 1.0,
                 radius,
                 copies,
@@ -230,9 +330,20 @@ mod tests {
             let found = window.lacks::<Plane>(packing, &window.waves::<Plane>());
             let simulators = copies * packing / Plane::ball(0.5);
             let nearest = (2.0 / (std::f64::consts::PI * simulators)).sqrt();
-            let plain = of_a_block(packing, side, cell, radius.max(nearest));
-            let what = format!("{packing} {copies}: {found:?} {plain:?}");
-            assert!((found[0] - plain[0]).abs() < 0.01, "{what}");
+            let spread = radius.max(nearest);
+            let plain = plain(
+                packing,
+                &Plain {
+                    weighing,
+                    side,
+                    cell,
+                    spread,
+                },
+            );
+            let what = format!("{weighing:?} {packing} {copies}: {found:?} {plain:?}");
+            // A simulator at the middle counts as often as the block has cells.
+            let most = counted / (side * side);
+            assert!((found[0] - plain[0]).abs() < 0.01 * most, "{what}");
             assert!((found[1] - plain[1]).abs() < 0.02, "{what}");
             assert!(plain[0] > 0.0 && plain[1] < 1.0, "{what}");
         }
@@ -246,6 +357,8 @@ mod tests {
                 let window = Window {
                     volume: S::ball(0.5 * side),
                     cell: S::ball(0.5),
+                    block: S::ball(0.5 * side),
+                    weighing: Weighing::Flat,
                     diameter: 1.0,
                     radius,
                     copies,

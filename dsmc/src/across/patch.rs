@@ -359,6 +359,18 @@ impl<P: Physics> Patch<P> {
         cell
     }
 
+    /// How many cells along each axis a point is from a cell of the tile.
+    #[inline(always)]
+    pub(super) fn steps_to(&self, cell: [u32; 3], point: VectorOf<P>) -> [i64; 3] {
+        [0, 1, 2].map(|axis| {
+            if axis < P::Space::DIMENSION {
+                floor(point[axis] * self.scale[axis]) - i64::from(cell[axis])
+            } else {
+                0
+            }
+        })
+    }
+
     /// The number here of a cell of the tile, by its coordinates there.
     #[inline(always)]
     pub(super) fn own_cell(&self, at: [usize; 3]) -> usize {

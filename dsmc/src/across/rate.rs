@@ -19,7 +19,7 @@ use stosszahl_model::Space;
 
 use super::arm;
 use super::missing::{Missing, Window};
-use crate::density::{Crowding, Density, Gas};
+use crate::density::{Crowding, Density, Gas, Weighing};
 
 /// Most entries of the table.
 const LARGEST_TABLE: u32 = 1 << 14;
@@ -44,6 +44,10 @@ pub(crate) struct Rates<S: Space> {
     limit: f64,
     /// Packing fraction of one unit in the neighbourhood.
     unit: f64,
+    /// What a simulator is of its own neighbourhood, in the table: nothing where it was taken off before.
+    own: f64,
+    /// Mean of the squares of what cells count, over their mean.
+    squares: f64,
     /// Area or volume of one particle, on average.
     ball: f64,
     /// Where sizes differ.
@@ -103,9 +107,14 @@ impl<S: Space> Rates<S> {
         let mut rates = Self {
             limit,
             unit,
+            own: match density.weighing() {
+                Weighing::Flat => 1.0,
+                Weighing::Triangle => 0.0,
+            },
+            squares: density.squares(),
             ball,
             spread,
-            missing: Missing::new::<S>(&Window::new(gas, density.cells_around(), radius)),
+            missing: Missing::new::<S>(&Window::new(gas, density, radius)),
             table: Vec::new(),
             space: std::marker::PhantomData,
         };
@@ -113,7 +122,7 @@ impl<S: Space> Rates<S> {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
                 .map(|units| Known {
-                    rate: rates.compute(f64::from(units), Crowding::NONE, [1.0; 2]),
+                    rate: rates.compute(f64::from(units), Crowding::NONE, [rates.own, 1.0]),
                     packing: f64::from(units) * unit,
                     limited: density.is_limited(f64::from(units)),
                     class: arm::class(f64::from(units) * unit, true),
@@ -143,7 +152,7 @@ impl<S: Space> Rates<S> {
             0.0
         };
         let each = self.spread.map_or(1.0, |spread| spread.variance);
-        let variance = each * unit * packing * varies;
+        let variance = each * self.squares * unit * packing * varies;
         let covered_chi = (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0);
         crowding.centres * covered_chi / self.ball
     }
@@ -155,14 +164,14 @@ impl<S: Space> Rates<S> {
         (f64::from(units as u32) == units && crowding == Crowding::NONE).then_some(known)
     }
 
-    /// n chi where the neighbourhood of a simulator holds this number of units, itself included \[1/length^D\]; `share`: its
-    /// radius over the largest.
+    /// n chi where the neighbourhood of a simulator holds this number of units \[1/length^D\], itself included, or halfway to the contact
+    /// without; `share`: its radius over the largest.
     #[inline]
     pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {
         match self.spread {
             None => match self.known(units, crowding) {
                 Some(known) => known.rate,
-                None => self.compute(units, crowding, [1.0; 2]),
+                None => self.compute(units, crowding, [self.own, 1.0]),
             },
             Some(spread) => {
                 let own = share.powi(S::DIMENSION as i32);
