@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
-    Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _,
-    VectorOf, Volume, Work,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Sum, Surface,
+    Vector as _, VectorOf, Volume, Work,
 };
 
 use crate::boundary::{Boundaries, Transfer};
@@ -336,10 +336,13 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
     }
 
-    fn moments(&self) -> Moments {
-        let mut moments = Moments::default();
-        (self.engine).each_here(|simulator, weight| moments.see(&self.particle(simulator, weight)));
-        moments
+    fn add_up(&self, sum: &mut dyn Sum) {
+        for tile in self.engine.tiles_here() {
+            (self.engine).each_in(tile, |simulator, weight| {
+                sum.add(&self.particle(simulator, weight));
+            });
+            sum.close(tile as u32);
+        }
     }
 
     fn particles(&self) -> Particles {

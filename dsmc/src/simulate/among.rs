@@ -1,8 +1,9 @@
 //! A gas that several processes hold, behind the common interface.
 //!
 //! The first process drives the gas as any other ([`simulate_among`]); the others do what it does ([`serve`]). While the gas
-//! advances each holds its part. Moments of velocities are added up by all, and
-//! checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first process gather all.
+//! advances each holds its part. Sums over particles are made by all
+//! ([`Simulation::add_up`]), and checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first
+//! process gather all.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,14 +11,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
+use stosszahl_model::sum::Make;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Moments, Observer, Particle, Particles, Physics,
-    Simulation, Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
+    Sum, Work,
 };
 
 use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
 use crate::parameters::EngineError;
-use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, write};
+use crate::share::{Beside, Ranks, all_gather, broadcast, read, reduce, write};
 use crate::simulator::Follow;
 
 /// What the first process tells the others.
@@ -27,8 +29,8 @@ pub(super) enum Command {
     Advance(f64, u64, bool),
     /// The first process is to hold all.
     Unite,
-    /// All are to add up the moments of what they hold.
-    Moments,
+    /// All are to add what they hold to the sum of this name, empty as it is.
+    AddUp(String, Vec<u8>),
     /// All are to write what they hold, into files with names that begin so.
     Write(String, Beside),
     /// The gas is let go of.
@@ -102,16 +104,20 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineE
 }
 
 /// Holds a part of a gas that another process drives, with everything but the start as there, until that lets go of it. The gas
-/// started with `count` particles in a box of these sides.
+/// started with `count` particles in a box of these sides. `make` knows all sums that the first process asks for.
 ///
 /// # Errors
 /// [`EngineError`] if it cannot be made here or elsewhere.
+///
+/// # Panics
+/// If the first process asks for a sum that `make` does not know.
 pub fn serve(
     gas: &Gas<'_>,
     count: usize,
     lengths: [f64; 3],
     ranks: &Arc<dyn Ranks>,
     interrupt: &Interrupt,
+    make: Make,
 ) -> Result<(), EngineError> {
     let Some(brief) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
         // It could not be made there, which is said there.
@@ -123,7 +129,7 @@ pub fn serve(
         checkpoint: &brief.kept,
         beside: brief.beside.as_ref(),
     });
-    match begin(gas, source, &Serve(ranks.clone(), interrupt.clone())) {
+    match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
         Ok(served) => {
             agree(&**ranks, Ok(()))?;
             served()
@@ -188,13 +194,8 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
     agree(&**ranks, read)
 }
 
-/// The moments of the parts of all processes.
-fn all_moments<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Moments {
-    all_reduce(ranks, cells.moments(), |sum, more| sum.merge(&more))
-}
-
 /// Another process does as it is told.
-struct Serve(Arc<dyn Ranks>, Interrupt);
+struct Serve(Arc<dyn Ranks>, Interrupt, Make);
 
 impl Keep for Serve {
     type Kept = Box<dyn FnOnce() -> Result<(), EngineError>>;
@@ -204,8 +205,8 @@ impl Keep for Serve {
         mut cells: Cells<P, F>,
         shards: Shards,
     ) -> Self::Kept {
-        let Self(ranks, interrupt) = self;
-        let ranks = ranks.clone();
+        let Self(ranks, interrupt, make) = self;
+        let (ranks, make) = (ranks.clone(), *make);
         cells.engine.stop_on(interrupt);
         Box::new(move || {
             begin_among(&mut cells, &ranks, shards)?;
@@ -219,8 +220,11 @@ impl Keep for Serve {
                         engine.advance(until, steps, &mut ());
                     }
                     Command::Unite => engine.unite(),
-                    Command::Moments => {
-                        all_moments(&*ranks, &cells);
+                    Command::AddUp(name, empty) => {
+                        let sum = make(&name, &empty);
+                        let mut sum = sum.expect("a sum that this program makes");
+                        cells.add_up(&mut *sum);
+                        reduce(&*ranks, &mut *sum);
                     }
                     Command::Write(stem, beside) => {
                         // What hinders this process is said by the first.
@@ -312,9 +316,10 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         self.whole().visit(look);
     }
 
-    fn moments(&self) -> Moments {
-        Command::Moments.give(&*self.ranks);
-        all_moments(&*self.ranks, &self.part())
+    fn add_up(&self, sum: &mut dyn Sum) {
+        Command::AddUp(sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        self.part().add_up(sum);
+        reduce(&*self.ranks, sum);
     }
 
     fn particles(&self) -> Particles {
