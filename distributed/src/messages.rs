@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl::study::crew::Order;
 
 /// From the root to the others.
 #[derive(Debug, Serialize, Deserialize)]
@@ -20,8 +19,8 @@ pub enum ToOther {
         /// What is set from outside.
         overrides: Vec<String>,
     },
-    /// A piece to be done; its record comes back with the same number.
-    Order(u64, Order),
+    /// Something to be done; what it leaves comes back with the same number.
+    Order(u64, Vec<u8>),
     /// The end, and whether MPI is to be closed by all together: not if a process was lost.
     End {
         /// Whether all are there.
@@ -32,11 +31,11 @@ pub enum ToOther {
 /// From the others to the root.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum ToRoot {
-    /// The case is planned; this many pieces can be done at once.
+    /// The case is planned; this many orders can be done at once.
     Ready(usize),
     /// The case cannot be run here.
     Failed(String),
-    /// What a piece left.
+    /// What an order left.
     Record(u64, Vec<u8>),
     /// This process was asked to stop; what it was given and has not sent back is for others.
     Leaves,

@@ -1,4 +1,4 @@
-//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together. `frontier`: all make its runs.
+//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -6,14 +6,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use stosszahl::arguments::{CaseArguments, FrontierArguments, RunArguments, VERSION};
+use stosszahl::arguments::{CaseArguments, RunArguments, VERSION};
 use stosszahl::case::CaseFile;
 use stosszahl::commands::{self, CommandError, STOPPED_RUN, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
 use stosszahl::study::holders::{hold_gases, run_holding};
-use stosszahl::study::{self, Options, RunError};
+use stosszahl::study::{self, Options};
 
 use crate::messages::{read, write};
 use crate::pulse::Pulse;
@@ -31,11 +31,7 @@ struct Case {
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
 pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
-    let _pulse = Pulse::start(
-        &world,
-        patience,
-        "--resume goes on from the last checkpoint",
-    );
+    let _pulse = Pulse::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();
     let began = Instant::now();
     let code = if world.rank() == 0 {
@@ -50,51 +46,17 @@ pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
         for (rank, bytes) in all.iter().enumerate() {
             if let Some(traffic) = read::<Traffic>(bytes) {
                 note(&format!(
-                    "rank {rank}: {} messages of {:.3e} bytes in {} rounds, {:.2} s of {seconds:.2} s in them",
-                    traffic.messages, traffic.bytes as f64, traffic.rounds, traffic.seconds
+                    "rank {rank}: {} messages of {:.3e} bytes, and {:.3e} bytes received, in {} rounds, {:.2} s of {seconds:.2} s in them",
+                    traffic.messages,
+                    traffic.bytes as f64,
+                    traffic.received as f64,
+                    traffic.rounds,
+                    traffic.seconds
                 ));
             }
         }
     }
     code
-}
-
-/// Measures a frontier with all processes. If nothing is heard of one for `patience`, the job ends.
-pub fn frontier(arguments: &FrontierArguments, patience: Duration) -> ExitCode {
-    let world = Arc::new(World::new());
-    let _pulse = Pulse::start(
-        &world,
-        patience,
-        "a new one begins with the runs of the reference that are kept",
-    );
-    let file = if world.rank() == 0 {
-        match first_file(&arguments.case, &*world) {
-            Ok(file) => Ok(file),
-            Err(error) => return commands::ended(Err(error)),
-        }
-    } else {
-        match file_of_first(&*world) {
-            Some(file) => file,
-            None => return ExitCode::SUCCESS,
-        }
-    };
-    let whys = gather_from_all(&*world, write(&file.as_ref().err()));
-    let mut whys = whys
-        .iter()
-        .map(|why| read::<Option<String>>(why))
-        .enumerate();
-    let why = whys.find_map(|(rank, why)| Some((rank, why??)));
-    let done = match (file, why) {
-        (Ok(file), None) => commands::measure_frontier(arguments, &file, Some(&*world)),
-        (_, Some((rank, why))) => Err(RunError::Crew(format!("rank {rank}: {why}")).into()),
-        (Err(why), None) => Err(RunError::Crew(why).into()),
-    };
-    // What hinders all is said by the first.
-    if world.rank() == 0 {
-        commands::ended(done)
-    } else {
-        ExitCode::SUCCESS
-    }
 }
 
 /// Reads the case in the first process, and tells the others what is in it.

@@ -345,6 +345,11 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         }
     }
 
+    fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
+        self.visit(&mut |particle| sum.add(particle));
+        sum.close(0);
+    }
+
     fn particles(&self) -> Particles {
         let domain = self.engine.grid().domain();
         let mut all = vec![Particle::of(0.0, 0.0); self.count()];

@@ -278,6 +278,12 @@ pub trait Simulation: Send {
         sum.close(0);
     }
 
+    /// Adds all particles to an empty sum that also looks at neighbours up to a distance `reach`: strip by strip of the box, which are
+    /// groups. Those of weight zero are not of the strip, but near it. Only positions and weights are shown.
+    fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
+        self.add_up(sum);
+    }
+
     /// Moments of the velocities.
     fn moments(&self) -> Moments {
         let mut moments = Moments::default();

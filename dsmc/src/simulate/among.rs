@@ -14,7 +14,7 @@ use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::sum::Make;
 use stosszahl_model::{
     BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
-    Sum, Work,
+    Sum, Vector as _, Work,
 };
 
 use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
@@ -31,6 +31,8 @@ pub(super) enum Command {
     Unite,
     /// All are to add what they hold to the sum of this name, empty as it is.
     AddUp(String, Vec<u8>),
+    /// The same with neighbours up to a distance.
+    AddUpNear(f64, String, Vec<u8>),
     /// All are to write what they hold, into files with names that begin so.
     Write(String, Beside),
     /// The gas is let go of.
@@ -194,6 +196,57 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
     agree(&**ranks, read)
 }
 
+/// Deals out positions by equal strips of the first axis, one for each process, and adds those of the own strip and near it to a sum.
+fn add_strip<P: Physics, F: Follow<P::Space>>(
+    cells: &Cells<P, F>,
+    reach: f64,
+    sum: &mut dyn Sum,
+    ranks: &dyn Ranks,
+) {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let length = cells.engine.grid().domain().lengths().spatial().x;
+    let width = length / size as f64;
+    // A little more, for rounding.
+    let far = (0.5 * width + reach) * (1.0 + 1e-9);
+    let is_near = |x: f64, strip: usize| {
+        let apart = (x - (strip as f64 + 0.5) * width).abs();
+        apart.min(length - apart) <= far
+    };
+    let wide = ((far / width) as usize + 1).min(size / 2);
+    let mut strips: Vec<Vec<(Vector3<f64>, bool)>> = vec![Vec::new(); size];
+    for tile in cells.engine.tiles_here() {
+        cells.engine.each_in(tile, |simulator, _| {
+            let position = simulator.position.spatial();
+            let own = ((position.x / width).max(0.0) as usize).min(size - 1);
+            strips[own].push((position, true));
+            for step in 1..=wide {
+                let [left, right] = [(own + size - step) % size, (own + step) % size];
+                if is_near(position.x, left) {
+                    strips[left].push((position, false));
+                }
+                if right != left && is_near(position.x, right) {
+                    strips[right].push((position, false));
+                }
+            }
+        });
+    }
+    let own = std::mem::take(&mut strips[me]);
+    let others: Vec<usize> = (0..size).filter(|&rank| rank != me).collect();
+    let messages = others.iter().map(|&rank| (rank, write(&strips[rank])));
+    let came = ranks.exchange(messages.collect(), &others);
+    let came = came
+        .iter()
+        .flat_map(|bytes| read::<Vec<(Vector3<f64>, bool)>>(bytes));
+    for (position, is_own) in own.into_iter().chain(came) {
+        sum.add(&Particle {
+            position,
+            weight: if is_own { 1.0 } else { 0.0 },
+            ..Particle::of(0.0, 0.0)
+        });
+    }
+    sum.close(me as u32);
+}
+
 /// Another process does as it is told.
 struct Serve(Arc<dyn Ranks>, Interrupt, Make);
 
@@ -224,6 +277,12 @@ impl Keep for Serve {
                         let sum = make(&name, &empty);
                         let mut sum = sum.expect("a sum that this program makes");
                         cells.add_up(&mut *sum);
+                        reduce(&*ranks, &mut *sum);
+                    }
+                    Command::AddUpNear(reach, name, empty) => {
+                        let sum = make(&name, &empty);
+                        let mut sum = sum.expect("a sum that this program makes");
+                        add_strip(&cells, reach, &mut *sum, &*ranks);
                         reduce(&*ranks, &mut *sum);
                     }
                     Command::Write(stem, beside) => {
@@ -319,6 +378,12 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
     fn add_up(&self, sum: &mut dyn Sum) {
         Command::AddUp(sum.name().to_owned(), sum.save()).give(&*self.ranks);
         self.part().add_up(sum);
+        reduce(&*self.ranks, sum);
+    }
+
+    fn add_up_near(&self, reach: f64, sum: &mut dyn Sum) {
+        Command::AddUpNear(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        add_strip(&self.part(), reach, sum, &*self.ranks);
         reduce(&*self.ranks, sum);
     }
 

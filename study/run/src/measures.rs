@@ -39,8 +39,10 @@ mod transport;
 mod velocity_autocorrelation;
 mod velocity_distribution;
 
+use stosszahl_analysis::pair_correlation::Pairs;
 use stosszahl_analysis::statistics::Estimate as Mean;
-use stosszahl_analysis::{flow, modes, structure_factor as lattice, velocities};
+use stosszahl_analysis::structure_factor::Lattice;
+use stosszahl_analysis::{flow, modes, velocities};
 use stosszahl_dsmc::Weights;
 use stosszahl_model::sum::{self, Make};
 use stosszahl_model::{Moments, Sum};
@@ -87,13 +89,14 @@ pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<>
 
 /// Makes a sum that the first of several processes asks for: all kinds that measures use.
 pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
-    let kinds: [Make; 7] = [
+    let kinds: [Make; 8] = [
         sum::made::<Moments>,
         sum::made::<flow::Flows>,
         sum::made::<flow::Warmth>,
         sum::made::<velocities::Counts>,
-        sum::made::<lattice::Lattice>,
+        sum::made::<Lattice>,
         sum::made::<modes::Amplitudes>,
+        sum::made::<Pairs>,
         sum::made::<course::Look>,
     ];
     kinds.iter().find_map(|made| made(name, empty))

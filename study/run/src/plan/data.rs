@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::TheoryError;
 use stosszahl_case::format::{Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
@@ -145,7 +146,7 @@ pub struct EnginePlan {
 }
 
 /// What an engine is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EngineKind {
     /// Exact event-driven dynamics.
     EventDriven {
