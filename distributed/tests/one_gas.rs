@@ -110,9 +110,13 @@ packing_fraction = 0.2
 [start]
 equilibration = 0
 [run]
-until = 0.2
+until = 0.004
 samples = 2
-[engine.dsmc-enskog]
+[engine.dsmc-boltzmann]
+[measure.snapshots]
+times = []
+[measure.frames]
+number = 0
 [measure.series]
 [measure.fields]
 cells = [8, 4]
@@ -165,7 +169,7 @@ fn looks_at_a_gas_gather_no_particles() {
         assert!(output.status.success(), "{}", said(&output));
         assert!(tables(Path::new(&out)) == wanted, "{ranks} ranks");
         let bytes = received(&output);
-        assert!(bytes < 0.4 * gas, "{ranks} ranks: {bytes}");
+        assert!(bytes < 0.55 * gas, "{ranks} ranks: {bytes}");
     }
     let gathers = Scratch::new(&format!("{MEASURED}[measure.velocity_autocorrelation]\n"));
     let out = gathers.out("gathers");
@@ -179,7 +183,7 @@ fn looks_at_a_gas_gather_no_particles() {
         &out,
     ];
     let output = done(job(2, &[], &arguments));
-    assert!(received(&output) > 0.4 * gas, "{}", said(&output));
+    assert!(received(&output) > 0.55 * gas, "{}", said(&output));
 }
 
 #[test]

@@ -142,7 +142,7 @@ pub fn started(mut command: Command) -> Child {
     command.spawn().expect("mpirun starts")
 }
 
-/// All tables of a folder; no checkpoint may be left.
+/// All tables of a folder, snapshots and frames; no checkpoint may be left.
 pub fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -154,7 +154,7 @@ pub fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
                 folders.push(path);
             } else if path
                 .extension()
-                .is_some_and(|end| end == "csv" || end == "xyz")
+                .is_some_and(|end| end == "csv" || end == "xyz" || end == "bin")
             {
                 let name = path.strip_prefix(folder).expect("inside").to_owned();
                 all.insert(name, fs::read(&path).expect("a table"));

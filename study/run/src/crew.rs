@@ -191,11 +191,6 @@ impl<'a> Board<'a> {
         }
     }
 
-    /// Whether the run has failed.
-    pub fn has_failed(&self) -> bool {
-        self.state().failure.is_some()
-    }
-
     pub(crate) fn finished(self) -> Result<Vec<PointSummary>, RunError> {
         let state = self.state.into_inner();
         let state = state.unwrap_or_else(PoisonError::into_inner);

@@ -89,7 +89,7 @@ pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<>
 
 /// Makes a sum that the first of several processes asks for: all kinds that measures use.
 pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
-    let kinds: [Make; 8] = [
+    let kinds: [Make; 10] = [
         sum::made::<Moments>,
         sum::made::<flow::Flows>,
         sum::made::<flow::Warmth>,
@@ -97,6 +97,8 @@ pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
         sum::made::<Lattice>,
         sum::made::<modes::Amplitudes>,
         sum::made::<Pairs>,
+        sum::made::<frames::Crowding>,
+        sum::made::<frames::Chosen>,
         sum::made::<course::Look>,
     ];
     kinds.iter().find_map(|made| made(name, empty))

@@ -9,7 +9,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{Fields as Sums, Grid};
 use stosszahl_case::Kind;
-use stosszahl_case::format::Face;
 use stosszahl_model::{Collision, Observer};
 use stosszahl_results::{Table, Verdict};
 
@@ -133,7 +132,7 @@ impl Measure for Fields {
             looking: Looking::of(plan),
             per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
             lengths: plan.lengths,
-            periodic: [0, 1].map(|axis| *plan.case.walls.at(axis, 0) == Face::default()),
+            periodic: plan.periodic(),
             carries: match &engine.kind {
                 EngineKind::EventDriven { .. } => true,
                 EngineKind::MonteCarlo(parameters) => parameters.scheme.carries(),

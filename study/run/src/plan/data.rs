@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::TheoryError;
-use stosszahl_case::format::{Selection, TimeUnit};
+use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Weights};
 use stosszahl_model::initial::StartFile;
@@ -203,6 +203,11 @@ impl Plan {
             place -= one.count;
         }
         0
+    }
+
+    /// Whether the box is periodic along its first two axes.
+    pub fn periodic(&self) -> [bool; 2] {
+        [0, 1].map(|axis| *self.case.walls.at(axis, 0) == Face::default())
     }
 
     /// Which species of the plan a particle of an engine belongs to.
