@@ -3,13 +3,14 @@
 use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
+use std::slice;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::case::format::share;
 use crate::case::{CaseError, CaseFile, nearest};
 use crate::model::Interrupt;
-use crate::report::{Listing, ReportError, listing, write_report};
+use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{
     Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, quantity_title, write_file,
 };
@@ -615,19 +616,26 @@ pub fn measure_frontier(
 
 /// Prints what a frontier says, and writes its page.
 fn show(found: &frontier::Frontier, folder: &Path) -> Result<(), CommandError> {
-    let sentences: Vec<String> = found
-        .sentences
-        .iter()
-        .map(|one| one.replace("**", ""))
-        .collect();
-    for sentence in &sentences {
+    say(&found.headline)?;
+    for sentence in &found.conclusions {
         say(sentence)?;
     }
+    say(&found.provenance)?;
     let lists: Vec<Listing<'_>> = (found.lists.iter())
         .map(|one| (&*one.title, one.columns, &*one.rows))
         .collect();
     let title = format!("Speed against error: {}", found.title);
-    let page = listing(&title, &sentences, &[&found.figure], &lists);
+    let page = listing(&Listed {
+        title: &title,
+        headline: &found.headline,
+        figure: &found.figure,
+        lines: &found.conclusions,
+        folded: &[
+            ("What was measured", slice::from_ref(&found.provenance)),
+            ("What was left out", &found.left_out),
+        ],
+        lists: &lists,
+    });
     let path = folder.join("frontier.html");
     write_file(&path, page.as_bytes())?;
     Ok(say(&format!("report: {}", path.display()))?)

@@ -4,6 +4,20 @@ from collections.abc import Callable, Mapping
 from os import PathLike
 from typing import Any, final
 
+__all__ = [
+    "Engine",
+    "Gas",
+    "ImpactParameters",
+    "check",
+    "engines",
+    "manifest",
+    "report",
+    "run",
+    "schema",
+    "sweep",
+    "toml_of_json",
+]
+
 @final
 class Gas:
     def __new__(cls, description: Mapping[str, Any], start: Mapping[str, Any] | None) -> Gas: ...

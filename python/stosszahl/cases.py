@@ -93,7 +93,8 @@ def toml(value: Any) -> str:
 
 def schema() -> dict[str, Any]:
     """The JSON Schema of case files."""
-    return json.loads(_native.schema())
+    schema: dict[str, Any] = json.loads(_native.schema())
+    return schema
 
 
 def check(
@@ -121,7 +122,8 @@ def check(
         Says file, line and key that are to blame, and what is allowed.
     """
     whole = Case.of(case).set(keys, replicas=replicas, seed=seed, until=until)
-    return json.loads(_native.check(whole, threads))
+    points: list[dict[str, Any]] = json.loads(_native.check(whole, threads))
+    return points
 
 
 def run(

@@ -89,7 +89,9 @@ class ImpactParameters:
 class Engine(HasParticles):
     """A gas under way. :class:`EventDriven` and :class:`MonteCarlo` are engines."""
 
-    def __init__(self, gas: Gas, handle: Any) -> None:
+    _handle: _native.Engine
+
+    def __init__(self, gas: Gas, handle: _native.Engine) -> None:
         self._gas = gas
         self._handle = handle
         self.dimension = gas.dimension
@@ -116,8 +118,10 @@ class Engine(HasParticles):
         GasError
             The gas cannot go on, as in inelastic collapse.
         """
-        if observer is None or isinstance(observer, ImpactParameters):
-            self._handle.advance(until, observer and observer._handle, batch)
+        if observer is None:
+            self._handle.advance(until, None, batch)
+        elif isinstance(observer, ImpactParameters):
+            self._handle.advance(until, observer._handle, batch)
         elif callable(observer):
             self._handle.advance(until, lambda data: observer(np.frombuffer(data, dtype=COLLISION)), batch)
         else:
@@ -263,4 +267,5 @@ def impact_parameters(collisions: NDArray[np.void]) -> NDArray[np.float64]:
     along = np.einsum("ij,ij->i", relative, line) / np.einsum("ij,ij->i", line, line)
     across = relative - line * along[:, None]
     square = np.einsum("ij,ij->i", across, across) / np.einsum("ij,ij->i", relative, relative)
-    return np.sqrt(np.minimum(square, 1.0))
+    b: NDArray[np.float64] = np.sqrt(np.minimum(square, 1.0))
+    return b

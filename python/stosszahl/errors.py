@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 __all__ = ["CaseError", "EngineError", "Error", "GasError", "PackageError", "ResultsError", "RunError"]
 
 
@@ -34,7 +36,7 @@ class CaseError(Error, ValueError):
         self.line: int | None = place[0] if place else None
         self.column: int | None = place[1] if place else None
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type[CaseError], tuple[Any, str | None, tuple[int, int | None] | None]]:
         place = None if self.line is None else (self.line, self.column)
         return type(self), (self.args[0], self.key, place)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import count
 from typing import Any
 
@@ -56,7 +57,7 @@ def draw(table: pd.DataFrame, figure: dict[str, Any], columns: list[dict[str, st
     return drawn
 
 
-def groups(table: pd.DataFrame, names: list[str]):
+def groups(table: pd.DataFrame, names: list[str]) -> Iterator[tuple[Any, pd.DataFrame]]:
     """Rows that agree in some columns, in the order in which they occur."""
     names = [name for name in names if name in table.columns]
     if not names:

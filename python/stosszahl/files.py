@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +36,13 @@ class Trajectory(Sequence[Snapshot]):
     def __len__(self) -> int:
         return len(self._all)
 
-    def __getitem__(self, index):
+    @overload
+    def __getitem__(self, index: int) -> Snapshot: ...
+    @overload
+    def __getitem__(self, index: slice) -> Trajectory: ...
+    def __getitem__(self, index: int | slice) -> Snapshot | Trajectory:
         found = self._all[index]
-        return Trajectory(found) if isinstance(index, slice) else found
+        return Trajectory(found) if isinstance(found, list) else found
 
     def __iter__(self) -> Iterator[Snapshot]:
         return iter(self._all)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,7 +78,7 @@ class HasParticles:
     Arrays are made when they are asked for, and cannot be written to: they are not the engine's own.
     """
 
-    _handle: Any
+    _handle: _native.Gas | _native.Engine
     dimension: int
 
     def __len__(self) -> int:
@@ -140,7 +140,11 @@ class Gas(HasParticles):
     then in d sqrt(m/T).
     """
 
-    def __init__(self, description: Mapping[str, Any], start: Mapping[str, Any] | None = None, *, handle: Any = None) -> None:
+    _handle: _native.Gas
+
+    def __init__(
+        self, description: Mapping[str, Any], start: Mapping[str, Any] | None = None, *, handle: _native.Gas | None = None
+    ) -> None:
         self._description = dict(description)
         self._handle = handle if handle is not None else _native.Gas(self._description, start)
         self.dimension: int = self._description["dimension"]
@@ -282,11 +286,21 @@ class Gas(HasParticles):
         columns = {name: bytes(self._handle.column(name)) for name in ("positions", "velocities", "spins", "weights")}
         return {"time": time, "lengths": lengths, "periodic": periodic, **columns}
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type[Gas], tuple[dict[str, Any], dict[str, Any]]]:
         return Gas, (self._description, self._start())
 
 
-def describe(dimension, number, species, packing_fraction, restitution, temperature, seed, replica, **further) -> dict[str, Any]:
+def describe(
+    dimension: int,
+    number: float,
+    species: Iterable[Iterable[float]],
+    packing_fraction: float | None,
+    restitution: float | Viscoelastic,
+    temperature: float,
+    seed: int,
+    replica: int,
+    **further: Any,
+) -> dict[str, Any]:
     """What :class:`_native.Gas` is made of."""
     viscoelastic = restitution.strength if isinstance(restitution, Viscoelastic) else None
     whole = {"number": number, "seed": seed, "replica": replica}
@@ -324,7 +338,15 @@ def faces_of(axis: str, faces: Sequence[Wall | str]) -> list[Wall | str]:
     return faces
 
 
-def start_of(time, lengths, periodic, positions, velocities, spins, weights) -> dict[str, Any]:
+def start_of(
+    time: float,
+    lengths: Sequence[float],
+    periodic: Sequence[bool],
+    positions: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    spins: NDArray[np.float64],
+    weights: NDArray[np.float64],
+) -> dict[str, Any]:
     columns = {"positions": positions, "velocities": velocities, "spins": spins, "weights": weights}
     frame = {"time": time, "lengths": lengths, "periodic": periodic}
     return {**frame, **{name: column.tobytes() for name, column in columns.items()}}

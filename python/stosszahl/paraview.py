@@ -7,6 +7,7 @@ import os
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -92,7 +93,8 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
     if rows.empty:
         raise ResultsError(f"{results.folder}: no fields of {engine!r}; there are some of: {', '.join(table['engine'].unique())}")
     # The steady state may end with a window that is listed.
-    windows = sorted(rows.groupby(["window_start", "window_end"]), key=lambda one: sum(one[0]))
+    windows: list[tuple[Any, pd.DataFrame]] = list(rows.groupby(["window_start", "window_end"]))
+    windows.sort(key=lambda one: sum(one[0]))
     images = ((0.5 * float(start + end), image(results, window)) for (start, end), window in windows)
     return write_series(folder, "fields", ".vti", images, f"fields-{engine}")
 

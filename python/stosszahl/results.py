@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -49,7 +49,7 @@ class Tables(Mapping[str, pd.DataFrame]):
             self._read[name] = self._results._table(name)
         return self._read[name]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(self._results._entries)
 
     def __len__(self) -> int:
@@ -113,7 +113,7 @@ class Results:
     @property
     def title(self) -> str:
         """Title of the case."""
-        return self.manifest["title"]
+        return str(self.manifest["title"])
 
     @property
     def case(self) -> dict[str, Any]:

@@ -43,7 +43,7 @@ use std::path::{Path, PathBuf};
 use stosszahl_model::initial::FileError;
 use stosszahl_results::{Figure, REPORT_FILE, ResultsError, Stored, Sweep, Table, write_file};
 
-pub use listing::{Listing, listing};
+pub use listing::{Listed, Listing, listing};
 pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_anchor, figure_name, paper};
 
 /// Why a report could not be built.

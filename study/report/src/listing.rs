@@ -1,46 +1,52 @@
-//! A page of sentences, figures of tables, and lists in words: that of a frontier.
+//! A page of a headline, a figure, sentences and lists in words: that of a frontier.
 
 use maud::html;
 use stosszahl_results::Table;
 
 use crate::figure::draw;
-use crate::page::{self, Column, document, table};
+use crate::page::{self, Column, document, unbroken};
 
 /// A list in words: its title, its columns, its rows.
 pub type Listing<'a> = (&'a str, &'a [Column<'a>], &'a [Vec<String>]);
 
-/// Whether a sentence is about what was not done, which a page folds.
-fn is_left_out(sentence: &str) -> bool {
-    sentence.starts_with("Left out")
+/// What is on a page.
+#[derive(Clone, Copy, Debug)]
+pub struct Listed<'a> {
+    /// Its title.
+    pub title: &'a str,
+    /// The sentence that says it all.
+    pub headline: &'a str,
+    /// The picture below it.
+    pub figure: &'a Table,
+    /// Sentences below the picture.
+    pub lines: &'a [String],
+    /// Sentences that are folded, each group under its title.
+    pub folded: &'a [(&'a str, &'a [String])],
+    /// Lists; those without rows are left out.
+    pub lists: &'a [Listing<'a>],
 }
 
-/// The page; lists without rows are left out.
-pub fn listing(
-    title: &str,
-    sentences: &[String],
-    tables: &[&Table],
-    lists: &[Listing<'_>],
-) -> String {
-    let figures = tables.iter().flat_map(|table| {
-        let all = table.figures.iter();
-        all.filter_map(|figure| Some((figure, draw(table, figure)?)))
-    });
+/// The page.
+pub fn listing(page: &Listed<'_>) -> String {
+    let table = page.figure;
+    let figures = (table.figures.iter()).filter_map(|figure| Some((figure, draw(table, figure)?)));
     let content = html! {
-        h1 { (title) }
-        @for sentence in sentences.iter().filter(|one| !is_left_out(one)) { p { (sentence) } }
-        @if sentences.iter().any(|one| is_left_out(one)) {
-            details {
-                summary { "What was left out, " (sentences.iter().filter(|one| is_left_out(one)).count()) }
-                ul { @for sentence in sentences.iter().filter(|one| is_left_out(one)) { li { (sentence) } } }
-            }
-        }
+        h1 { (page.title) }
+        p.headline { (unbroken(page.headline)) }
         @for (number, (figure, found)) in (1..).zip(figures) {
             (page::figure(number, &figure.title, &figure.caption, &found))
         }
-        @for (title, columns, rows) in lists.iter().filter(|list| !list.2.is_empty()) {
+        @for line in page.lines { p { (unbroken(line)) } }
+        @for (title, sentences) in page.folded.iter().filter(|group| !group.1.is_empty()) {
+            details {
+                summary { (title) ", " (sentences.len()) }
+                ul { @for sentence in *sentences { li { (sentence) } } }
+            }
+        }
+        @for (title, columns, rows) in page.lists.iter().filter(|list| !list.2.is_empty()) {
             h2 { (title) }
-            (table(columns, rows))
+            (page::table(columns, rows))
         }
     };
-    document(title, &content, None)
+    document(page.title, &content, None)
 }

@@ -179,7 +179,7 @@ pub(crate) fn headline(verdict: &Verdict) -> Markup {
 }
 
 /// A sentence whose numbers are not torn from their errors and units at the end of a line.
-fn unbroken(sentence: &str) -> String {
+pub(crate) fn unbroken(sentence: &str) -> String {
     sentence
         .replace(" ± ", "\u{a0}±\u{a0}")
         .replace(" %", "\u{a0}%")

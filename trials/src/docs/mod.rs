@@ -149,10 +149,11 @@ fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
 
 /// Makes the block of an entry, and its files.
 fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
-    let path = root.join(entry.file);
-    let text = fs::read_to_string(&path)?;
     let (results, commit) = run(root, entry, resume)?;
     let made = (entry.make)(&results)?;
+    // The page may have changed meanwhile.
+    let path = root.join(entry.file);
+    let text = fs::read_to_string(&path)?;
     let head = Head {
         name: entry.name.to_owned(),
         date: date(root, &commit),

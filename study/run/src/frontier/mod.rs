@@ -71,8 +71,14 @@ pub struct Options<'a> {
 pub struct Frontier {
     /// Title of the case.
     pub title: String,
-    /// Provenance, what was left out, recommendations.
-    pub sentences: Vec<String>,
+    /// Which engine keeps the target at the least cost.
+    pub headline: String,
+    /// What is recommended of each engine, and the time that it all took.
+    pub conclusions: Vec<String>,
+    /// What was measured against what.
+    pub provenance: String,
+    /// Settings that were not measured, each with the reason.
+    pub left_out: Vec<String>,
     /// The largest error of each kind against core time, with its figure: single runs, and the front with replicas.
     pub figure: Table,
     /// What a page lists.

@@ -59,6 +59,17 @@ impl Kind {
         }
     }
 
+    /// Its name in sentences.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Energy => "energy",
+            Self::CollisionRate => "collision rate",
+            Self::Cumulant => "fourth cumulant",
+            Self::ImpactSlope => "slope of P(b/d)",
+            Self::Structure => "S(k) of long waves",
+        }
+    }
+
     /// What errors are divided by: the reference, or one where it may vanish.
     pub(crate) fn unit(self, reference: f64) -> f64 {
         match self {

@@ -5,6 +5,7 @@
 
 use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
 use stosszahl_model::kinetic;
+use stosszahl_results::engine_title;
 
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -87,7 +88,7 @@ impl Setting {
         let mut parts = Vec::new();
         match &self.engine.kind {
             EngineKind::EventDriven { contact_time, .. } => {
-                parts.push("ed".to_owned());
+                parts.push(engine_title(self.engine.name).to_owned());
                 if *contact_time > 0.0 {
                     // Twelve digits, for units of time are no round numbers.
                     let time = format!("{:.11e}", contact_time / plan.time);
@@ -96,8 +97,7 @@ impl Setting {
                 }
             }
             EngineKind::MonteCarlo(parameters) => {
-                let name = self.engine.name;
-                parts.push(name.strip_prefix("dsmc-").unwrap_or(name).to_owned());
+                parts.push(engine_title(self.engine.name).to_owned());
                 parts.extend(scheme_choices(parameters, plan, self.disks));
                 parts.push(format!("{} per disk", parameters.simulators_per_disk));
                 if let Some(size) = parameters.cell_size {
@@ -105,7 +105,7 @@ impl Setting {
                 }
                 parts.push(format!("{} steps", parameters.steps_per_crossing));
             }
-            EngineKind::Homogeneous(_) => parts.push("homogeneous".to_owned()),
+            EngineKind::Homogeneous(_) => parts.push(engine_title(self.engine.name).to_owned()),
         }
         if self.disks != plan.count() {
             parts.push(format!("{} disks", self.disks));
@@ -399,7 +399,7 @@ mod tests {
         labels.dedup();
         assert_eq!(labels.len(), settings.len());
         assert!(
-            labels.contains(&"ed, contact time 0.001 t0".to_owned()),
+            labels.contains(&"ED (exact), contact time 0.001 t0".to_owned()),
             "{labels:?}"
         );
         let mut count = BTreeMap::new();

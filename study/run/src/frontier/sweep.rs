@@ -129,8 +129,8 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// What was measured against what, and what was left out.
-    fn provenance(&self, cache: &Cache) -> Vec<String> {
+    /// What was measured against what.
+    fn provenance(&self, cache: &Cache) -> String {
         let plan = self.workshop.plan;
         let of = format!(
             "{} settings of {} disks at packing {}, restitution {}, up to t = {} in the unit of time of the case.",
@@ -153,16 +153,39 @@ impl<'a> Sweep<'a> {
                 cache.path.file_name().unwrap_or_default().display()
             )
         };
-        let left_out = self.left_out.iter();
-        let left_out = left_out.map(|(label, reason)| format!("Left out: {label}: {reason}."));
-        let first = [format!("{of} {against}")];
-        first.into_iter().chain(left_out).collect()
+        format!("{of} {against}")
     }
 
-    /// Chooses a setting for each engine, tests it, and says what came of it.
-    fn recommendations(&self) -> Result<Vec<String>, FrontierError> {
-        let search = self.search();
-        let choices = Engines::ALL.map(|engines| search.choose(engines));
+    /// Which of the choices keeps the target at the least cost.
+    fn headline(&self, choices: &[Option<Choice>]) -> String {
+        let target = format!(
+            "{} in {}",
+            percent(self.options.target),
+            names(&self.options.kinds)
+        );
+        let mut found: Vec<&Choice> = choices.iter().flatten().collect();
+        found.sort_by(|a, b| a.core_seconds.total_cmp(&b.core_seconds));
+        let words = |choice: &Choice| {
+            format!(
+                "{}, {} of it in {} of core time",
+                self.measured[choice.index].label,
+                replicas(choice.replicas),
+                time(choice.core_seconds)
+            )
+        };
+        match found[..] {
+            [] => format!("No setting is sure to keep {target}."),
+            [only] => format!("Only one engine keeps {target}: {}.", words(only)),
+            [least, next, ..] => format!(
+                "{target} costs least by {}; the next engine takes {}.",
+                words(least),
+                words(next)
+            ),
+        }
+    }
+
+    /// Tests a choice of each engine, and says what came of it.
+    fn recommendations(&self, choices: [Option<Choice>; 2]) -> Result<Vec<String>, FrontierError> {
         // Time is kept for tests of what there is to test.
         let count = choices.iter().flatten().count().max(1);
         let share = TESTS * self.options.budget / count as f64;
@@ -186,12 +209,11 @@ impl<'a> Sweep<'a> {
         let one = &self.measured[choice.index];
         let wanted = percent(search.error);
         let predicted = format!(
-            "{}: for {wanted} in {}, the cheapest setting is **{}** with {} replicas: predicted {} of core time, {:.1} MiB and \
-             an error of {}.",
+            "{}: for {wanted} in {}, the cheapest setting is {} with {}: predicted {} of core time, {:.1} MiB and an error of {}.",
             engines.name(),
             names(search.kinds),
             one.label,
-            choice.replicas,
+            replicas(choice.replicas),
             time(choice.core_seconds),
             one.bytes as f64 / f64::from(1 << 20),
             percent(choice.error),
@@ -234,8 +256,13 @@ impl<'a> Sweep<'a> {
 }
 
 fn names(kinds: &[Kind]) -> String {
-    let names: Vec<_> = kinds.iter().map(|kind| kind.name()).collect();
+    let names: Vec<_> = kinds.iter().map(|kind| kind.title()).collect();
     names.join(", ")
+}
+
+fn replicas(count: u64) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} replica{ending}")
 }
 
 /// Measures a case; the tables of all rows beside what is shown of them.
@@ -259,12 +286,15 @@ pub(crate) fn sweep(
     let references = &sweep.references.values;
     let rows = rows(&sweep.measured, &sweep.quantities, references);
     let orders = orders(&sweep.measured, &sweep.quantities, references);
-    let mut sentences = sweep.provenance(&cache);
-    sentences.extend(sweep.recommendations()?);
-    sentences.push(format!(
+    let choices = Engines::ALL.map(|engines| sweep.search().choose(engines));
+    let headline = sweep.headline(&choices);
+    let mut conclusions = sweep.recommendations(choices)?;
+    conclusions.push(format!(
         "Core time of everything: {}.",
         time(workshop.spent())
     ));
+    let left_out = sweep.left_out.iter();
+    let left_out = left_out.map(|(label, reason)| format!("{label}: {reason}."));
     let mut lists: Vec<List> = Kind::ALL
         .into_iter()
         .map(|kind| front_list(&rows, kind))
@@ -272,7 +302,10 @@ pub(crate) fn sweep(
     lists.push(order_list(&orders));
     let found = Frontier {
         title: plan.case.title.clone(),
-        sentences,
+        headline,
+        conclusions,
+        provenance: sweep.provenance(&cache),
+        left_out: left_out.collect(),
         figure: figure(&rows, options.target),
         lists,
     };
@@ -282,6 +315,7 @@ pub(crate) fn sweep(
 /// The largest errors against core time: single runs of each engine, and the front of all numbers of replicas.
 fn figure(rows: &[Row<'_>], target: f64) -> Table {
     const FRONT: &str = "front, with replicas";
+    const ERROR_OF: &str = "error_of";
     let shown = |row: &&Row<'_>| row.name.starts_with("largest-");
     let single = rows.iter().filter(shown).filter(|row| row.replicas == 1);
     let front = rows.iter().filter(shown).filter(|row| row.on_front);
@@ -291,12 +325,25 @@ fn figure(rows: &[Row<'_>], target: f64) -> Table {
     for row in &mut table.rows[first..] {
         row[0] = Cell::Text(FRONT.to_owned());
     }
+    // Panels are named by words.
+    if let Some(column) = table.find("quantity") {
+        table.columns[column].name = ERROR_OF.into();
+        let kinds = Kind::ALL.map(|kind| (largest(kind), kind));
+        for row in &mut table.rows {
+            let kind = kinds
+                .iter()
+                .find(|(name, _)| row[column] == Cell::Text(name.clone()));
+            if let Some((_, kind)) = kind {
+                row[column] = Cell::Text(kind.title().to_owned());
+            }
+        }
+    }
     let figure = Figure::curves(
         "Error against core time",
         Axis::logarithmic("core_seconds", "core time [s]"),
         Axis::logarithmic("error", "error"),
     );
-    let figure = figure.mark(Mark::Points).panels(&["quantity"]).line("target", target).caption(
+    let figure = figure.mark(Mark::Points).panels(&[ERROR_OF]).line("target", target).caption(
         "Marks are single runs of each setting, and the front of all settings with 1, 4, 16 and 64 replicas. Dashed: the \
          target. Of several times, the one with the largest error counts.",
     );
@@ -335,7 +382,7 @@ fn front_list(rows: &[Row<'_>], kind: Kind) -> List {
         ]
     };
     List {
-        title: format!("Front: {}", kind.name()),
+        title: format!("Front: {}", kind.title()),
         columns: FRONT,
         rows: front.iter().zip(1..).map(cells).collect(),
     }
@@ -388,8 +435,12 @@ fn order_list(orders: &[OrderRow]) -> List {
 pub(crate) fn markdown(found: &Frontier) -> String {
     let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
     let mut text = format!("# Speed against error: {}\n\n", found.title);
-    for sentence in &found.sentences {
+    for sentence in [&found.headline].into_iter().chain(&found.conclusions) {
         text += &[sentence, "\n\n"].concat();
+    }
+    text += &[&found.provenance, "\n\n"].concat();
+    for left_out in &found.left_out {
+        text += &["- Left out: ", left_out, "\n"].concat();
     }
     for list in found.lists.iter().filter(|list| !list.rows.is_empty()) {
         text += &["## ", &list.title, "\n\n"].concat();

@@ -52,7 +52,7 @@ fn sweeps_repeat_and_changed_references_are_refused() {
     let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
     let one = measured(first.clone(), first.clone(), 1).expect("a frontier");
     assert!(
-        one.sentences
+        one.conclusions
             .iter()
             .any(|one| one.starts_with("Exact dynamics: ")),
         "{one:?}"
@@ -66,9 +66,9 @@ fn sweeps_repeat_and_changed_references_are_refused() {
     assert!(!two.figure.rows.is_empty() && first.join("recommendation.md").exists());
     // The gas is smaller than growing waves of shear: theory knows its energy, the ensemble the rest.
     assert!(
-        two.sentences[0].contains("(0 made now)"),
-        "{:?}",
-        two.sentences
+        two.provenance.contains("(0 made now)"),
+        "{}",
+        two.provenance
     );
     let files = fs::read_dir(&first).expect("files");
     let mut paths = files.map(|entry| entry.expect("a file").path());
