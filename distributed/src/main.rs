@@ -30,14 +30,14 @@ use std::time::Duration;
 use clap::Parser as _;
 use mpi::Threading;
 use mpi::traits::Communicator as _;
-use stosszahl::arguments::{CaseArguments, VERSION};
+use stosszahl::arguments::CaseArguments;
 use stosszahl::commands::{self, STOPPED_RUN, listen, note};
 use stosszahl::model::memory;
 use stosszahl::study::crew::run_among;
 
 use crate::arguments::{Arguments, Command};
 use crate::link::{Link, ROOT};
-use crate::messages::ToOther;
+use crate::messages::{Case, ToOther};
 
 /// How long others wait with their end for that of the root, where MPI is not closed by all together.
 const AFTER_ROOT: Duration = Duration::from_secs(1);
@@ -131,12 +131,7 @@ fn hold(link: Link, size: i32, command: &Command) -> End {
     let others = root::Others::new(&link, size);
     let read = |case: &CaseArguments| {
         let file = commands::read(case)?;
-        others.tell(&ToOther::Case {
-            program: VERSION.to_owned(),
-            path: file.path.clone(),
-            text: file.text.clone(),
-            overrides: case.overrides(),
-        });
+        others.tell(&ToOther::Case(Case::of(&file, case)));
         Ok(file)
     };
     let done = match command {

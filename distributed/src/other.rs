@@ -6,13 +6,12 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use stosszahl::arguments::VERSION;
 use stosszahl::case::CaseFile;
 use stosszahl::model::Interrupt;
 use stosszahl::results::Existing;
 use stosszahl::study::crew::{self, Hand};
 use stosszahl::study::plan::available_threads;
-use stosszahl::study::{self, Options, Progress, frontier};
+use stosszahl::study::{Options, Progress, frontier};
 
 use crate::arguments::Command;
 use crate::link::{Link, News, ROOT};
@@ -35,7 +34,7 @@ impl Progress for Notes {
 /// Does what is ordered until the root says that it is the end, and returns whether all processes then close MPI together.
 pub fn serve(link: &Link, command: &Command, stop: &Interrupt) -> bool {
     let said = match first(link) {
-        First::Case(program, file) if program == VERSION => match file {
+        First::Case(file) => match file {
             Ok(file) => {
                 let notes = Notes::default();
                 let work = |hand: &dyn Hand| help(link, hand, &notes, stop);
@@ -66,9 +65,6 @@ pub fn serve(link: &Link, command: &Command, stop: &Interrupt) -> bool {
             }
             Err(error) => error,
         },
-        First::Case(program, _) => {
-            format!("this process runs stosszahl {VERSION}, and rank 0 runs {program}")
-        }
         First::End(together) => return together,
         First::Nothing => return false,
     };
@@ -88,7 +84,7 @@ pub fn serve(link: &Link, command: &Command, stop: &Interrupt) -> bool {
 
 /// What the root says first.
 enum First {
-    Case(String, Result<CaseFile, String>),
+    Case(Result<CaseFile, String>),
     End(bool),
     /// It was lost before.
     Nothing,
@@ -99,17 +95,9 @@ fn first(link: &Link) -> First {
         match link.next(LOOK) {
             Some(News::Lost(_)) => return First::Nothing,
             Some(News::Message(_, bytes)) => match read(&bytes) {
-                Some(ToOther::Case {
-                    program,
-                    path,
-                    text,
-                    overrides,
-                }) => {
-                    let read = study::format().from_text(&path, &text, &overrides);
-                    return First::Case(program, read.map_err(|error| error.to_string()));
-                }
+                Some(ToOther::Case(case)) => return First::Case(case.read()),
                 Some(ToOther::End { together }) => return First::End(together),
-                _ => return First::Case("another version".to_owned(), Err(String::new())),
+                _ => return First::Case(Err("rank 0 runs another version".to_owned())),
             },
             None => {}
         }

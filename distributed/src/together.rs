@@ -1,32 +1,20 @@
 //! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-use stosszahl::arguments::{CaseArguments, RunArguments, VERSION};
-use stosszahl::case::CaseFile;
-use stosszahl::commands::{self, CommandError, STOPPED_RUN, listen, note};
+use stosszahl::arguments::RunArguments;
+use stosszahl::commands::{self, STOPPED_RUN, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
+use stosszahl::study::Options;
 use stosszahl::study::holders::{hold_gases, run_holding};
-use stosszahl::study::{self, Options};
 
-use crate::messages::{read, write};
+use crate::messages::{Case, read, write};
 use crate::pulse::Pulse;
 use crate::world::{Traffic, World};
-
-/// The case, which only the first process reads.
-#[derive(Serialize, Deserialize)]
-struct Case {
-    program: String,
-    path: PathBuf,
-    text: String,
-    overrides: Vec<String>,
-}
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
 pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
@@ -59,33 +47,12 @@ pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     code
 }
 
-/// Reads the case in the first process, and tells the others what is in it.
-fn first_file(arguments: &CaseArguments, ranks: &dyn Ranks) -> Result<CaseFile, CommandError> {
-    let file = commands::read(arguments);
-    let case = file.as_ref().ok().map(|file| Case {
-        program: VERSION.to_owned(),
-        path: file.path.clone(),
-        text: file.text.clone(),
-        overrides: arguments.overrides(),
-    });
-    from_first(ranks, write(&case));
-    file
-}
-
-/// The case of the first process, or why it cannot be read here; none if the first cannot read it.
-fn file_of_first(ranks: &dyn Ranks) -> Option<Result<CaseFile, String>> {
-    let case = read::<Option<Case>>(&from_first(ranks, Vec::new()))??;
-    Some(if case.program == VERSION {
-        let read = study::format().from_text(&case.path, &case.text, &case.overrides);
-        read.map_err(|error| error.to_string())
-    } else {
-        Err(format!("this is {VERSION}, and rank 0 is {}", case.program))
-    })
-}
-
 fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let stop = listen(STOPPED_RUN);
-    let file = first_file(&arguments.case, &**ranks);
+    let file = commands::read(&arguments.case);
+    let case = file.as_ref().ok();
+    let case = case.map(|file| Case::of(file, &arguments.case));
+    from_first(&**ranks, write(&case));
     let done = file.and_then(|file| {
         let display = Display::new();
         commands::run(arguments, &file, &stop, &display, |file, options| {
@@ -98,9 +65,11 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
 /// What hinders another process is said by the first.
 fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
-    let Some(file) = file_of_first(&**ranks) else {
+    // None if the first could not read it.
+    let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
         return;
     };
+    let file = case.read();
     let options = Options {
         out: None,
         existing: Existing::Refuse,

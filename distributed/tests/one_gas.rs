@@ -132,6 +132,7 @@ largest_wave_number = 2
 wave_numbers = [1, 2]
 [measure.velocity_distribution]
 bins = 20
+[measure.displacement]
 [measure.species_temperatures]
 "#;
 

@@ -343,6 +343,13 @@ pub trait Simulation: Send {
         None
     }
 
+    /// Mean square of these displacements; none without particles.
+    fn mean_squared_displacement(&self) -> Option<f64> {
+        let all = self.displacements().filter(|all| !all.is_empty())?;
+        let squares = all.iter().map(Vector3::norm_squared);
+        Some(squares.sum::<f64>() / all.len() as f64)
+    }
+
     /// Displacements averaged over time, for the given particles and lags: `<|R(t + lag) - R(t)|^2>` of each, summed over
     /// particles, and their squares summed.
     fn time_averaged_displacements(

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
-use stosszahl_model::sum::Make;
+use stosszahl_model::sum::{Make, Totals};
 use stosszahl_model::{
     BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
     Sum, Vector as _, Work,
@@ -19,7 +19,7 @@ use stosszahl_model::{
 
 use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
 use crate::parameters::EngineError;
-use crate::share::{Beside, Ranks, all_gather, broadcast, read, reduce, write};
+use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, reduce, write};
 use crate::simulator::Follow;
 
 /// What the first process tells the others.
@@ -33,6 +33,10 @@ pub(super) enum Command {
     AddUp(String, Vec<u8>),
     /// The same with neighbours up to a distance.
     AddUpNear(f64, String, Vec<u8>),
+    /// Displacements are followed from now on.
+    Follow,
+    /// All are to add up squared displacements.
+    Ways,
     /// All are to write what they hold, into files with names that begin so.
     Write(String, Beside),
     /// The gas is let go of.
@@ -196,6 +200,11 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
     agree(&**ranks, read)
 }
 
+/// Squared displacements in all processes.
+fn all_ways<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Totals {
+    all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
+}
+
 /// Deals out positions by equal strips of the first axis, one for each process, and adds those of the own strip and near it to a sum.
 fn add_strip<P: Physics, F: Follow<P::Space>>(
     cells: &Cells<P, F>,
@@ -284,6 +293,12 @@ impl Keep for Serve {
                         let mut sum = sum.expect("a sum that this program makes");
                         add_strip(&cells, reach, &mut *sum, &*ranks);
                         reduce(&*ranks, &mut *sum);
+                    }
+                    Command::Follow => {
+                        cells.follow_displacements();
+                    }
+                    Command::Ways => {
+                        all_ways(&*ranks, &cells);
                     }
                     Command::Write(stem, beside) => {
                         // What hinders this process is said by the first.
@@ -435,11 +450,22 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
     }
 
     fn follow_displacements(&mut self) -> bool {
-        self.whole().follow_displacements()
+        Command::Follow.give(&*self.ranks);
+        self.part().follow_displacements()
     }
 
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         self.whole().displacements()
+    }
+
+    fn mean_squared_displacement(&self) -> Option<f64> {
+        let cells = self.part();
+        if !cells.follows {
+            return None;
+        }
+        Command::Ways.give(&*self.ranks);
+        let squares = all_ways(&*self.ranks, &cells);
+        cells.mean_of(&squares)
     }
 
     fn boundaries(&self) -> Vec<BoundaryFlux> {
