@@ -247,7 +247,9 @@ mod tests {
     fn measure(bins: Bins, particles: &[Particle]) -> Option<Distribution> {
         let mut add_up = |sum: &mut dyn Sum| {
             for (group, some) in particles.chunks(1000).enumerate() {
-                some.iter().for_each(|one| sum.add(one));
+                for one in some {
+                    sum.add(one);
+                }
                 sum.close(group as u32);
             }
         };
