@@ -14,7 +14,8 @@ use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{
     Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, quantity_title, write_file,
 };
-use crate::study::frontier::{self, Fellows, FrontierError, frontier};
+use crate::study::crew::Crew;
+use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
 use clap::CommandFactory as _;
@@ -571,16 +572,15 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
     format!("{:#}", json!({ "report": report, "points": points }))
 }
 
-/// Measures the settings around a case, in this process or in several that all call this; the first prints what was found.
+/// Measures the settings around a case, in this process or with the help of others, and prints what was found.
 ///
 /// # Errors
 /// [`CommandError`] of the sweep or of its report.
 pub fn measure_frontier(
     arguments: &FrontierArguments,
     file: &CaseFile,
-    ranks: Option<&dyn Fellows>,
+    crew: Option<&dyn Crew>,
 ) -> Result<(), CommandError> {
-    let is_first = ranks.is_none_or(|ranks| ranks.rank() == 0);
     let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {
         found: arguments.target_error.clone(),
     })?;
@@ -594,15 +594,10 @@ pub fn measure_frontier(
         [] => vec![frontier::Kind::Energy],
         asked => asked.to_vec(),
     };
-    let stop = listen(if is_first { "stopped" } else { "" });
-    let tell = |text: &str| {
-        if is_first {
-            note(text);
-        }
-    };
+    let stop = listen("stopped");
     let options = frontier::Options {
         interrupt: &stop,
-        ranks,
+        crew,
         kinds,
         target,
         budget: arguments.budget.as_secs_f64().max(f64::MIN_POSITIVE),
@@ -613,13 +608,10 @@ pub fn measure_frontier(
             .map_or_else(available_threads, usize::from),
         tests: arguments.tests,
         force: arguments.force,
-        tell: &tell,
+        tell: &note,
     };
     let found = frontier(file, &options)?;
-    if is_first {
-        show(&found, &options.folder)?;
-    }
-    Ok(())
+    show(&found, &options.folder)
 }
 
 /// Prints what a frontier says, and writes its page.

@@ -142,8 +142,8 @@ pub enum Error {
 }
 
 /// Refuses a box with a side that is not positive and finite.
-pub(crate) fn check_lengths<const D: usize>(lengths: [f64; D]) -> Result<(), Error> {
-    for (axis, found) in lengths.into_iter().enumerate() {
+pub(crate) fn check_lengths(lengths: impl AsRef<[f64]>) -> Result<(), Error> {
+    for (axis, &found) in lengths.as_ref().iter().enumerate() {
         if !is_positive(found) {
             return Err(Error::LengthInvalid { axis, found });
         }

@@ -10,6 +10,7 @@
 //! hide a part 1/n of the thermal motion, n being the number of particles in the cell.
 
 use serde::{Deserialize, Serialize};
+use stosszahl_model::sum::Parts;
 
 use crate::Error;
 
@@ -169,6 +170,33 @@ pub struct Fields {
     contacts: Vec<Contacts>,
 }
 
+/// All particles at one time, by species and cell. They come in the groups of [`stosszahl_model::sum`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Sample {
+    grid: Grid,
+    parts: Parts<Sums>,
+}
+
+impl Sample {
+    /// Adds a particle of a species to the group that is open.
+    #[inline]
+    pub fn add(&mut self, species: usize, particle: &Sighting) {
+        let [x, y] = particle.position;
+        let place = species * self.grid.cells() + self.grid.cell(x, y);
+        self.parts.at(place).add(particle);
+    }
+
+    /// Ends a group.
+    pub fn close(&mut self, group: u32) {
+        self.parts.close(group);
+    }
+
+    /// Adds the particles of another.
+    pub fn merge(&mut self, other: Self) {
+        self.parts.merge(other.parts);
+    }
+}
+
 /// What a particle can do, for temperatures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freedom {
@@ -296,21 +324,23 @@ impl Fields {
         self.block
     }
 
-    /// Begins a sample in a block; then follow all its particles.
-    pub fn begin_sample(&mut self, block: usize) {
-        if let Some(samples) = self.samples.get_mut(block) {
-            *samples += 1;
+    /// A sample without particles.
+    pub fn sample(&self) -> Sample {
+        Sample {
+            grid: self.grid,
+            parts: Parts::new(self.species * self.grid.cells()),
         }
     }
 
-    /// Adds a particle of a species to the sample of a block.
-    #[inline]
-    pub fn add(&mut self, block: usize, species: usize, particle: &Sighting) {
-        let [x, y] = particle.position;
-        let place = (block * self.species + species) * self.grid.cells() + self.grid.cell(x, y);
-        if let Some(sums) = self.sums.get_mut(place) {
-            sums.add(particle);
-        }
+    /// Adds a sample to a block.
+    pub fn take(&mut self, block: usize, sample: Sample) {
+        let Some(samples) = self.samples.get_mut(block) else {
+            return;
+        };
+        *samples += 1;
+        let places = self.species * self.grid.cells();
+        let sums = &mut self.sums[block * places..][..places];
+        sample.parts.in_order(|place, part| sums[place].merge(part));
     }
 
     /// Adds a collision at a time and a place that stands for `weight` of them.
@@ -518,7 +548,7 @@ mod tests {
         let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
         for block in 0..blocks {
             for _ in 0..10 {
-                fields.begin_sample(block);
+                let mut sample = fields.sample();
                 for column in 0..4 {
                     let temperature = f64::from(1 + column);
                     for number in 0..20 * (1 + column) {
@@ -526,8 +556,7 @@ mod tests {
                         let mass = 1.0 + species as f64;
                         let spread = (temperature / mass).sqrt();
                         let velocity = [3.0 + spread * normal(), spread * normal(), 0.0];
-                        fields.add(
-                            block,
+                        sample.add(
                             species,
                             &Sighting {
                                 position: [f64::from(column) + 0.5, 1.0],
@@ -539,6 +568,8 @@ mod tests {
                         );
                     }
                 }
+                sample.close(0);
+                fields.take(block, sample);
             }
             // Each particle collides twice: 40 (1 + column) particles, so as many collisions.
             for column in 0..4 {

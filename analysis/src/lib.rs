@@ -5,6 +5,7 @@
 //! | module | question | algorithm | cost |
 //! |---|---|---|---|
 //! | [`energy`] | how fast does the gas cool, how Maxwellian is it, what is its pressure? | moments, virial | O(N) a sample |
+//! | [`flow`] | how do species flow, and what do they have beside that? | sums | O(N) a sample |
 //! | [`velocities`] | how are velocities distributed, how fat are the tails? | histograms, cumulants | O(N) a sample |
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
 //! | [`contacts`] | do colliding partners know each other, or share a flow? | local temperature, shuffled partners | O(1) a collision, O(N) a sample |
@@ -28,7 +29,8 @@
 //! anywhere: every measurement takes them modulo the box.
 //!
 //! Errors are one enum for the crate, [`Error`], whose fields say what was found, where, and what is allowed.
-//! Measurements never draw random numbers and sum in a fixed order, so the same input gives the same bytes.
+//! Measurements never draw random numbers and sum in a fixed order, so the same input gives the same bytes. Those of a whole gas
+//! are sums that several processes can make together ([`stosszahl_model::sum`]).
 //!
 //! Every fast path has its slow, obvious counterpart. For the structure factor that is public, as
 //! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave vectors: it has
@@ -42,6 +44,7 @@ pub mod equilibrium;
 mod error;
 pub mod fields;
 pub mod fit;
+pub mod flow;
 pub mod helfand;
 pub mod impact;
 pub mod modes;

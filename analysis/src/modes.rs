@@ -24,6 +24,8 @@ use std::f64::consts::TAU;
 use nalgebra::{Vector2, vector};
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
+use stosszahl_model::sum::Totals;
+use stosszahl_model::{Adds, Particle};
 
 use crate::Error;
 use crate::error::{check_lengths, check_positions};
@@ -93,7 +95,7 @@ pub fn equilibrium_energy(points: usize, structure_factor: f64) -> f64 {
 }
 
 /// Chosen modes of a box.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     lengths: [f64; 2],
     indices: Vec<[i32; 2]>,
@@ -220,6 +222,129 @@ impl Modes {
             }
         });
         Ok(split.collect())
+    }
+}
+
+/// Which weights the particles of a gas have in [`Amplitudes`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Weighing {
+    /// One each.
+    Density,
+    /// One, the momentum beside a mean flow, and the energy beside it less a temperature.
+    Fields {
+        /// The flow \[length/time\].
+        flow: Vector2<f64>,
+        /// The temperature \[energy\].
+        temperature: f64,
+    },
+}
+
+/// [`Modes::sums`] over the particles of a gas.
+#[derive(Serialize, Deserialize)]
+pub struct Amplitudes {
+    modes: Modes,
+    weighing: Weighing,
+    points: usize,
+    /// A position that is no number.
+    bad: Option<[f64; 2]>,
+    totals: Totals,
+    /// Places and weights of the open group.
+    #[serde(skip)]
+    places: Vec<Vector2<f64>>,
+    #[serde(skip)]
+    weights: Vec<[f64; 4]>,
+}
+
+impl Amplitudes {
+    /// None yet.
+    pub fn new(modes: Modes, weighing: Weighing) -> Self {
+        let weights = match weighing {
+            Weighing::Density => 1,
+            Weighing::Fields { .. } => 4,
+        };
+        Self {
+            totals: Totals::new(2 * weights * modes.indices.len()),
+            modes,
+            weighing,
+            points: 0,
+            bad: None,
+            places: Vec::new(),
+            weights: Vec::new(),
+        }
+    }
+
+    /// Number of points, and for each mode the sums of all weights, one after the other.
+    ///
+    /// # Errors
+    /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
+    pub fn sums(self) -> Result<(usize, Vec<Complex<f64>>), Error> {
+        if let Some([x, y]) = self.bad {
+            return Err(Error::PositionInvalid {
+                index: 0,
+                found: [x, y, 0.0],
+            });
+        }
+        if self.points == 0 {
+            return Err(Error::PointsTooFew {
+                found: 0,
+                needed: 1,
+            });
+        }
+        let parts = self.totals.values();
+        let pairs = parts.chunks(2).map(|pair| Complex::new(pair[0], pair[1]));
+        Ok((self.points, pairs.collect()))
+    }
+
+    /// Adds the open group with the first W weights.
+    fn flush<const W: usize>(&mut self) {
+        let weights = &self.weights;
+        let sums = self.modes.sums(&self.places, |point| {
+            std::array::from_fn::<_, W, _>(|number| weights[point][number])
+        });
+        let sums = sums.unwrap_or_default();
+        let parts = sums.iter().flatten().flat_map(|sum| [sum.re, sum.im]);
+        for (total, part) in self.totals.open().iter_mut().zip(parts) {
+            *total += part;
+        }
+        self.totals.close();
+        self.places.clear();
+        self.weights.clear();
+    }
+}
+
+impl Adds for Amplitudes {
+    const NAME: &'static str = "amplitudes";
+
+    fn add(&mut self, particle: &Particle) {
+        let place = particle.position.xy();
+        self.points += 1;
+        if !(place.x.is_finite() && place.y.is_finite()) {
+            self.bad.get_or_insert(place.into());
+            return;
+        }
+        self.places.push(place);
+        self.weights.push(match self.weighing {
+            Weighing::Density => [1.0; 4],
+            Weighing::Fields { flow, temperature } => {
+                let beside = particle.velocity.xy() - flow;
+                let energy = 0.5 * particle.mass * beside.norm_squared() - temperature;
+                let momentum = beside * particle.mass;
+                [1.0, momentum.x, momentum.y, energy]
+            }
+        });
+    }
+
+    fn close(&mut self, _group: u32) {
+        match self.weighing {
+            Weighing::Density => self.flush::<1>(),
+            Weighing::Fields { .. } => self.flush::<4>(),
+        }
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.points += other.points;
+        self.bad = self.bad.or(other.bad);
+        self.totals.merge(&other.totals);
     }
 }
 

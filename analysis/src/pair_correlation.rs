@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Interrupt;
+use stosszahl_model::{Adds, Interrupt, Particle};
 
 use crate::Error;
 use crate::error::{check_lengths, check_positions, is_positive};
@@ -112,11 +112,27 @@ fn measure<const D: usize>(
     bins: usize,
     interrupt: &Interrupt,
 ) -> Result<PairCorrelation, Error> {
-    check_lengths(lengths)?;
+    check(&lengths, range, bins)?;
     if !is_positive(diameter) {
         return Err(Error::DiameterInvalid { found: diameter });
     }
-    let allowed = lengths.into_iter().fold(f64::INFINITY, f64::min) / 2.0;
+    check_positions(positions, 2)?;
+    let mut histogram = Histogram::new(lengths, range, bins);
+    let all = |&position| (position, OWN);
+    let points: Vec<_> = positions.iter().map(all).collect();
+    count_by_cells(&points, &mut histogram, interrupt)?;
+    Ok(correlation(
+        &lengths,
+        diameter,
+        range,
+        positions.len(),
+        &histogram.twice,
+    ))
+}
+
+fn check(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
+    check_lengths(lengths)?;
+    let allowed = lengths.iter().copied().fold(f64::INFINITY, f64::min) / 2.0;
     if !(range > 0.0 && range <= allowed) {
         return Err(Error::RangeInvalid {
             found: range,
@@ -126,29 +142,159 @@ fn measure<const D: usize>(
     if bins == 0 {
         return Err(Error::HistogramEmpty);
     }
-    check_positions(positions, 2)?;
+    Ok(())
+}
 
-    let mut histogram = Histogram::new(lengths, range, bins);
-    count_by_cells(positions, &mut histogram, interrupt)?;
-    let count = positions.len() as f64;
-    let width = range / bins as f64;
+/// The pairs of so many points by bin, each counted twice, over those of independent ones.
+fn correlation(
+    lengths: &[f64],
+    diameter: f64,
+    range: f64,
+    points: usize,
+    twice: &[u64],
+) -> PairCorrelation {
+    let count = points as f64;
+    let width = range / twice.len() as f64;
     let pairs_per_volume = 0.5 * count * (count - 1.0) / lengths.iter().product::<f64>();
-    let bins = histogram.pairs.into_iter().enumerate().map(|(i, pairs)| {
-        let (volume, radius) = shell::<D>(i as f64 * width, (i + 1) as f64 * width);
+    let bins = twice.iter().enumerate().map(|(i, twice)| {
+        let pairs = twice / 2;
+        let (inner, outer) = (i as f64 * width, (i + 1) as f64 * width);
+        let (volume, radius) = shell(lengths.len(), inner, outer);
         Bin {
             r_over_d: radius / diameter,
             g: pairs as f64 / (pairs_per_volume * volume),
             pairs,
         }
     });
-    Ok(PairCorrelation {
+    PairCorrelation {
         bins: bins.collect(),
-    })
+    }
+}
+
+/// Pairs of a gas, strip by strip of its box ([`stosszahl_model::Simulation::add_up_near`]): those of a particle of the strip with
+/// another of it count twice, those with one of another strip once here and once there.
+#[derive(Serialize, Deserialize)]
+pub struct Pairs {
+    lengths: Vec<f64>,
+    range: f64,
+    points: usize,
+    /// A position that is no number.
+    bad: Option<[f64; 3]>,
+    /// By bin.
+    twice: Vec<u64>,
+    /// The strip that is open: places, and what their pairs count.
+    #[serde(skip)]
+    open: Vec<(Vector3<f64>, u64)>,
+    #[serde(skip)]
+    interrupt: Interrupt,
+    #[serde(skip)]
+    is_broken_off: bool,
+}
+
+impl Pairs {
+    /// None yet, in a box in the plane or in space; the interrupt breaks off what this process does.
+    ///
+    /// # Errors
+    /// As [`of_disks`].
+    pub fn new(
+        lengths: &[f64],
+        range: f64,
+        bins: usize,
+        interrupt: &Interrupt,
+    ) -> Result<Self, Error> {
+        check(lengths, range, bins)?;
+        Ok(Self {
+            lengths: lengths.to_vec(),
+            range,
+            points: 0,
+            bad: None,
+            twice: vec![0; bins],
+            open: Vec::new(),
+            interrupt: interrupt.clone(),
+            is_broken_off: false,
+        })
+    }
+
+    /// g(r) of all that was added.
+    ///
+    /// # Errors
+    /// As [`of_disks`].
+    pub fn correlation(&self, diameter: f64) -> Result<PairCorrelation, Error> {
+        if !is_positive(diameter) {
+            return Err(Error::DiameterInvalid { found: diameter });
+        }
+        if self.points < 2 {
+            return Err(Error::PointsTooFew {
+                found: self.points,
+                needed: 2,
+            });
+        }
+        if let Some(found) = self.bad {
+            return Err(Error::PositionInvalid { index: 0, found });
+        }
+        if self.is_broken_off {
+            return Err(Error::Interrupted);
+        }
+        let Self { lengths, range, .. } = self;
+        Ok(correlation(
+            lengths,
+            diameter,
+            *range,
+            self.points,
+            &self.twice,
+        ))
+    }
+
+    fn count<const D: usize>(&mut self, lengths: [f64; D]) {
+        let mut histogram = Histogram::new(lengths, self.range, self.twice.len());
+        let open = self.open.drain(..);
+        let points: Vec<(SVector<f64, D>, u64)> = open
+            .map(|(place, count)| (SVector::from_fn(|axis, _| place[axis]), count))
+            .collect();
+        let counted = count_by_cells(&points, &mut histogram, &self.interrupt);
+        self.is_broken_off |= counted.is_err();
+        for (sum, more) in self.twice.iter_mut().zip(histogram.twice) {
+            *sum += more;
+        }
+    }
+}
+
+/// What the pairs of a point count: of one that is only near, nothing.
+const OWN: u64 = 1;
+
+impl Adds for Pairs {
+    const NAME: &'static str = "pairs";
+
+    fn add(&mut self, particle: &Particle) {
+        let own = if particle.weight > 0.0 { OWN } else { 0 };
+        self.points += own as usize;
+        if !particle.position.iter().all(|part| part.is_finite()) {
+            self.bad.get_or_insert(particle.position.into());
+            return;
+        }
+        self.open.push((particle.position, own));
+    }
+
+    fn close(&mut self, _strip: u32) {
+        match *self.lengths {
+            [x, y] => self.count([x, y]),
+            [x, y, z] => self.count([x, y, z]),
+            _ => {}
+        }
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.points += other.points;
+        self.bad = self.bad.or(other.bad);
+        for (sum, more) in self.twice.iter_mut().zip(other.twice) {
+            *sum += more;
+        }
+    }
 }
 
 /// Volume of the shell between two radii, and the mean distance of its points from the centre.
-fn shell<const D: usize>(inner: f64, outer: f64) -> (f64, f64) {
-    if D == 2 {
+fn shell(dimension: usize, inner: f64, outer: f64) -> (f64, f64) {
+    if dimension == 2 {
         let squares = outer * outer - inner * inner;
         let radius = 2.0 / 3.0 * (outer.powi(3) - inner.powi(3)) / squares;
         (PI * squares, radius)
@@ -164,7 +310,8 @@ struct Histogram<const D: usize> {
     lengths: [f64; D],
     range: f64,
     bins_per_length: f64,
-    pairs: Vec<u64>,
+    /// By bin, each pair of own points counted twice.
+    twice: Vec<u64>,
 }
 
 impl<const D: usize> Histogram<D> {
@@ -173,12 +320,14 @@ impl<const D: usize> Histogram<D> {
             lengths,
             range,
             bins_per_length: bins as f64 / range,
-            pairs: vec![0; bins],
+            twice: vec![0; bins],
         }
     }
 
     /// Counts a pair if it is in range. The same bits whichever point comes first: rounding is symmetric in sign.
-    fn add(&mut self, one: &SVector<f64, D>, other: &SVector<f64, D>) {
+    fn add(&mut self, one: &(SVector<f64, D>, u64), other: &(SVector<f64, D>, u64)) {
+        let count = one.1 + other.1;
+        let (one, other) = (&one.0, &other.0);
         let mut squared = 0.0;
         for (axis, &length) in self.lengths.iter().enumerate() {
             let mut apart = one[axis] - other[axis];
@@ -191,20 +340,20 @@ impl<const D: usize> Histogram<D> {
         if squared < self.range * self.range {
             // Rounding may take a distance just below the range into a bin beyond the last.
             let bin = (squared.sqrt() * self.bins_per_length) as usize;
-            let last = self.pairs.len() - 1;
-            self.pairs[bin.min(last)] += 1;
+            let last = self.twice.len() - 1;
+            self.twice[bin.min(last)] += count;
         }
     }
 }
 
 /// Adds all pairs in range to the histogram, cell by cell.
 fn count_by_cells<const D: usize>(
-    positions: &[SVector<f64, D>],
+    points: &[(SVector<f64, D>, u64)],
     histogram: &mut Histogram<D>,
     interrupt: &Interrupt,
 ) -> Result<(), Error> {
     let lengths = histogram.lengths;
-    let counts = lengths.map(|length| cells_along::<D>(length, histogram.range, positions.len()));
+    let counts = lengths.map(|length| cells_along::<D>(length, histogram.range, points.len()));
     let cell_of = |position: &SVector<f64, D>| {
         (0..D).rev().fold(0, |cell, axis| {
             let fraction = position[axis] / lengths[axis];
@@ -214,7 +363,7 @@ fn count_by_cells<const D: usize>(
     };
     // Counting sort: cell c owns sorted[starts[c] .. starts[c + 1]].
     let total: usize = counts.iter().product();
-    let cells: Vec<usize> = positions.iter().map(cell_of).collect();
+    let cells: Vec<usize> = points.iter().map(|point| cell_of(&point.0)).collect();
     let mut starts = vec![0; total + 1];
     for &cell in &cells {
         starts[cell + 1] += 1;
@@ -223,9 +372,9 @@ fn count_by_cells<const D: usize>(
         starts[cell + 1] += starts[cell];
     }
     let mut next = starts.clone();
-    let mut sorted = vec![SVector::zeros(); positions.len()];
-    for (&cell, position) in cells.iter().zip(positions) {
-        sorted[next[cell]] = *position;
+    let mut sorted = vec![(SVector::zeros(), 0); points.len()];
+    for (&cell, point) in cells.iter().zip(points) {
+        sorted[next[cell]] = *point;
         next[cell] += 1;
     }
     let inside = |cell: usize| &sorted[starts[cell]..starts[cell + 1]];
@@ -310,10 +459,10 @@ mod tests {
         let mut histogram = Histogram::new(lengths, range, bins);
         for (i, one) in positions.iter().enumerate() {
             for other in &positions[..i] {
-                histogram.add(one, other);
+                histogram.add(&(*one, OWN), &(*other, OWN));
             }
         }
-        histogram.pairs
+        histogram.twice.iter().map(|count| count / 2).collect()
     }
 
     fn pairs(correlation: &PairCorrelation) -> Vec<u64> {
@@ -389,10 +538,13 @@ mod tests {
             let mut plain = Histogram::new(lengths, range, 20);
             for (i, one) in positions.iter().enumerate() {
                 for other in &positions[..i] {
-                    plain.add(one, other);
+                    plain.add(&(*one, OWN), &(*other, OWN));
                 }
             }
-            assert_eq!(pairs(&found), plain.pairs);
+            assert!(plain.twice.iter().all(|count| count % 2 == 0));
+            let once: Vec<u64> = plain.twice.iter().map(|count| count / 2).collect();
+            assert_eq!(pairs(&found), once);
+            assert_eq!(in_strips(&positions, lengths, range), found);
             for bin in &found.bins[10..] {
                 assert!(
                     (bin.g - 1.0).abs() < 4.0 / (bin.pairs as f64).sqrt(),
@@ -400,6 +552,29 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// The same in three uneven strips, each counted by another sum that sees all else as near.
+    fn in_strips(positions: &[Vector3<f64>], lengths: [f64; 3], range: f64) -> PairCorrelation {
+        let empty = || Pairs::new(&lengths, range, 20, &Interrupt::default()).unwrap();
+        let mut all = empty();
+        for strip in [2, 0, 1] {
+            let mut own = empty();
+            for &position in positions {
+                let is_own = (position.x.sqrt() as usize).min(2) == strip;
+                Adds::add(
+                    &mut own,
+                    &Particle {
+                        position,
+                        weight: if is_own { 2.0 } else { 0.0 },
+                        ..Particle::of(0.5, 1.0)
+                    },
+                );
+            }
+            Adds::close(&mut own, strip as u32);
+            Adds::merge(&mut all, own);
+        }
+        all.correlation(1.0).unwrap()
     }
 
     #[test]

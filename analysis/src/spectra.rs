@@ -24,9 +24,11 @@
 
 use nalgebra::{Vector2, vector};
 use serde::{Deserialize, Serialize};
+use stosszahl_model::{Grouping, Particle};
 
 use crate::Error;
-use crate::modes::{Modes, wave_vector};
+use crate::flow::{AddUp, flows, thermal};
+use crate::modes::{Amplitudes, Modes, Weighing, wave_vector};
 use crate::structure_factor::half_plane;
 
 /// Wave vectors of a box in shells, the wave numbers |k| `L_x`/2π that round to the same integer.
@@ -136,28 +138,48 @@ impl Shells {
         self.ranges().map(|range| mean(&all[range])).collect()
     }
 
-    /// Spectra of one configuration; those of velocities are zero in a gas at rest.
+    /// Spectra of one configuration of some disks, as [`Self::measure_gas`].
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
     pub fn measure(&self, disks: &[Disk]) -> Result<Spectra, Error> {
-        let count = disks.len() as f64;
-        let mass: f64 = disks.iter().map(|disk| disk.mass).sum();
-        let momentum: Vector2<f64> = disks.iter().map(|disk| disk.velocity * disk.mass).sum();
-        let drift = momentum / mass.max(f64::MIN_POSITIVE);
-        let energy = |disk: &Disk| 0.5 * disk.mass * (disk.velocity - drift).norm_squared();
-        let temperature = disks.iter().map(energy).sum::<f64>() / count.max(1.0);
-        let positions: Vec<_> = disks.iter().map(|disk| disk.position).collect();
-        let sums = self.modes.sums(&positions, |number| {
-            let disk = &disks[number];
-            let flow = (disk.velocity - drift) * disk.mass;
-            [1.0, flow[0], flow[1], energy(disk) - temperature]
-        })?;
+        self.measure_gas(&mut |sum| {
+            for disk in disks {
+                sum.add(&Particle {
+                    position: disk.position.push(0.0),
+                    velocity: disk.velocity.push(0.0),
+                    ..Particle::of(0.0, disk.mass)
+                });
+            }
+            sum.close(0);
+        })
+    }
+
+    /// Spectra of one configuration of a gas; those of velocities are zero in a gas at rest.
+    ///
+    /// # Errors
+    /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
+    pub fn measure_gas(&self, add_up: &mut AddUp<'_>) -> Result<Spectra, Error> {
+        let all = Grouping::new(1, None);
+        let flows = flows(all, add_up);
+        let (flow, thermal) = (flows[0], thermal(all, &flows, add_up)[0]);
+        let temperature = 0.5 * thermal.twice_energy / flow.number.max(f64::MIN_POSITIVE);
+        let weighing = Weighing::Fields {
+            flow: flow.velocity.xy(),
+            temperature,
+        };
+        let mut amplitudes = Amplitudes::new(self.modes.clone(), weighing);
+        add_up(&mut amplitudes);
+        let (points, sums) = amplitudes.sums()?;
+        // Each point counts once here, whatever it stands for.
+        let count = points as f64;
+        let mass = flow.mass / flow.number * count;
         let moving = temperature > 0.0;
         let over = |unit: f64| if moving { 1.0 / unit } else { 0.0 };
         let (of_flow, of_energy) = (over(mass * temperature), over(count * temperature.powi(2)));
-        let all: Vec<(Spectrum, [f64; 2])> = (self.modes.indices().iter().zip(sums))
-            .map(|(&index, [density, x, y, energy])| {
+        let all: Vec<(Spectrum, [f64; 2])> = (self.modes.indices().iter().zip(sums.chunks(4)))
+            .map(|(&index, sums)| {
+                let [density, x, y, energy] = [0, 1, 2, 3].map(|number| sums[number]);
                 let k = wave_vector(self.lengths, index).normalize();
                 let (along, across) = (x * k[0] + y * k[1], y * k[0] - x * k[1]);
                 let spectrum = Spectrum {

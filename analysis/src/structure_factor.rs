@@ -75,7 +75,8 @@
 //! The density is real, so two rows travel as real and imaginary part of one complex transform, and only the
 //! columns up to the largest requested wave number are transformed along the other axis: between a quarter and
 //! a half of the full complex transform. Between the two passes the lattice is transposed in blocks that fit
-//! the cache. A non-uniform transform would have no aliasing to correct, but needs an oversampled lattice and
+//! the cache. Points are counted in integers, 2⁴⁴ to a point or as many as fit into 63 bits with all points, so that
+//! the density is the same whoever adds them up ([`Lattice`]); that moves a share by some 1e-13. A non-uniform transform would have no aliasing to correct, but needs an oversampled lattice and
 //! a wider spreading kernel, several times the cost, for accuracy that the statistical error hides.
 
 use std::sync::Arc;
@@ -84,6 +85,7 @@ use nalgebra::Vector2;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
+use stosszahl_model::{Adds, Particle};
 
 use crate::Error;
 use crate::error::{check_lengths, check_positions, is_positive};
@@ -240,8 +242,6 @@ pub struct StructureFactorPlan {
     along_y: Arc<dyn Fft<f64>>,
     /// Transform along x, of the columns of equal `n_y`.
     along_x: Arc<dyn Fft<f64>>,
-    /// Density: row r holds x = 2 r as real part and x = 2 r + 1 as imaginary part, for all y.
-    rows: Vec<Complex<f64>>,
     /// Column `n_y` holds all x, for `n_y` = 0 to the largest requested.
     columns: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
@@ -315,7 +315,6 @@ impl StructureFactorPlan {
             largest,
             along_y,
             along_x,
-            rows: vec![zero; sites[0] / 2 * sites[1]],
             columns: vec![zero; (indices[1] + 1) * sites[0]],
             scratch: vec![zero; scratch],
             modes: modes.collect(),
@@ -346,12 +345,48 @@ impl StructureFactorPlan {
         weight: f64,
     ) -> Result<StructureFactor, Error> {
         check_positions(positions, 1)?;
+        let mut lattice = self.lattice_of(positions.len());
+        for position in positions {
+            lattice.place(*position);
+        }
+        self.measure_on(lattice, weight)
+    }
+
+    /// A lattice without points, which can hold so many.
+    pub fn lattice_of(&self, points: usize) -> Lattice {
+        Lattice {
+            lengths: self.lengths,
+            sites: self.sites,
+            assignment: self.assignment,
+            point: 1 << (62 - points.max(1).ilog2()).min(FINEST),
+            points: 0,
+            bad: None,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Measures the shells of the points on a lattice of this plan.
+    ///
+    /// # Errors
+    /// As [`Self::measure`].
+    pub fn measure_on(&mut self, lattice: Lattice, weight: f64) -> Result<StructureFactor, Error> {
+        if lattice.points == 0 {
+            return Err(Error::PointsTooFew {
+                found: 0,
+                needed: 1,
+            });
+        }
+        if let Some([x, y]) = lattice.bad {
+            return Err(Error::PositionInvalid {
+                index: 0,
+                found: [x, y, 0.0],
+            });
+        }
         if !is_positive(weight) {
             return Err(Error::WeightInvalid { found: weight });
         }
-        self.deposit(positions);
-        self.transform();
-        let scale = weight / positions.len() as f64;
+        let scale = weight / lattice.points as f64;
+        self.transform(lattice);
         let values = self.modes.iter().map(|mode| {
             let raw = scale * self.columns[mode.position].norm_sqr();
             (
@@ -363,55 +398,19 @@ impl StructureFactorPlan {
         Ok(average(values, self.largest))
     }
 
-    /// Deals the points to the lattice.
-    fn deposit(&mut self, positions: &[Vector2<f64>]) {
-        let [m_x, m_y] = self.sites;
-        self.rows.fill(Complex::new(0.0, 0.0));
-        let rows = &mut self.rows;
-        let mut add = |x: usize, y: usize, share: f64| {
-            // Adding 0 to the other part costs less than a branch that is taken at random.
-            let odd = (x & 1) as f64;
-            let site = &mut rows[(x / 2) * m_y + y];
-            site.re += share * (1.0 - odd);
-            site.im += share * odd;
-        };
-        for position in positions {
-            let [x, y] = [0, 1].map(|axis| {
-                let mut fraction = position[axis] / self.lengths[axis];
-                if !(0.0..1.0).contains(&fraction) {
-                    fraction -= fraction.floor();
-                }
-                fraction * self.sites[axis] as f64
-            });
-            // The sites are powers of two, and rounding may give site M for a position just below the edge: the
-            // mask takes it round to site 0.
-            match self.assignment {
-                Assignment::NearestGridPoint => {
-                    add(
-                        (x + 0.5) as u32 as usize & (m_x - 1),
-                        (y + 0.5) as u32 as usize & (m_y - 1),
-                        1.0,
-                    );
-                }
-                Assignment::CloudInCell => {
-                    let [low_x, low_y] = [x as u32, y as u32];
-                    let [share_x, share_y] = [x - f64::from(low_x), y - f64::from(low_y)];
-                    let [low_x, low_y] = [low_x as usize & (m_x - 1), low_y as usize & (m_y - 1)];
-                    let [high_x, high_y] = [(low_x + 1) & (m_x - 1), (low_y + 1) & (m_y - 1)];
-                    add(low_x, low_y, (1.0 - share_x) * (1.0 - share_y));
-                    add(low_x, high_y, (1.0 - share_x) * share_y);
-                    add(high_x, low_y, share_x * (1.0 - share_y));
-                    add(high_x, high_y, share_x * share_y);
-                }
-            }
-        }
-    }
-
     /// Transforms the density; afterwards `columns` holds the amplitudes.
-    fn transform(&mut self) {
+    fn transform(&mut self, lattice: Lattice) {
         let [m_x, m_y] = self.sites;
-        let (rows, columns) = (&mut self.rows, &mut self.columns);
-        self.along_y.process_with_scratch(rows, &mut self.scratch);
+        let columns = &mut self.columns;
+        let part = 1.0 / lattice.point as f64;
+        // Numbers of the same size take the place of the integers.
+        let rows = lattice.rows.into_iter().map(|pair| {
+            let [re, im] = pair.map(|sum| sum as f64 * part);
+            Complex::new(re, im)
+        });
+        let mut rows: Vec<Complex<f64>> = rows.collect();
+        self.along_y
+            .process_with_scratch(&mut rows, &mut self.scratch);
         // Row r is Z = A + i B with A and B the transforms of two real rows, so that A(-n) is the conjugate of
         // A(n): A = (Z(n) + Z*(-n)) / 2 and B = (Z(n) - Z*(-n)) / 2i.
         let wanted = columns.len() / m_x;
@@ -431,6 +430,97 @@ impl StructureFactorPlan {
         }
         self.along_x
             .process_with_scratch(columns, &mut self.scratch);
+    }
+}
+
+/// Points on the lattice of a [`StructureFactorPlan`]. Shares are counted in integers, so that it does not matter who adds which point, nor
+/// in which order.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Lattice {
+    lengths: [f64; 2],
+    sites: [usize; 2],
+    assignment: Assignment,
+    /// What a point counts: as much as all of them can on one site.
+    point: i64,
+    points: u64,
+    /// A position that is no number.
+    bad: Option<[f64; 2]>,
+    /// Row r holds the sites x = 2 r and x = 2 r + 1, for all y; nothing before the first point.
+    rows: Vec<[i64; 2]>,
+}
+
+/// A share of a point is at most 2^-44 from the nearest integer: then [`MAGIC`] rounds it.
+const FINEST: u32 = 44;
+/// A number below 2^51 that is added to this one and taken away again has become the nearest integer, which is then what the bits
+/// differ by.
+const MAGIC: f64 = 6_755_399_441_055_744.0;
+
+impl Lattice {
+    /// Adds a point.
+    pub fn place(&mut self, position: Vector2<f64>) {
+        let [m_x, m_y] = self.sites;
+        self.points += 1;
+        if !(position.x.is_finite() && position.y.is_finite()) {
+            self.bad.get_or_insert(position.into());
+            return;
+        }
+        if self.rows.is_empty() {
+            self.rows = vec![[0; 2]; m_x / 2 * m_y];
+        }
+        let (rows, point) = (&mut self.rows, self.point);
+        let mut add = |x: usize, y: usize, share: i64| rows[(x / 2) * m_y + y][x & 1] += share;
+        let [x, y] = [0, 1].map(|axis| {
+            let mut fraction = position[axis] / self.lengths[axis];
+            if !(0.0..1.0).contains(&fraction) {
+                fraction -= fraction.floor();
+            }
+            fraction * self.sites[axis] as f64
+        });
+        // The sites are powers of two, and rounding may give site M for a position just below the edge: the
+        // mask takes it round to site 0.
+        match self.assignment {
+            Assignment::NearestGridPoint => {
+                add(
+                    (x + 0.5) as u32 as usize & (m_x - 1),
+                    (y + 0.5) as u32 as usize & (m_y - 1),
+                    point,
+                );
+            }
+            Assignment::CloudInCell => {
+                let [low_x, low_y] = [x as u32, y as u32];
+                let [share_x, share_y] = [x - f64::from(low_x), y - f64::from(low_y)];
+                let [low_x, low_y] = [low_x as usize & (m_x - 1), low_y as usize & (m_y - 1)];
+                let [high_x, high_y] = [(low_x + 1) & (m_x - 1), (low_y + 1) & (m_y - 1)];
+                let parts = |share: f64| {
+                    (share * point as f64 + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
+                };
+                add(low_x, low_y, parts((1.0 - share_x) * (1.0 - share_y)));
+                add(low_x, high_y, parts((1.0 - share_x) * share_y));
+                add(high_x, low_y, parts(share_x * (1.0 - share_y)));
+                add(high_x, high_y, parts(share_x * share_y));
+            }
+        }
+    }
+}
+
+impl Adds for Lattice {
+    const NAME: &'static str = "lattice";
+
+    fn add(&mut self, particle: &Particle) {
+        self.place(particle.position.xy());
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.points += other.points;
+        self.bad = self.bad.or(other.bad);
+        if self.rows.is_empty() {
+            self.rows = other.rows;
+            return;
+        }
+        for (sums, more) in self.rows.iter_mut().zip(&other.rows) {
+            sums[0] += more[0];
+            sums[1] += more[1];
+        }
     }
 }
 

@@ -23,11 +23,14 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use stosszahl_model::sum::Totals;
+use stosszahl_model::{Adds, Grouping, Particle};
+
+use crate::flow::{AddUp, Flow, flows, thermal};
 
 /// What is counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Each component, of either sign.
     Component,
@@ -36,7 +39,7 @@ pub enum Quantity {
 }
 
 /// Equal bins of velocities over the thermal speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
     /// What is counted.
     pub quantity: Quantity,
@@ -46,17 +49,6 @@ pub struct Bins {
     pub number: usize,
     /// Largest magnitude.
     pub range: f64,
-}
-
-/// A particle as the distribution sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Particle {
-    /// Velocity \[length/time\]; beyond the dimension zero.
-    pub velocity: Vector3<f64>,
-    /// Mass.
-    pub mass: f64,
-    /// Number of particles that it stands for.
-    pub weight: f64,
 }
 
 /// What was found at one time.
@@ -129,64 +121,102 @@ impl Bins {
         shell * (-square).exp() * (1.0 + a2 * sonine)
     }
 
-    /// The distribution of some particles; none of fewer than two, or at rest.
-    pub fn measure(&self, particles: &[Particle]) -> Option<Distribution> {
+    /// The distribution of each species of a gas; none of fewer than two particles, or at rest.
+    pub fn measure(&self, grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Option<Distribution>> {
         let d = self.dimension as f64;
-        let (mut weights, mut squares, mut mass) = (0.0, 0.0, 0.0);
-        let mut momentum = Vector3::zeros();
-        for one in particles {
-            weights += one.weight;
-            squares += one.weight * one.weight;
-            mass += one.weight * one.mass;
-            momentum += one.velocity * (one.weight * one.mass);
-        }
-        let drift = momentum / mass;
-        let energy = |one: &Particle| one.mass * (one.velocity - drift).norm_squared();
-        let twice: f64 = particles.iter().map(|one| one.weight * energy(one)).sum();
-        let temperature = twice / (d * weights);
-        let freedom = d * (weights * weights / squares - 1.0);
-        // Of one particle the drift takes all motion, but for rounding.
-        if !(temperature > 0.0 && freedom > 0.5) {
-            return None;
-        }
-        let (mut density, mut beyond) = (vec![0.0; self.number], 0.0);
-        let (mut fourth, mut sixth, mut free) = (0.0, 0.0, [0.0; 3]);
-        let mut count = |value: f64, share: f64| {
-            let bin = (value - self.low()) / self.width();
-            match density.get_mut(bin as usize) {
-                Some(sum) if bin >= 0.0 => *sum += share / self.width(),
-                _ => beyond += share,
-            }
+        let flows = flows(grouping, add_up);
+        let thermal = thermal(grouping, &flows, add_up);
+        let mut counts = Counts {
+            bins: *self,
+            grouping,
+            species: (flows.iter().zip(&thermal))
+                .map(|(flow, thermal)| {
+                    let temperature = thermal.twice_energy / (d * flow.number);
+                    let freedom = d * (flow.number * flow.number / flow.squares - 1.0);
+                    // Of one particle the drift takes all motion, but for rounding.
+                    let moves = temperature > 0.0 && freedom > 0.5;
+                    moves.then_some((*flow, temperature, freedom))
+                })
+                .collect(),
+            totals: Totals::new(grouping.groups() * (self.number + 3)),
         };
-        for one in particles {
-            let share = one.weight / weights;
-            let c = (one.velocity - drift) * (0.5 * one.mass / temperature).sqrt();
-            let square = c.norm_squared();
-            // The drift takes a share of the motion of each particle that grows with its mass.
-            let own = 1.0 - one.weight * one.mass / mass;
-            for (sum, power) in free.iter_mut().zip(1..) {
-                *sum += share * own.powi(power);
-            }
-            fourth += share * square * square;
-            sixth += share * square * square * square;
-            match self.quantity {
-                Quantity::Speed => count(square.sqrt(), share),
-                Quantity::Component => {
-                    let axes = c.iter().take(self.dimension);
-                    axes.for_each(|&value| count(value, share / d));
-                }
-            }
+        add_up(&mut counts);
+        let sums = counts.totals.values();
+        let each = counts.species.iter().zip(&thermal);
+        each.zip(sums.chunks(self.number + 3))
+            .map(|((known, thermal), sums)| {
+                let (flow, _, n) = (*known)?;
+                let (seen, sums) = sums.split_at(self.number);
+                let all = match self.quantity {
+                    Quantity::Speed => flow.number,
+                    Quantity::Component => d * flow.number,
+                };
+                let [one, two, three] = thermal.free.map(|sum| sum / flow.number);
+                let [fourth, sixth] = [sums[1], sums[2]].map(|sum| sum / flow.number);
+                let fourth = fourth * 4.0 / (d * (d + 2.0)) * (n + 2.0) / n * one * one / two;
+                let sixth =
+                    sixth * 8.0 / (d * (d + 2.0) * (d + 4.0)) * (n + 2.0) * (n + 4.0) / (n * n);
+                let sixth = sixth * one.powi(3) / three;
+                Some(Distribution {
+                    density: seen.iter().map(|sum| sum / (all * self.width())).collect(),
+                    beyond: sums[0] / all,
+                    fourth_cumulant: fourth - 1.0,
+                    sixth_cumulant: 1.0 + 3.0 * (fourth - 1.0) - sixth,
+                })
+            })
+            .collect()
+    }
+}
+
+/// Weights by bin and beyond, and sums of the fourth and sixth powers, by species.
+#[derive(Serialize, Deserialize)]
+pub struct Counts {
+    bins: Bins,
+    grouping: Grouping,
+    /// Flow, temperature and degrees of freedom; none of those that are not counted.
+    species: Vec<Option<(Flow, f64, f64)>>,
+    totals: Totals,
+}
+
+impl Adds for Counts {
+    const NAME: &'static str = "velocities";
+
+    fn add(&mut self, particle: &Particle) {
+        let Self {
+            bins,
+            species: all,
+            totals,
+            ..
+        } = self;
+        let species = self.grouping.group(particle.species);
+        let Some((flow, temperature, _)) = &all[species] else {
+            return;
+        };
+        let c = (particle.velocity - flow.velocity) * (0.5 * particle.mass / temperature).sqrt();
+        let (square, number) = (c.norm_squared(), bins.number);
+        let sums = &mut totals.open()[species * (number + 3)..][..number + 3];
+        let mut count = |value: f64| {
+            let bin = (value - bins.low()) / bins.width();
+            let is_inside = bin >= 0.0 && bin < number as f64;
+            sums[if is_inside { bin as usize } else { number }] += particle.weight;
+        };
+        match bins.quantity {
+            Quantity::Speed => count(square.sqrt()),
+            Quantity::Component => c
+                .iter()
+                .take(bins.dimension)
+                .for_each(|&value| count(value)),
         }
-        let (n, [one, two, three]) = (freedom, free);
-        let fourth = fourth * 4.0 / (d * (d + 2.0)) * (n + 2.0) / n * one * one / two;
-        let sixth = sixth * 8.0 / (d * (d + 2.0) * (d + 4.0)) * (n + 2.0) * (n + 4.0) / (n * n);
-        let sixth = sixth * one.powi(3) / three;
-        Some(Distribution {
-            density,
-            beyond,
-            fourth_cumulant: fourth - 1.0,
-            sixth_cumulant: 1.0 + 3.0 * (fourth - 1.0) - sixth,
-        })
+        sums[number + 1] += particle.weight * square * square;
+        sums[number + 2] += particle.weight * square * square * square;
+    }
+
+    fn close(&mut self, _group: u32) {
+        self.totals.close();
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.totals.merge(&other.totals);
     }
 }
 
@@ -198,10 +228,11 @@ impl Bins {
 mod tests {
     use super::*;
     use crate::statistics::Moments;
-    use nalgebra::vector;
+    use nalgebra::{Vector3, vector};
     use rand::SeedableRng;
     use rand_distr::{Distribution as _, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
+    use stosszahl_model::Sum;
 
     fn bins(quantity: Quantity, dimension: usize) -> Bins {
         Bins {
@@ -210,6 +241,19 @@ mod tests {
             number: 64,
             range: 6.0,
         }
+    }
+
+    /// The distribution of particles of one species, shown in groups.
+    fn measure(bins: Bins, particles: &[Particle]) -> Option<Distribution> {
+        let mut add_up = |sum: &mut dyn Sum| {
+            for (group, some) in particles.chunks(1000).enumerate() {
+                for one in some {
+                    sum.add(one);
+                }
+                sum.close(group as u32);
+            }
+        };
+        bins.measure(Grouping::new(1, None), &mut add_up).remove(0)
     }
 
     fn maxwellian(count: usize, dimension: usize, seed: u64) -> Vec<Particle> {
@@ -227,8 +271,8 @@ mod tests {
             let thermal: Vector3<f64> = vector![part(0), part(1), part(2)];
             Particle {
                 velocity: thermal + vector![2.0, 1.0, 0.0],
-                mass,
                 weight: 3.0,
+                ..Particle::of(0.5, mass)
             }
         };
         (0..count).map(one).collect()
@@ -271,7 +315,7 @@ mod tests {
             let bins = bins(Quantity::Speed, dimension);
             let (mut fourth, mut sixth) = (Moments::default(), Moments::default());
             for seed in 0..20_000 {
-                let found = bins.measure(&maxwellian(10, dimension, seed)).unwrap();
+                let found = measure(bins, &maxwellian(10, dimension, seed)).unwrap();
                 fourth.add(found.fourth_cumulant);
                 sixth.add(found.sixth_cumulant);
                 let all = found.density.iter().sum::<f64>() * bins.width() + found.beyond;
@@ -297,7 +341,7 @@ mod tests {
         let gas = maxwellian(count, 2, 7);
         for quantity in [Quantity::Component, Quantity::Speed] {
             let bins = bins(quantity, 2);
-            let found = bins.measure(&gas).unwrap();
+            let found = measure(bins, &gas).unwrap();
             let entries = count as f64
                 * if quantity == Quantity::Component {
                     2.0
@@ -318,11 +362,10 @@ mod tests {
         let bins = bins(Quantity::Speed, 2);
         let still = Particle {
             velocity: Vector3::x(),
-            mass: 1.0,
-            weight: 1.0,
+            ..Particle::of(0.5, 1.0)
         };
-        assert_eq!(bins.measure(&[]), None);
-        assert_eq!(bins.measure(&[still]), None);
-        assert_eq!(bins.measure(&[still; 5]), None);
+        assert_eq!(measure(bins, &[]), None);
+        assert_eq!(measure(bins, &[still]), None);
+        assert_eq!(measure(bins, &[still; 5]), None);
     }
 }

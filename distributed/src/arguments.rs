@@ -36,7 +36,7 @@ pub enum Command {
         /// As for `stosszahl frontier`; threads are those of each process.
         #[command(flatten)]
         frontier: FrontierArguments,
-        /// Seconds of silence of a process after which the job ends.
+        /// Seconds of silence after which a process is lost: others make its runs.
         #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
         lost_after: f64,
     },

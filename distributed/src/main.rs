@@ -1,7 +1,7 @@
 //! The command `stosszahl-mpi`: a case on many machines, over MPI.
 //!
-//! Rank 0 reads the case, holds the results folder and hands out replicas and points of sweeps (`root`); all ranks do them
-//! (`other`). Tables are the bytes of `stosszahl run`.
+//! Rank 0 reads the case, holds the results folder and hands out replicas and points of sweeps, or runs of a frontier (`root`); all
+//! ranks do them (`other`). Tables are the bytes of `stosszahl run`.
 //!
 //! | module | owns |
 //! |---|---|
@@ -9,7 +9,7 @@
 //! | `messages` | what processes say to each other |
 //! | `root` | orders go out, records come in |
 //! | `other` | orders are done |
-//! | `together`, `world` | one gas in all processes (`--one-gas`), and `frontier` |
+//! | `together`, `world` | one gas in all processes (`--one-gas`) |
 //! | `pulse` | the end of a gas of which one process stands still |
 
 mod arguments;
@@ -30,14 +30,14 @@ use std::time::Duration;
 use clap::Parser as _;
 use mpi::Threading;
 use mpi::traits::Communicator as _;
-use stosszahl::arguments::{RunArguments, VERSION};
+use stosszahl::arguments::CaseArguments;
 use stosszahl::commands::{self, STOPPED_RUN, listen, note};
 use stosszahl::model::memory;
 use stosszahl::study::crew::run_among;
 
 use crate::arguments::{Arguments, Command};
 use crate::link::{Link, ROOT};
-use crate::messages::ToOther;
+use crate::messages::{Case, ToOther};
 
 /// How long others wait with their end for that of the root, where MPI is not closed by all together.
 const AFTER_ROOT: Duration = Duration::from_secs(1);
@@ -71,29 +71,26 @@ fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    let (run, shared) = match command {
-        Command::Run { run, shared } => (run, shared),
-        Command::Frontier {
-            frontier,
-            lost_after,
-        } => return together::frontier(&frontier, Duration::from_secs_f64(lost_after)),
+    let patience = match &command {
+        Command::Run { run, shared } if shared.one_gas => {
+            return together::run(run, Duration::from_secs_f64(shared.lost_after));
+        }
+        Command::Run { shared, .. } => shared.lost_after,
+        Command::Frontier { lost_after, .. } => *lost_after,
     };
-    if shared.one_gas {
-        return together::run(&run, Duration::from_secs_f64(shared.lost_after));
-    }
+    let patience = Duration::from_secs_f64(patience);
     let (link, ends) = link::link();
     let finished = AtomicBool::new(false);
     let size = world.size();
-    let patience = Duration::from_secs_f64(shared.lost_after);
     let end = thread::scope(|scope| {
         let work = scope.spawn(|| {
             let _guard = Raise(&finished);
             if me == ROOT {
-                hold(link, size, &run)
+                hold(link, size, &command)
             } else {
                 let stop = listen("");
                 End {
-                    together: other::serve(&link, &run, &stop),
+                    together: other::serve(&link, &command, &stop),
                     code: ExitCode::SUCCESS,
                 }
             }
@@ -128,22 +125,27 @@ impl Drop for Raise<'_> {
     }
 }
 
-/// Runs a case with the help of the others, and tells them when it is the end.
-fn hold(link: Link, size: i32, arguments: &RunArguments) -> End {
-    let stop = listen(STOPPED_RUN);
+/// Does what is asked with the help of the others, and tells them when it is the end.
+fn hold(link: Link, size: i32, command: &Command) -> End {
     let link = Mutex::new(link);
     let others = root::Others::new(&link, size);
-    let done = commands::read(&arguments.case).and_then(|file| {
-        others.tell(&ToOther::Case {
-            program: VERSION.to_owned(),
-            path: file.path.clone(),
-            text: file.text.clone(),
-            overrides: arguments.case.overrides(),
-        });
-        commands::run(arguments, &file, &stop, &others, |file, options| {
-            run_among(file, options, &others)
-        })
-    });
+    let read = |case: &CaseArguments| {
+        let file = commands::read(case)?;
+        others.tell(&ToOther::Case(Case::of(&file, case)));
+        Ok(file)
+    };
+    let done = match command {
+        Command::Run { run, .. } => {
+            let stop = listen(STOPPED_RUN);
+            read(&run.case).and_then(|file| {
+                commands::run(run, &file, &stop, &others, |file, options| {
+                    run_among(file, options, &others)
+                })
+            })
+        }
+        Command::Frontier { frontier, .. } => read(&frontier.case)
+            .and_then(|file| commands::measure_frontier(frontier, &file, Some(&others))),
+    };
     let code = commands::ended(done);
     others.hear_who_is_gone();
     let together = others.are_all_there();

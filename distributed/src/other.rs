@@ -1,4 +1,4 @@
-//! A process that does pieces of a run for the root.
+//! A process that does pieces of a run, or runs of a frontier, for the root.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -6,13 +6,14 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use stosszahl::arguments::{RunArguments, VERSION};
 use stosszahl::case::CaseFile;
 use stosszahl::model::Interrupt;
 use stosszahl::results::Existing;
-use stosszahl::study::crew::{Assistant, Order, assist};
-use stosszahl::study::{self, Options, Progress};
+use stosszahl::study::crew::{self, Hand};
+use stosszahl::study::plan::available_threads;
+use stosszahl::study::{Options, Progress, frontier};
 
+use crate::arguments::Command;
 use crate::link::{Link, News, ROOT};
 use crate::messages::{ToOther, ToRoot, read, write};
 
@@ -30,33 +31,40 @@ impl Progress for Notes {
     }
 }
 
-/// Does pieces until the root says that it is the end, and returns whether all processes then close MPI together.
-pub fn serve(link: &Link, arguments: &RunArguments, stop: &Interrupt) -> bool {
+/// Does what is ordered until the root says that it is the end, and returns whether all processes then close MPI together.
+pub fn serve(link: &Link, command: &Command, stop: &Interrupt) -> bool {
     let said = match first(link) {
-        First::Case(program, file) if program == VERSION => match file {
+        First::Case(file) => match file {
             Ok(file) => {
                 let notes = Notes::default();
-                let options = Options {
-                    out: None,
-                    existing: Existing::Refuse,
-                    threads: arguments.threads.map(usize::from),
-                    force_memory: arguments.force_memory,
-                    stop,
-                    progress: &notes,
-                    commit: "",
-                };
+                let work = |hand: &dyn Hand| help(link, hand, &notes, stop);
                 // Planning may take long, while the root must be heard.
-                let work = |assistant: &Assistant<'_>| help(link, assistant, &notes, stop);
-                match assist(&file, &options, work) {
+                let done = match command {
+                    Command::Run { run, .. } => {
+                        let options = Options {
+                            out: None,
+                            existing: Existing::Refuse,
+                            threads: run.threads.map(usize::from),
+                            force_memory: run.force_memory,
+                            stop,
+                            progress: &notes,
+                            commit: "",
+                        };
+                        crew::assist(&file, &options, work).map_err(|error| error.to_string())
+                    }
+                    Command::Frontier { frontier: own, .. } => {
+                        let threads = own.threads.map_or_else(available_threads, usize::from);
+                        frontier::assist(&file, threads, stop, work)
+                            .map_err(|error| error.to_string())
+                    }
+                };
+                match done {
                     Ok(together) => return together,
-                    Err(error) => error.to_string(),
+                    Err(error) => error,
                 }
             }
             Err(error) => error,
         },
-        First::Case(program, _) => {
-            format!("this process runs stosszahl {VERSION}, and rank 0 runs {program}")
-        }
         First::End(together) => return together,
         First::Nothing => return false,
     };
@@ -76,7 +84,7 @@ pub fn serve(link: &Link, arguments: &RunArguments, stop: &Interrupt) -> bool {
 
 /// What the root says first.
 enum First {
-    Case(String, Result<CaseFile, String>),
+    Case(Result<CaseFile, String>),
     End(bool),
     /// It was lost before.
     Nothing,
@@ -87,35 +95,27 @@ fn first(link: &Link) -> First {
         match link.next(LOOK) {
             Some(News::Lost(_)) => return First::Nothing,
             Some(News::Message(_, bytes)) => match read(&bytes) {
-                Some(ToOther::Case {
-                    program,
-                    path,
-                    text,
-                    overrides,
-                }) => {
-                    let read = study::format().from_text(&path, &text, &overrides);
-                    return First::Case(program, read.map_err(|error| error.to_string()));
-                }
+                Some(ToOther::Case(case)) => return First::Case(case.read()),
                 Some(ToOther::End { together }) => return First::End(together),
-                _ => return First::Case("another version".to_owned(), Err(String::new())),
+                _ => return First::Case(Err("rank 0 runs another version".to_owned())),
             },
             None => {}
         }
     }
 }
 
-/// Does what is ordered, as many pieces at once as there are slots.
-fn help(link: &Link, assistant: &Assistant<'_>, notes: &Notes, stop: &Interrupt) -> bool {
-    let (give, orders) = channel::<(u64, Order)>();
+/// Does what is ordered, as many orders at once as there are slots.
+fn help(link: &Link, hand: &dyn Hand, notes: &Notes, stop: &Interrupt) -> bool {
+    let (give, orders) = channel::<(u64, Vec<u8>)>();
     let (done, records) = channel::<(u64, Vec<u8>)>();
     let orders = Mutex::new(orders);
-    link.send(ROOT, write(&ToRoot::Ready(assistant.slots())));
+    link.send(ROOT, write(&ToRoot::Ready(hand.slots())));
     thread::scope(|scope| {
-        for _ in 0..assistant.slots() {
+        for _ in 0..hand.slots() {
             let (orders, done) = (&orders, done.clone());
             scope.spawn(move || {
                 while let Some((number, order)) = take(orders) {
-                    if done.send((number, assistant.work(&order))).is_err() {
+                    if done.send((number, hand.work(&order))).is_err() {
                         return;
                     }
                 }
@@ -158,7 +158,7 @@ fn help(link: &Link, assistant: &Assistant<'_>, notes: &Notes, stop: &Interrupt)
     })
 }
 
-fn take(orders: &Mutex<Receiver<(u64, Order)>>) -> Option<(u64, Order)> {
+fn take(orders: &Mutex<Receiver<(u64, Vec<u8>)>>) -> Option<(u64, Vec<u8>)> {
     let orders = orders.lock().unwrap_or_else(PoisonError::into_inner);
     orders.recv().ok()
 }

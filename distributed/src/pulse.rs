@@ -1,6 +1,6 @@
 //! The pulse of the processes that hold one gas. One that stands still would make all others wait for ever; the job is ended.
 //!
-//! A thread of its own beats, so that work of hours between two exchanges has a pulse. In the first process it also hands out numbers.
+//! A thread of its own beats, so that work of hours between two exchanges has a pulse.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +15,7 @@ use stosszahl::dsmc::Ranks as _;
 use crate::link::{BEAT, listened};
 use crate::world::World;
 
-/// Time between two looks for whether it is the end, and for those who ask for a number.
+/// Time between two looks for whether it is the end.
 const LOOK: Duration = Duration::from_millis(2);
 /// The tag of beats.
 const BEATS: Tag = 1;
@@ -38,12 +38,12 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Beats, and ends the job if nothing is heard of another process for `patience`; `after` says what can be done then.
-    pub fn start(world: &Arc<World>, patience: Duration, after: &'static str) -> Self {
+    /// Beats, and ends the job if nothing is heard of another process for `patience`.
+    pub fn start(world: &Arc<World>, patience: Duration) -> Self {
         let is_over = Arc::new(AtomicBool::new(false));
         let (world, over) = (world.clone(), is_over.clone());
         let thread =
-            (world.size() > 1).then(|| thread::spawn(move || beat(&world, patience, after, &over)));
+            (world.size() > 1).then(|| thread::spawn(move || beat(&world, patience, &over)));
         Self { is_over, thread }
     }
 }
@@ -57,7 +57,7 @@ impl Drop for Pulse {
     }
 }
 
-fn beat(world: &World, patience: Duration, after: &str, is_over: &AtomicBool) {
+fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
     let ranks = listened(world.rank() as i32, world.size() as i32);
     let peer = |rank| Peer {
         rank,
@@ -75,16 +75,13 @@ fn beat(world: &World, patience: Duration, after: &str, is_over: &AtomicBool) {
         let silent = |one: &&Peer| !one.has_left && one.heard.elapsed() > patience;
         if let Some(Peer { rank, .. }) = peers.iter().find(silent) {
             note(&format!(
-                "error: rank {rank} stands still: nothing was heard of it for {} s; the job ends, and {after}",
+                "error: rank {rank} stands still: nothing was heard of it for {} s; the job ends, and --resume goes on from the last checkpoint",
                 patience.as_secs_f64()
             ));
             world.call(|world| world.abort(1));
         }
         let began = Instant::now();
         while began.elapsed() < BEAT && !is_over.load(Ordering::SeqCst) {
-            if world.rank() == 0 {
-                world.answer();
-            }
             thread::sleep(LOOK);
         }
     }

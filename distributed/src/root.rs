@@ -1,20 +1,20 @@
-//! The process that holds the results folder: it hands out the pieces of a run, and does some itself.
+//! The process that holds the results folder: it hands out work, the pieces of a run or the runs of a frontier, and does some itself.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use stosszahl::commands::note;
-use stosszahl::study::crew::{Assistant, Board, Crew, Order};
-use stosszahl::study::{Progress, RunError};
+use stosszahl::study::Progress;
+use stosszahl::study::crew::{Crew, Work};
 
 use crate::link::{Link, News};
 use crate::messages::{ToOther, ToRoot, read, write};
 
-/// Time between two looks for news or for a free piece, and between two lines of progress.
+/// Time between two looks for news or for an order, and between two lines of progress.
 const LOOK: Duration = Duration::from_millis(5);
 const LINE: Duration = Duration::from_secs(10);
 
@@ -26,6 +26,10 @@ pub struct Others<'a> {
     size: i32,
     /// Whether one was lost, or has left.
     is_short: AtomicBool,
+    /// What is known of each.
+    known: Mutex<BTreeMap<i32, Other>>,
+    /// Number of the next order.
+    next: AtomicU64,
 }
 
 impl<'a> Others<'a> {
@@ -35,6 +39,8 @@ impl<'a> Others<'a> {
             link,
             size,
             is_short: AtomicBool::new(false),
+            known: Mutex::new((1..size).map(|rank| (rank, Other::default())).collect()),
+            next: AtomicU64::new(0),
         }
     }
 
@@ -44,7 +50,7 @@ impl<'a> Others<'a> {
         (1..self.size).for_each(|rank| link.send(rank, write(message)));
     }
 
-    /// Hears of those that were lost, or have left, since the last piece was done: reports take their time, and nobody listens then.
+    /// Hears of those that were lost, or have left, since the last order was done: reports take their time, and nobody listens then.
     pub fn hear_who_is_gone(&self) {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         while let Some(news) = link.next(Duration::ZERO) {
@@ -71,36 +77,35 @@ impl Progress for Others<'_> {
 /// What the root knows of another process.
 #[derive(Default)]
 struct Other {
-    /// How many more pieces it can take.
+    /// How many more orders it can take.
     free: usize,
     /// What it was given.
-    held: BTreeMap<u64, Order>,
+    held: BTreeMap<u64, Vec<u8>>,
     is_gone: bool,
 }
 
 impl Crew for Others<'_> {
-    fn work(&self, board: &Board<'_>, here: &Assistant<'_>) -> Result<(), RunError> {
+    fn work(&self, work: &dyn Work, slots: usize, here: &(dyn Fn(&[u8]) + Sync)) {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let mut desk = Desk {
-            others: (1..self.size)
-                .map(|rank| (rank, Other::default()))
-                .collect(),
-            next: 0,
-            board,
+            others: &mut known,
+            next: &self.next,
+            work,
             link: &link,
             is_short: &self.is_short,
             collisions: 0,
         };
-        let (records, coming) = channel::<(Order, Vec<u8>)>();
+        let (records, coming) = channel::<(Vec<u8>, Vec<u8>)>();
         let at_work = AtomicUsize::new(0);
         thread::scope(|scope| {
-            for _ in 0..here.slots() {
+            for _ in 0..slots {
                 scope.spawn(|| {
-                    while !board.is_finished() {
-                        match board.next() {
+                    while !work.is_finished() {
+                        match work.next() {
                             Some(order) => {
                                 at_work.fetch_add(1, Ordering::SeqCst);
-                                here.work_here(board, &order);
+                                here(&order);
                                 at_work.fetch_sub(1, Ordering::SeqCst);
                             }
                             None => thread::sleep(LOOK),
@@ -111,11 +116,11 @@ impl Crew for Others<'_> {
             // Tables take their time, and orders must not wait for them.
             scope.spawn(|| {
                 for (order, record) in coming {
-                    board.take(&order, &record);
+                    work.take(&order, &record);
                 }
             });
             let (began, mut told) = (Instant::now(), Instant::now());
-            while !board.is_finished() {
+            while !work.is_finished() {
                 if let Some(news) = desk.link.next(LOOK)
                     && let Some((order, record)) = desk.hear(news)
                 {
@@ -130,15 +135,14 @@ impl Crew for Others<'_> {
             }
             drop(records);
         });
-        Ok(())
     }
 }
 
 /// Where orders go out and records come in.
 struct Desk<'a> {
-    others: BTreeMap<i32, Other>,
-    next: u64,
-    board: &'a Board<'a>,
+    others: &'a mut BTreeMap<i32, Other>,
+    next: &'a AtomicU64,
+    work: &'a dyn Work,
     link: &'a Link,
     is_short: &'a AtomicBool,
     /// Of other processes.
@@ -147,7 +151,7 @@ struct Desk<'a> {
 
 impl Desk<'_> {
     /// What another process says: the record of an order, if it is one.
-    fn hear(&mut self, news: News) -> Option<(Order, Vec<u8>)> {
+    fn hear(&mut self, news: News) -> Option<(Vec<u8>, Vec<u8>)> {
         match news {
             News::Lost(rank) => {
                 note(&format!(
@@ -162,8 +166,7 @@ impl Desk<'_> {
                     Some(ToRoot::Ready(slots)) => other.free = slots,
                     Some(ToRoot::Failed(why)) => {
                         other.is_gone = true;
-                        self.board
-                            .fail(RunError::Crew(format!("rank {rank}: {why}")));
+                        self.work.fail(format!("rank {rank}: {why}"));
                     }
                     Some(ToRoot::Record(number, record)) => {
                         other.free += 1;
@@ -189,22 +192,22 @@ impl Desk<'_> {
         if let Some(other) = self.others.get_mut(&rank) {
             other.is_gone = true;
             for order in std::mem::take(&mut other.held).into_values() {
-                self.board.put_back(&order);
+                self.work.put_back(&order);
             }
         }
     }
 
     /// Gives each process as much as it can take.
     fn hand_out(&mut self) {
-        for (&rank, other) in &mut self.others {
+        for (&rank, other) in self.others.iter_mut() {
             while other.free > 0 && !other.is_gone {
-                let Some(order) = self.board.next() else {
+                let Some(order) = self.work.next() else {
                     return;
                 };
-                self.next += 1;
-                let message = ToOther::Order(self.next, order.clone());
+                let number = self.next.fetch_add(1, Ordering::Relaxed);
+                let message = ToOther::Order(number, order.clone());
                 self.link.send(rank, write(&message));
-                other.held.insert(self.next, order);
+                other.held.insert(number, order);
                 other.free -= 1;
             }
         }
@@ -212,11 +215,11 @@ impl Desk<'_> {
 
     /// How far the run is.
     fn line(&self, here: usize, time: Duration) -> String {
-        let [done, all] = self.board.count();
+        let (what, [done, all]) = self.work.count();
         let busy = self.others.values().filter(|other| !other.held.is_empty());
         let ranks = busy.count() + usize::from(here > 0);
         format!(
-            "{done} of {all} replicas after {} s, {ranks} ranks at work, {:.2e} collisions on others",
+            "{done} of {all} {what} after {} s, {ranks} ranks at work, {:.2e} collisions on others",
             time.as_secs(),
             self.collisions as f64
         )
@@ -227,7 +230,7 @@ impl Desk<'_> {
 mod tests {
     use super::*;
 
-    /// MPI is not closed together with a process that was lost after the last piece, or the root would wait for it for ever.
+    /// MPI is not closed together with a process that was lost after the last order, or the root would wait for it for ever.
     #[test]
     fn who_is_lost_after_the_last_piece_is_not_waited_for() {
         for (gone, news) in [

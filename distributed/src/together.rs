@@ -1,41 +1,25 @@
-//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together. `frontier`: all make its runs.
+//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-use stosszahl::arguments::{CaseArguments, FrontierArguments, RunArguments, VERSION};
-use stosszahl::case::CaseFile;
-use stosszahl::commands::{self, CommandError, STOPPED_RUN, listen, note};
+use stosszahl::arguments::RunArguments;
+use stosszahl::commands::{self, STOPPED_RUN, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
+use stosszahl::study::Options;
 use stosszahl::study::holders::{hold_gases, run_holding};
-use stosszahl::study::{self, Options, RunError};
 
-use crate::messages::{read, write};
+use crate::messages::{Case, read, write};
 use crate::pulse::Pulse;
 use crate::world::{Traffic, World};
-
-/// The case, which only the first process reads.
-#[derive(Serialize, Deserialize)]
-struct Case {
-    program: String,
-    path: PathBuf,
-    text: String,
-    overrides: Vec<String>,
-}
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
 pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
-    let _pulse = Pulse::start(
-        &world,
-        patience,
-        "--resume goes on from the last checkpoint",
-    );
+    let _pulse = Pulse::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();
     let began = Instant::now();
     let code = if world.rank() == 0 {
@@ -50,8 +34,12 @@ pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
         for (rank, bytes) in all.iter().enumerate() {
             if let Some(traffic) = read::<Traffic>(bytes) {
                 note(&format!(
-                    "rank {rank}: {} messages of {:.3e} bytes in {} rounds, {:.2} s of {seconds:.2} s in them",
-                    traffic.messages, traffic.bytes as f64, traffic.rounds, traffic.seconds
+                    "rank {rank}: {} messages of {:.3e} bytes, and {:.3e} bytes received, in {} rounds, {:.2} s of {seconds:.2} s in them",
+                    traffic.messages,
+                    traffic.bytes as f64,
+                    traffic.received as f64,
+                    traffic.rounds,
+                    traffic.seconds
                 ));
             }
         }
@@ -59,71 +47,12 @@ pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     code
 }
 
-/// Measures a frontier with all processes. If nothing is heard of one for `patience`, the job ends.
-pub fn frontier(arguments: &FrontierArguments, patience: Duration) -> ExitCode {
-    let world = Arc::new(World::new());
-    let _pulse = Pulse::start(
-        &world,
-        patience,
-        "a new one begins with the runs of the reference that are kept",
-    );
-    let file = if world.rank() == 0 {
-        match first_file(&arguments.case, &*world) {
-            Ok(file) => Ok(file),
-            Err(error) => return commands::ended(Err(error)),
-        }
-    } else {
-        match file_of_first(&*world) {
-            Some(file) => file,
-            None => return ExitCode::SUCCESS,
-        }
-    };
-    let whys = gather_from_all(&*world, write(&file.as_ref().err()));
-    let mut whys = whys
-        .iter()
-        .map(|why| read::<Option<String>>(why))
-        .enumerate();
-    let why = whys.find_map(|(rank, why)| Some((rank, why??)));
-    let done = match (file, why) {
-        (Ok(file), None) => commands::measure_frontier(arguments, &file, Some(&*world)),
-        (_, Some((rank, why))) => Err(RunError::Crew(format!("rank {rank}: {why}")).into()),
-        (Err(why), None) => Err(RunError::Crew(why).into()),
-    };
-    // What hinders all is said by the first.
-    if world.rank() == 0 {
-        commands::ended(done)
-    } else {
-        ExitCode::SUCCESS
-    }
-}
-
-/// Reads the case in the first process, and tells the others what is in it.
-fn first_file(arguments: &CaseArguments, ranks: &dyn Ranks) -> Result<CaseFile, CommandError> {
-    let file = commands::read(arguments);
-    let case = file.as_ref().ok().map(|file| Case {
-        program: VERSION.to_owned(),
-        path: file.path.clone(),
-        text: file.text.clone(),
-        overrides: arguments.overrides(),
-    });
-    from_first(ranks, write(&case));
-    file
-}
-
-/// The case of the first process, or why it cannot be read here; none if the first cannot read it.
-fn file_of_first(ranks: &dyn Ranks) -> Option<Result<CaseFile, String>> {
-    let case = read::<Option<Case>>(&from_first(ranks, Vec::new()))??;
-    Some(if case.program == VERSION {
-        let read = study::format().from_text(&case.path, &case.text, &case.overrides);
-        read.map_err(|error| error.to_string())
-    } else {
-        Err(format!("this is {VERSION}, and rank 0 is {}", case.program))
-    })
-}
-
 fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let stop = listen(STOPPED_RUN);
-    let file = first_file(&arguments.case, &**ranks);
+    let file = commands::read(&arguments.case);
+    let case = file.as_ref().ok();
+    let case = case.map(|file| Case::of(file, &arguments.case));
+    from_first(&**ranks, write(&case));
     let done = file.and_then(|file| {
         let display = Display::new();
         commands::run(arguments, &file, &stop, &display, |file, options| {
@@ -136,9 +65,11 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
 /// What hinders another process is said by the first.
 fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
-    let Some(file) = file_of_first(&**ranks) else {
+    // None if the first could not read it.
+    let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
         return;
     };
+    let file = case.read();
     let options = Options {
         out: None,
         existing: Existing::Refuse,

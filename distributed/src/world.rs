@@ -1,6 +1,5 @@
 //! The processes of MPI, as those that hold one gas together.
 
-use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,7 +11,6 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Buffer, Communicator as _, Destination as _, Equivalence as _, Source as _};
 use serde::{Deserialize, Serialize};
 use stosszahl::dsmc::Ranks;
-use stosszahl::study::frontier::Fellows;
 
 /// Most bytes of one message of MPI, which counts them with 31 bits.
 const MOST: usize = 1 << 30;
@@ -20,10 +18,8 @@ const MOST: usize = 1 << 30;
 const EAGER: Duration = Duration::from_millis(20);
 const REST: Duration = Duration::from_micros(200);
 
-/// The tag of what the gas sends; those of who asks for a number of a series, and of the answers. Beats have tag 1.
+/// The tag of what the gas sends. Beats have tag 1.
 const GAS: Tag = 0;
-const ASKED: Tag = 2;
-const GIVEN: Tag = 3;
 
 /// All processes.
 pub struct World {
@@ -32,11 +28,9 @@ pub struct World {
     /// Held by the thread that talks to MPI, never while it waits for another process.
     calls: Mutex<()>,
     traffic: Mutex<Traffic>,
-    /// Of the first process: the next number of each series.
-    series: Mutex<BTreeMap<u64, u64>>,
 }
 
-/// What a process has sent, and how long it waited for others.
+/// What a process has sent and received, and how long it waited for others.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Traffic {
     /// Exchanges.
@@ -45,6 +39,8 @@ pub struct Traffic {
     pub messages: u64,
     /// Their bytes.
     pub bytes: u64,
+    /// Bytes of the messages that came.
+    pub received: u64,
     /// Time in exchanges \[s\].
     pub seconds: f64,
 }
@@ -58,34 +54,6 @@ impl World {
             size: world.size() as usize,
             calls: Mutex::default(),
             traffic: Mutex::default(),
-            series: Mutex::default(),
-        }
-    }
-
-    /// The next number of a series, in the first process.
-    fn next_of(&self, series: u64) -> u64 {
-        let mut all = self.series.lock().unwrap_or_else(PoisonError::into_inner);
-        let next = all.entry(series).or_default();
-        *next += 1;
-        *next - 1
-    }
-
-    /// Answers all who have asked for a number: to be called often in the first process.
-    pub fn answer(&self) {
-        loop {
-            let asked = self.call(|world| {
-                let found = world.any_process().immediate_matched_probe_with_tag(ASKED);
-                found.map(|(message, _)| message.matched_receive::<u64>())
-            });
-            let Some((series, status)) = asked else {
-                return;
-            };
-            let number = self.next_of(series);
-            // A few bytes are sent at once, and not waited for.
-            self.call(|world| {
-                let to = world.process_at_rank(status.source_rank());
-                to.send_with_tag(&number, GIVEN);
-            });
         }
     }
 
@@ -181,26 +149,6 @@ fn parts(message: &[u8]) -> Vec<Vec<u8>> {
     whole.chunks(MOST).map(<[u8]>::to_vec).collect()
 }
 
-impl Fellows for World {
-    fn draw(&self, series: u64) -> u64 {
-        if self.rank == 0 {
-            return self.next_of(series);
-        }
-        self.call(|world| world.process_at_rank(0).send_with_tag(&series, ASKED));
-        let began = Instant::now();
-        loop {
-            let given = self.call(|world| {
-                let found = (world.process_at_rank(0)).immediate_matched_probe_with_tag(GIVEN);
-                found.map(|(message, _)| message.matched_receive::<u64>())
-            });
-            match given {
-                Some((number, _)) => return number,
-                None => rest(began),
-            }
-        }
-    }
-}
-
 impl Ranks for World {
     fn rank(&self) -> usize {
         self.rank
@@ -222,6 +170,7 @@ impl Ranks for World {
             rounds: 1,
             messages: messages.len() as u64,
             bytes: messages.iter().map(|(_, one)| one.len() as u64).sum(),
+            received: 0,
             seconds: 0.0,
         };
         let parts: Vec<(usize, Vec<u8>)> = (messages.iter())
@@ -244,6 +193,7 @@ impl Ranks for World {
             began = Instant::now();
             self.complete(&mut coming, from);
             traffic.seconds += began.elapsed().as_secs_f64();
+            traffic.received = coming.iter().map(|one| one.bytes.len() as u64).sum();
             then(coming.drain(..).map(|one| one.bytes).collect());
             began = Instant::now();
             for send in sends {
@@ -255,6 +205,7 @@ impl Ranks for World {
         all.rounds += traffic.rounds;
         all.messages += traffic.messages;
         all.bytes += traffic.bytes;
+        all.received += traffic.received;
         all.seconds += traffic.seconds;
     }
 }

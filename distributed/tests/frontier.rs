@@ -5,7 +5,9 @@ mod support;
 use std::fs;
 use std::path::Path;
 
-use support::{Scratch, done, job, said, succeeds};
+use support::{
+    Scratch, appears, appears_like, done, ends, job, kill, processes, said, started, succeeds,
+};
 
 const CASE: &str = r#"
 format = 2
@@ -55,6 +57,23 @@ fn a_frontier_is_the_same_for_any_number_of_processes() {
         succeeds(job(ranks, &[], &[&common[..], &more, &[&out]].concat()));
         assert!(untimed(&out) == wanted, "{ranks} ranks");
     }
+    // Of three, one stands still and one dies, once the first runs of the reference are kept; others do what they had.
+    let out = scratch.out("killed");
+    let words = [&common[..], &more, &[&out, "--lost-after", "2"]].concat();
+    let child = started(job(3, &["--enable-recovery"], &words));
+    let ids = processes(&out, 3);
+    appears_like(&out, "reference-");
+    kill("-STOP", ids[1]);
+    kill("-KILL", ids[2]);
+    appears(&out, "frontier.html");
+    kill("-KILL", ids[1]);
+    let output = child.wait_with_output().expect("an end");
+    ends(&output);
+    let text = said(&output);
+    for rank in [1, 2] {
+        assert!(text.contains(&format!("rank {rank} is lost")), "{text}");
+    }
+    assert!(untimed(&out) == wanted, "{text}");
     // What the first process refuses ends all, and is said once.
     let output = done(job(3, &[], &[&common[..], &more, &[&alone]].concat()));
     let text = said(&output);

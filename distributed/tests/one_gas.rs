@@ -4,7 +4,7 @@ mod support;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{ExitCode, Output};
 
 use stosszahl::commands;
 
@@ -90,6 +90,100 @@ fn tables_are_the_same_bytes_for_any_number_of_processes() {
             assert!(tables(Path::new(&out)) == wanted, "{ranks} ranks");
         }
     }
+}
+
+/// A mixture at which everything looks that does not need to know a particle again.
+const MEASURED: &str = r#"
+format = 2
+title = "a mixture"
+replicas = 1
+[gas]
+number = 40000
+restitution = 0.9
+[[species]]
+share = 0.5
+[[species]]
+share = 0.5
+diameter = 0.5
+[box]
+packing_fraction = 0.2
+[start]
+equilibration = 0
+[run]
+until = 0.004
+samples = 2
+[engine.dsmc-boltzmann]
+[measure.snapshots]
+times = []
+[measure.frames]
+number = 0
+[measure.series]
+[measure.fields]
+cells = [8, 4]
+blocks = 2
+[measure.boundaries]
+[measure.structure_factor]
+largest_wave_number = 2
+[measure.pair_correlation]
+range = 2
+[measure.spectra]
+largest_wave_number = 2
+[measure.velocity_distribution]
+bins = 20
+[measure.species_temperatures]
+"#;
+
+/// What looks at many more times.
+const OFTEN: &str =
+    "[measure.displacement]\n[measure.intermediate_scattering]\nwave_numbers = [1, 2]\n";
+
+/// Bytes that the first process of a job has received, by what it says.
+fn received(output: &Output) -> f64 {
+    let text = said(output);
+    let line = text.lines().find(|line| line.starts_with("rank 0: "));
+    let (before, _) = line
+        .and_then(|line| line.split_once(" bytes received"))
+        .expect("a line");
+    let number = before.rsplit(' ').next().expect("a number");
+    number.parse().expect("a number")
+}
+
+/// Sums over the particles are made where these are: tables are the same bytes, and the first process receives less than the half of
+/// the gas that one gathering would send it from another. In these few steps no tile changes hands. Of some sixty looks more each
+/// would send as much again, and tiles change hands three times at most. What has to know particles again does gather them.
+#[test]
+fn looks_at_a_gas_gather_no_particles() {
+    let gas = 40_000.0 * 32.0;
+    for (more, limit) in [("", 0.55 * gas), (OFTEN, 8.0 * gas)] {
+        let scratch = Scratch::new(&format!("{MEASURED}{more}"));
+        let wanted = scratch.alone();
+        assert!(wanted.len() > 12, "{:?}", wanted.keys());
+        for ranks in [1, 2, 3, 4, 8] {
+            let out = scratch.out(&ranks.to_string());
+            let bytes = received(&held(ranks, &scratch, &out));
+            assert!(tables(Path::new(&out)) == wanted, "{ranks} ranks");
+            assert!(bytes < limit, "{ranks} ranks: {bytes} of {limit}");
+        }
+    }
+    let gathers = Scratch::new(&format!("{MEASURED}[measure.velocity_autocorrelation]\n"));
+    let output = held(2, &gathers, &gathers.out("gathers"));
+    assert!(received(&output) > 8.0 * gas, "{}", said(&output));
+}
+
+/// A job in which some processes hold each gas.
+fn held(ranks: usize, scratch: &Scratch, out: &str) -> Output {
+    let arguments = [
+        "run",
+        &scratch.case,
+        "--one-gas",
+        "--threads",
+        "1",
+        "--out",
+        out,
+    ];
+    let output = done(job(ranks, &[], &arguments));
+    assert!(output.status.success(), "{}", said(&output));
+    output
 }
 
 #[test]

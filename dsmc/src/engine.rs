@@ -178,14 +178,18 @@ where
         }
     }
 
-    /// The same of those that this process holds, tile after tile.
-    pub(crate) fn each_here(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
-        for tile in self.tiles.iter().filter(|tile| tile.is_here) {
-            for local in 0..tile.cells() {
-                let weight = self.weight_in(self.grid.number(tile.cell_at(local)));
-                for simulator in tile.members(local) {
-                    look(simulator, weight);
-                }
+    /// The numbers of the tiles that this process holds.
+    pub(crate) fn tiles_here(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.tiles.len()).filter(|&tile| self.tiles[tile].is_here)
+    }
+
+    /// The same of one tile.
+    pub(crate) fn each_in(&self, tile: usize, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
+        let tile = &self.tiles[tile];
+        for local in 0..tile.cells() {
+            let weight = self.weight_in(self.grid.number(tile.cell_at(local)));
+            for simulator in tile.members(local) {
+                look(simulator, weight);
             }
         }
     }

@@ -32,7 +32,7 @@ use crate::tile::{Outbox, Tile};
 
 pub(crate) use partners::see_no_more;
 pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
-pub(crate) use ranks::{all_gather, all_reduce, broadcast, gather};
+pub(crate) use ranks::{all_gather, all_reduce, broadcast, gather, reduce};
 pub use shards::{Beside, shard_name};
 pub(crate) use shards::{Shard, read_all};
 

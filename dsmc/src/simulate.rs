@@ -7,11 +7,12 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::Streams;
+use stosszahl_model::sum::Totals;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
-    Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Surface, Vector as _,
-    VectorOf, Volume, Work,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Particle, Particles, Physics, Simulation, Sizes, Smooth, Space, State, Sum, Surface,
+    Vector as _, VectorOf, Volume, Work,
 };
 
 use crate::boundary::{Boundaries, Transfer};
@@ -258,6 +259,24 @@ impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
         self.engine.advance(until, steps, observer)
     }
 
+    /// Squared displacements of the simulators that this process holds, tile by tile.
+    fn squared_ways(&self) -> Totals {
+        let mut squares = Totals::new(1);
+        for tile in self.engine.tiles_here() {
+            self.engine.each_in(tile, |simulator, _| {
+                squares.open()[0] += F::way(simulator.mark).square();
+            });
+            squares.close();
+        }
+        squares
+    }
+
+    /// Such sums of all simulators over their number.
+    fn mean_of(&self, squares: &Totals) -> Option<f64> {
+        let sum: f64 = squares.values().iter().sum();
+        (self.count() > 0).then(|| sum / self.count() as f64)
+    }
+
     fn particle(&self, simulator: &crate::simulator::SimulatorOf<P, F>, weight: f64) -> Particle {
         let scene = self.engine.scene();
         let sizes = scene.sizes();
@@ -336,10 +355,18 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
     }
 
-    fn moments(&self) -> Moments {
-        let mut moments = Moments::default();
-        (self.engine).each_here(|simulator, weight| moments.see(&self.particle(simulator, weight)));
-        moments
+    fn add_up(&self, sum: &mut dyn Sum) {
+        for tile in self.engine.tiles_here() {
+            (self.engine).each_in(tile, |simulator, weight| {
+                sum.add(&self.particle(simulator, weight));
+            });
+            sum.close(tile as u32);
+        }
+    }
+
+    fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
+        self.visit(&mut |particle| sum.add(particle));
+        sum.close(0);
     }
 
     fn particles(&self) -> Particles {
@@ -443,6 +470,11 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         let all = self.follows.then(|| self.engine.displacements())?;
         Some(all.iter().map(stosszahl_model::Vector::spatial).collect())
+    }
+
+    fn mean_squared_displacement(&self) -> Option<f64> {
+        let squares = self.follows.then(|| self.squared_ways())?;
+        self.mean_of(&squares)
     }
 
     fn boundaries(&self) -> Vec<BoundaryFlux> {

@@ -42,6 +42,7 @@ pub mod snapshot;
 pub mod space;
 pub mod species;
 pub mod state;
+pub mod sum;
 pub mod surface;
 pub mod transport;
 pub mod walls;
@@ -64,7 +65,8 @@ pub use simulation::{
 };
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
-pub use species::{Kind, Species};
+pub use species::{Grouping, Kind, Species};
 pub use state::{Body, State};
+pub use sum::{Adds, Sum};
 pub use surface::{Rough, Smooth, Surface};
 pub use walls::{Face, Rebound, Wall, Walls};

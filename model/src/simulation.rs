@@ -17,6 +17,7 @@ use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _};
+use crate::sum::{Adds, Sum};
 use crate::walls::Ledger;
 
 /// One particle, or one simulator of a Monte Carlo gas. In the plane the third component of vectors is zero, and the spin is
@@ -81,7 +82,9 @@ impl Particles {
     /// Moments of their velocities.
     pub fn moments(&self) -> Moments {
         let mut moments = Moments::default();
-        self.all.iter().for_each(|particle| moments.see(particle));
+        for particle in &self.all {
+            Adds::add(&mut moments, particle);
+        }
         moments
     }
 
@@ -100,26 +103,11 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds a particle, or what a simulator stands for.
-    pub fn see(&mut self, particle: &Particle) {
-        self.add(
-            particle.weight,
-            particle.mass * particle.velocity.norm_squared(),
-        );
-    }
-
     /// Adds so many particles of a `m v^2`.
     pub fn add(&mut self, weight: f64, square: f64) {
         self.count.add(weight);
         self.second.add(weight * square);
         self.fourth.add(weight * square * square);
-    }
-
-    /// Adds other particles.
-    pub fn merge(&mut self, other: &Self) {
-        self.count.merge(&other.count);
-        self.second.merge(&other.second);
-        self.fourth.merge(&other.fourth);
     }
 
     /// `<m v^2>` and `<m^2 v^4>`; 0 for none.
@@ -132,6 +120,21 @@ impl Moments {
     /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
     pub fn temperature(&self, dimension: usize) -> f64 {
         self.means()[0] / dimension as f64
+    }
+}
+
+impl Adds for Moments {
+    const NAME: &'static str = "moments";
+
+    fn add(&mut self, particle: &Particle) {
+        let square = particle.mass * particle.velocity.norm_squared();
+        self.add(particle.weight, square);
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.count.merge(&other.count);
+        self.second.merge(&other.second);
+        self.fourth.merge(&other.fourth);
     }
 }
 
@@ -269,10 +272,22 @@ pub trait Simulation: Send {
     /// The gas at the present time, in the order of indices.
     fn particles(&self) -> Particles;
 
+    /// Adds all particles to an empty sum, wherever they are.
+    fn add_up(&self, sum: &mut dyn Sum) {
+        self.visit(&mut |particle| sum.add(particle));
+        sum.close(0);
+    }
+
+    /// Adds all particles to an empty sum that also looks at neighbours up to a distance `reach`: strip by strip of the box, which are
+    /// groups. Those of weight zero are not of the strip, but near it. Only positions and weights are shown.
+    fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
+        self.add_up(sum);
+    }
+
     /// Moments of the velocities.
     fn moments(&self) -> Moments {
         let mut moments = Moments::default();
-        self.visit(&mut |particle| moments.see(particle));
+        self.add_up(&mut moments);
         moments
     }
 
@@ -326,6 +341,13 @@ pub trait Simulation: Send {
     /// How far each particle has come since then, across the edges of the box, in the order of [`Self::particles`].
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         None
+    }
+
+    /// Mean square of these displacements; none without particles.
+    fn mean_squared_displacement(&self) -> Option<f64> {
+        let all = self.displacements().filter(|all| !all.is_empty())?;
+        let squares = all.iter().map(Vector3::norm_squared);
+        Some(squares.sum::<f64>() / all.len() as f64)
     }
 
     /// Displacements averaged over time, for the given particles and lags: `<|R(t + lag) - R(t)|^2>` of each, summed over

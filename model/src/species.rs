@@ -138,6 +138,38 @@ impl Sizes for Species {
     }
 }
 
+/// The species of particles, by the number that an engine gives them: sets of simulators are numbered on, and in a gas of
+/// continuous sizes each particle has a number of its own, in the order of sizes.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Grouping {
+    groups: usize,
+    kinds: Option<usize>,
+}
+
+impl Grouping {
+    /// So many species; of continuous sizes, of so many numbers.
+    pub fn new(groups: usize, kinds: Option<usize>) -> Self {
+        Self {
+            groups: groups.max(1),
+            kinds,
+        }
+    }
+
+    /// Number of species.
+    pub fn groups(self) -> usize {
+        self.groups
+    }
+
+    /// The species of a number.
+    #[inline]
+    pub fn group(self, kind: u32) -> usize {
+        match self.kinds {
+            Some(kinds) => kind as usize * self.groups / kinds,
+            None => kind as usize % self.groups,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

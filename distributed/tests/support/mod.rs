@@ -116,8 +116,21 @@ pub fn slow_down(process: u32) {
 
 /// Waits for a file of a results folder.
 pub fn appears(out: &str, name: &str) {
-    let (path, began) = (Path::new(out).join(name), Instant::now());
-    while !path.exists() {
+    wait_for(name, || Path::new(out).join(name).exists());
+}
+
+/// Waits for a file of a results folder whose name begins so.
+pub fn appears_like(out: &str, start: &str) {
+    wait_for(start, || {
+        let files = fs::read_dir(out).into_iter().flatten().flatten();
+        let mut names = files.map(|file| file.file_name().to_string_lossy().into_owned());
+        names.any(|name| name.starts_with(start))
+    });
+}
+
+fn wait_for(name: &str, is_there: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !is_there() {
         assert!(began.elapsed() < Duration::from_mins(1), "no {name}");
         thread::sleep(Duration::from_millis(5));
     }
@@ -129,7 +142,7 @@ pub fn started(mut command: Command) -> Child {
     command.spawn().expect("mpirun starts")
 }
 
-/// All tables of a folder; no checkpoint may be left.
+/// All tables of a folder, snapshots and frames; no checkpoint may be left.
 pub fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -141,7 +154,7 @@ pub fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
                 folders.push(path);
             } else if path
                 .extension()
-                .is_some_and(|end| end == "csv" || end == "xyz")
+                .is_some_and(|end| end == "csv" || end == "xyz" || end == "bin")
             {
                 let name = path.strip_prefix(folder).expect("inside").to_owned();
                 all.insert(name, fs::read(&path).expect("a table"));

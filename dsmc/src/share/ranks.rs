@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use stosszahl_model::Sum;
 
 use super::{read, write};
 
@@ -81,6 +82,23 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
         ranks.exchange(vec![(beyond, write(&sum))], &[]);
     }
     sum
+}
+
+/// Puts a sum of all processes together in the first: along a binary tree, in as many rounds as their number has bits.
+pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn Sum) {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let mut step = 1;
+    while step < size {
+        if me & step > 0 {
+            ranks.exchange(vec![(me - step, sum.save())], &[]);
+            return;
+        }
+        if me + step < size {
+            let came = ranks.exchange(Vec::new(), &[me + step]);
+            assert!(sum.add_saved(&came[0]), "the sum of the same program");
+        }
+        step *= 2;
+    }
 }
 
 /// The messages of all processes to the first, by their number; nothing elsewhere.

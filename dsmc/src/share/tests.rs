@@ -9,8 +9,8 @@ use nalgebra::{Vector2, vector};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline, Vibration};
 use stosszahl_model::{
-    Collision, Constant, Face, Gravity, Monodisperse, Observer, Physics, Plane, Rebound, Rough,
-    Scene, Space as _, State, VectorOf, Volume, Wall, Walls,
+    Collision, Constant, Face, Gravity, Moments, Monodisperse, Observer, Physics, Plane, Rebound,
+    Rough, Scene, Space as _, State, VectorOf, Volume, Wall, Walls,
 };
 
 use super::*;
@@ -102,6 +102,20 @@ fn messages_reach_all() {
         });
         let wanted: Vec<Vec<u8>> = (0..size as u8).map(|rank| vec![rank]).collect();
         assert_eq!(found, wanted);
+    }
+}
+
+/// Sums of a gas that several processes hold, put together from the parts of all.
+#[test]
+fn sums_over_processes_are_put_together_in_the_first() {
+    for size in 1..10 {
+        let found = among(size, |ranks| {
+            let mut sum = Moments::default();
+            sum.add(1.0, ranks.rank() as f64);
+            reduce(&*ranks, &mut sum);
+            sum.means()[0]
+        });
+        assert_eq!(found, 0.5 * (size - 1) as f64, "{size}");
     }
 }
 

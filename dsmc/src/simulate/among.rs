@@ -1,8 +1,9 @@
 //! A gas that several processes hold, behind the common interface.
 //!
 //! The first process drives the gas as any other ([`simulate_among`]); the others do what it does ([`serve`]). While the gas
-//! advances each holds its part. Moments of velocities are added up by all, and
-//! checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first process gather all.
+//! advances each holds its part. Sums over particles are made by all
+//! ([`Simulation::add_up`]), and checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first
+//! process gather all.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,14 +11,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
+use stosszahl_model::sum::{Make, Totals};
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Moments, Observer, Particle, Particles, Physics,
-    Simulation, Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
+    Sum, Vector as _, Work,
 };
 
 use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
 use crate::parameters::EngineError;
-use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, write};
+use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, reduce, write};
 use crate::simulator::Follow;
 
 /// What the first process tells the others.
@@ -27,8 +29,14 @@ pub(super) enum Command {
     Advance(f64, u64, bool),
     /// The first process is to hold all.
     Unite,
-    /// All are to add up the moments of what they hold.
-    Moments,
+    /// All are to add what they hold to the sum of this name, empty as it is.
+    AddUp(String, Vec<u8>),
+    /// The same with neighbours up to a distance.
+    AddUpNear(f64, String, Vec<u8>),
+    /// Displacements are followed from now on.
+    Follow,
+    /// All are to add up squared displacements.
+    Ways,
     /// All are to write what they hold, into files with names that begin so.
     Write(String, Beside),
     /// The gas is let go of.
@@ -102,16 +110,20 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineE
 }
 
 /// Holds a part of a gas that another process drives, with everything but the start as there, until that lets go of it. The gas
-/// started with `count` particles in a box of these sides.
+/// started with `count` particles in a box of these sides. `make` knows all sums that the first process asks for.
 ///
 /// # Errors
 /// [`EngineError`] if it cannot be made here or elsewhere.
+///
+/// # Panics
+/// If the first process asks for a sum that `make` does not know.
 pub fn serve(
     gas: &Gas<'_>,
     count: usize,
     lengths: [f64; 3],
     ranks: &Arc<dyn Ranks>,
     interrupt: &Interrupt,
+    make: Make,
 ) -> Result<(), EngineError> {
     let Some(brief) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
         // It could not be made there, which is said there.
@@ -123,7 +135,7 @@ pub fn serve(
         checkpoint: &brief.kept,
         beside: brief.beside.as_ref(),
     });
-    match begin(gas, source, &Serve(ranks.clone(), interrupt.clone())) {
+    match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
         Ok(served) => {
             agree(&**ranks, Ok(()))?;
             served()
@@ -188,13 +200,64 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
     agree(&**ranks, read)
 }
 
-/// The moments of the parts of all processes.
-fn all_moments<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Moments {
-    all_reduce(ranks, cells.moments(), |sum, more| sum.merge(&more))
+/// Squared displacements in all processes.
+fn all_ways<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Totals {
+    all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
+}
+
+/// Deals out positions by equal strips of the first axis, one for each process, and adds those of the own strip and near it to a sum.
+fn add_strip<P: Physics, F: Follow<P::Space>>(
+    cells: &Cells<P, F>,
+    reach: f64,
+    sum: &mut dyn Sum,
+    ranks: &dyn Ranks,
+) {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let length = cells.engine.grid().domain().lengths().spatial().x;
+    let width = length / size as f64;
+    // A little more, for rounding.
+    let far = (0.5 * width + reach) * (1.0 + 1e-9);
+    let is_near = |x: f64, strip: usize| {
+        let apart = (x - (strip as f64 + 0.5) * width).abs();
+        apart.min(length - apart) <= far
+    };
+    let wide = ((far / width) as usize + 1).min(size / 2);
+    let mut strips: Vec<Vec<(Vector3<f64>, bool)>> = vec![Vec::new(); size];
+    for tile in cells.engine.tiles_here() {
+        cells.engine.each_in(tile, |simulator, _| {
+            let position = simulator.position.spatial();
+            let own = ((position.x / width).max(0.0) as usize).min(size - 1);
+            strips[own].push((position, true));
+            for step in 1..=wide {
+                let [left, right] = [(own + size - step) % size, (own + step) % size];
+                if is_near(position.x, left) {
+                    strips[left].push((position, false));
+                }
+                if right != left && is_near(position.x, right) {
+                    strips[right].push((position, false));
+                }
+            }
+        });
+    }
+    let own = std::mem::take(&mut strips[me]);
+    let others: Vec<usize> = (0..size).filter(|&rank| rank != me).collect();
+    let messages = others.iter().map(|&rank| (rank, write(&strips[rank])));
+    let came = ranks.exchange(messages.collect(), &others);
+    let came = came
+        .iter()
+        .flat_map(|bytes| read::<Vec<(Vector3<f64>, bool)>>(bytes));
+    for (position, is_own) in own.into_iter().chain(came) {
+        sum.add(&Particle {
+            position,
+            weight: if is_own { 1.0 } else { 0.0 },
+            ..Particle::of(0.0, 0.0)
+        });
+    }
+    sum.close(me as u32);
 }
 
 /// Another process does as it is told.
-struct Serve(Arc<dyn Ranks>, Interrupt);
+struct Serve(Arc<dyn Ranks>, Interrupt, Make);
 
 impl Keep for Serve {
     type Kept = Box<dyn FnOnce() -> Result<(), EngineError>>;
@@ -204,8 +267,8 @@ impl Keep for Serve {
         mut cells: Cells<P, F>,
         shards: Shards,
     ) -> Self::Kept {
-        let Self(ranks, interrupt) = self;
-        let ranks = ranks.clone();
+        let Self(ranks, interrupt, make) = self;
+        let (ranks, make) = (ranks.clone(), *make);
         cells.engine.stop_on(interrupt);
         Box::new(move || {
             begin_among(&mut cells, &ranks, shards)?;
@@ -219,8 +282,23 @@ impl Keep for Serve {
                         engine.advance(until, steps, &mut ());
                     }
                     Command::Unite => engine.unite(),
-                    Command::Moments => {
-                        all_moments(&*ranks, &cells);
+                    Command::AddUp(name, empty) => {
+                        let sum = make(&name, &empty);
+                        let mut sum = sum.expect("a sum that this program makes");
+                        cells.add_up(&mut *sum);
+                        reduce(&*ranks, &mut *sum);
+                    }
+                    Command::AddUpNear(reach, name, empty) => {
+                        let sum = make(&name, &empty);
+                        let mut sum = sum.expect("a sum that this program makes");
+                        add_strip(&cells, reach, &mut *sum, &*ranks);
+                        reduce(&*ranks, &mut *sum);
+                    }
+                    Command::Follow => {
+                        cells.follow_displacements();
+                    }
+                    Command::Ways => {
+                        all_ways(&*ranks, &cells);
                     }
                     Command::Write(stem, beside) => {
                         // What hinders this process is said by the first.
@@ -312,9 +390,16 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         self.whole().visit(look);
     }
 
-    fn moments(&self) -> Moments {
-        Command::Moments.give(&*self.ranks);
-        all_moments(&*self.ranks, &self.part())
+    fn add_up(&self, sum: &mut dyn Sum) {
+        Command::AddUp(sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        self.part().add_up(sum);
+        reduce(&*self.ranks, sum);
+    }
+
+    fn add_up_near(&self, reach: f64, sum: &mut dyn Sum) {
+        Command::AddUpNear(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        add_strip(&self.part(), reach, sum, &*self.ranks);
+        reduce(&*self.ranks, sum);
     }
 
     fn particles(&self) -> Particles {
@@ -365,11 +450,22 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
     }
 
     fn follow_displacements(&mut self) -> bool {
-        self.whole().follow_displacements()
+        Command::Follow.give(&*self.ranks);
+        self.part().follow_displacements()
     }
 
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         self.whole().displacements()
+    }
+
+    fn mean_squared_displacement(&self) -> Option<f64> {
+        let cells = self.part();
+        if !cells.follows {
+            return None;
+        }
+        Command::Ways.give(&*self.ranks);
+        let squares = all_ways(&*self.ranks, &cells);
+        cells.mean_of(&squares)
     }
 
     fn boundaries(&self) -> Vec<BoundaryFlux> {

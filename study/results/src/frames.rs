@@ -2,7 +2,7 @@
 //!
 //! Positions take sixteen bits along each axis, directions and speeds eight, what is left of the last collision four and four. Where there are too many particles, or simulators
 //! that stand for different numbers of them, a fair sample is kept: each kept one stands for as many particles as any other.
-//! Which ones depends on their numbers alone, so that a particle is in all frames or in none, and they stand in an order
+//! Which ones depends on their numbers alone, so that a particle whose number stays is in all frames or in none, and they stand in an order
 //! that has nothing to do with where they are or how they move: the first few of a frame are a fair sample, too.
 
 use std::f64::consts::TAU;
@@ -55,7 +55,7 @@ pub struct Frame {
 }
 
 /// What is known of the last collision of a particle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Met {
     /// Energy of its partner now, over the mean of all.
     pub partner: f64,
@@ -71,7 +71,7 @@ impl Met {
 }
 
 /// A particle as a frame sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dot {
     /// Position \[length\].
     pub position: [f64; 2],
@@ -93,30 +93,82 @@ fn scatter(index: u64) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
+/// What a frame needs to know of all particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Crowd {
+    /// Sum of the weights.
+    pub particles: f64,
+    /// Largest weight.
+    pub heaviest: f64,
+    /// Sum of the weights times the squared speeds \[length²/time²\].
+    pub squares: f64,
+    /// Smallest and largest radius; nothing without particles.
+    pub radii: Option<[f64; 2]>,
+}
+
+impl Crowd {
+    /// Sees a particle, but for the sums.
+    pub fn widen(&mut self, weight: f64, radius: f64) {
+        self.heaviest = self.heaviest.max(weight);
+        let [low, high] = self.radii.unwrap_or([radius; 2]);
+        self.radii = Some([low.min(radius), high.max(radius)]);
+    }
+
+    /// Sees what another has seen, but for the sums.
+    pub fn widen_by(&mut self, other: &Self) {
+        if let Some([low, high]) = other.radii {
+            self.widen(other.heaviest, low);
+            self.widen(other.heaviest, high);
+        }
+    }
+
+    /// Of how many particles one is kept, where about `most` are.
+    pub fn share(&self, most: usize) -> f64 {
+        let share = self.particles / most.max(1) as f64;
+        share.max(self.heaviest).max(1.0)
+    }
+}
+
+/// Whether a frame keeps a particle of a number and a weight w: with the probability w / share.
+pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
+    scatter(number) as f64 / 2_f64.powi(64) * share < weight
+}
+
 impl Frame {
-    /// A frame of about `most` particles at most.
+    /// A frame of about `most` particles at most, which are numbered.
     pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
-        let particles: f64 = dots.iter().map(|dot| dot.weight).sum();
-        let heaviest = dots.iter().map(|dot| dot.weight).fold(0.0, f64::max);
-        // A simulator of weight w is kept with the probability w / share.
-        let share = (particles / most.max(1) as f64).max(heaviest).max(1.0);
-        let square = |dot: &Dot| dot.velocity[0].powi(2) + dot.velocity[1].powi(2);
-        let energy: f64 = dots.iter().map(|dot| dot.weight * square(dot)).sum();
+        let mut crowd = Crowd::default();
+        for dot in dots {
+            crowd.particles += dot.weight;
+            crowd.squares += dot.weight * (dot.velocity[0].powi(2) + dot.velocity[1].powi(2));
+            crowd.widen(dot.weight, dot.radius);
+        }
+        let share = crowd.share(most);
+        let kept = (0..).zip(dots.iter().copied());
+        let kept = kept.filter(|(number, dot)| keeps(*number, dot.weight, share));
+        Self::of(time, sides, periodic, &crowd, share, kept.collect())
+    }
+
+    /// A frame of those that are kept of a crowd, with their numbers.
+    pub fn of(
+        time: f64,
+        sides: [f64; 2],
+        periodic: [bool; 2],
+        crowd: &Crowd,
+        share: f64,
+        mut kept: Vec<(u64, Dot)>,
+    ) -> Self {
+        let particles = crowd.particles;
         let speed = if particles > 0.0 {
-            (energy / particles).sqrt()
+            (crowd.squares / particles).sqrt()
         } else {
             0.0
         };
-        let radius = dots.iter().map(|dot| dot.radius).fold(0.0, f64::max);
-        let equal = dots.iter().all(|dot| dot.radius == radius);
-        let told = dots.iter().any(|dot| dot.met.is_some());
-        let mut kept: Vec<(u64, &Dot)> = (0..)
-            .map(scatter)
-            .zip(dots)
-            .filter(|(key, dot)| *key as f64 / 2_f64.powi(64) * share < dot.weight)
-            .collect();
+        let [smallest, radius] = crowd.radii.unwrap_or_default();
+        let equal = smallest == radius;
+        let told = kept.iter().any(|(_, dot)| dot.met.is_some());
         // By a second scatter, so that the order has nothing to do with weights.
-        kept.sort_unstable_by_key(|(key, _)| scatter(*key));
+        kept.sort_unstable_by_key(|(number, _)| scatter(scatter(*number)));
         let mut frame = Self {
             time,
             sides,

@@ -25,20 +25,53 @@ use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, requ
 
 /// What another process needs to know to do a piece of a case that it has planned.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Order {
+pub(crate) struct Order {
     piece: Piece,
     /// The folder of the point.
     folder: PathBuf,
     fingerprint: [u8; 32],
 }
 
-/// What connects the processes of a run.
+/// Work that is done order by order, in any process; orders and what they leave are bytes.
+pub trait Work: Sync {
+    /// An order that nobody does; none if there is none now.
+    fn next(&self) -> Option<Vec<u8>>;
+
+    /// Takes back the order of a process that was lost: somebody else is to do it.
+    fn put_back(&self, order: &[u8]);
+
+    /// Takes what an order left in another process.
+    fn take(&self, order: &[u8], record: &[u8]);
+
+    /// Ends the work, as another process cannot do its part.
+    fn fail(&self, why: String);
+
+    /// Whether all is done, or the work has ended.
+    fn is_finished(&self) -> bool;
+
+    /// What it is made of, and how many of these are done, of all.
+    fn count(&self) -> (&'static str, [usize; 2]);
+}
+
+/// Does orders of the work of another process.
+pub trait Hand: Sync {
+    /// How many orders are to be done at once.
+    fn slots(&self) -> usize;
+
+    /// Does an order, and returns what it left, for [`Work::take`].
+    fn work(&self, order: &[u8]) -> Vec<u8>;
+}
+
+/// What connects the processes that do some work.
 pub trait Crew: Sync {
-    /// Has the pieces of a board done until it is finished, by this process and others.
-    ///
-    /// # Errors
-    /// [`RunError::Crew`] if processes are lost that cannot be done without. What pieces themselves cannot do is the board's.
-    fn work(&self, board: &Board<'_>, here: &Assistant<'_>) -> Result<(), RunError>;
+    /// Has work done until it is finished: by other processes, and by this one, which does so many orders at once by `here`.
+    fn work(&self, work: &dyn Work, slots: usize, here: &(dyn Fn(&[u8]) + Sync));
+}
+
+/// An order as bytes, and back. They are of the same program, which was asked before.
+pub(crate) fn write<T: Serialize>(order: &T) -> Vec<u8> {
+    // Fails only for types without a length.
+    postcard::to_stdvec(order).unwrap_or_default()
 }
 
 /// The pieces of a run that are still to be done, and what came back.
@@ -104,7 +137,7 @@ impl<'a> Board<'a> {
     }
 
     /// The largest piece that nobody does; none if there is none, or the run has failed.
-    pub fn next(&self) -> Option<Order> {
+    pub(crate) fn next_order(&self) -> Option<Order> {
         let mut state = self.state();
         if state.failure.is_some() {
             return None;
@@ -125,22 +158,6 @@ impl<'a> Board<'a> {
             folder: job.place.path(),
             fingerprint: *job.place.fingerprint(),
         })
-    }
-
-    /// Takes back the order of a process that was lost: somebody else is to do it.
-    pub fn put_back(&self, order: &Order) {
-        let attempt = order.piece.attempt + 1;
-        self.state().waiting.push(Piece {
-            attempt,
-            ..order.piece
-        });
-    }
-
-    /// Takes what an order left in another process.
-    pub fn take(&self, order: &Order, record: &[u8]) {
-        let job = &self.jobs[order.piece.point];
-        let left = job.desk(&order.folder).restore(order.piece, record);
-        self.put(order.piece, left);
     }
 
     /// Takes what a piece left, and finishes its point if it was the last. Of a piece that was done twice, the first counts.
@@ -174,33 +191,6 @@ impl<'a> Board<'a> {
         }
     }
 
-    /// Ends the run.
-    pub fn fail(&self, error: RunError) {
-        self.state().failure.get_or_insert(error);
-    }
-
-    /// Whether all is done, or the run has failed.
-    pub fn is_finished(&self) -> bool {
-        let state = self.state();
-        state.failure.is_some() || state.points.iter().all(|point| point.summary.is_some())
-    }
-
-    /// Whether the run has failed.
-    pub fn has_failed(&self) -> bool {
-        self.state().failure.is_some()
-    }
-
-    /// Pieces that are done, and all.
-    pub fn count(&self) -> [usize; 2] {
-        let state = self.state();
-        let counts = self.jobs.iter().zip(&state.points).map(|(job, point)| {
-            let all = job.pieces().count();
-            let there = point.replicas.iter().flatten().count();
-            [if point.summary.is_some() { all } else { there }, all]
-        });
-        counts.fold([0, 0], |[done, all], more| [done + more[0], all + more[1]])
-    }
-
     pub(crate) fn finished(self) -> Result<Vec<PointSummary>, RunError> {
         let state = self.state.into_inner();
         let state = state.unwrap_or_else(PoisonError::into_inner);
@@ -212,6 +202,48 @@ impl<'a> Board<'a> {
                 .filter_map(|point| point.summary)
                 .collect()),
         }
+    }
+}
+
+impl Work for Board<'_> {
+    fn next(&self) -> Option<Vec<u8>> {
+        Some(write(&self.next_order()?))
+    }
+
+    fn put_back(&self, order: &[u8]) {
+        let Ok(Order { piece, .. }) = postcard::from_bytes(order) else {
+            return;
+        };
+        let attempt = piece.attempt + 1;
+        self.state().waiting.push(Piece { attempt, ..piece });
+    }
+
+    fn take(&self, order: &[u8], record: &[u8]) {
+        let Ok(Order { piece, folder, .. }) = postcard::from_bytes(order) else {
+            return;
+        };
+        let left = self.jobs[piece.point].desk(&folder).restore(piece, record);
+        self.put(piece, left);
+    }
+
+    fn fail(&self, why: String) {
+        self.state().failure.get_or_insert(RunError::Crew(why));
+    }
+
+    fn is_finished(&self) -> bool {
+        let state = self.state();
+        state.failure.is_some() || state.points.iter().all(|point| point.summary.is_some())
+    }
+
+    fn count(&self) -> (&'static str, [usize; 2]) {
+        let state = self.state();
+        let counts = self.jobs.iter().zip(&state.points).map(|(job, point)| {
+            let all = job.pieces().count();
+            let there = point.replicas.iter().flatten().count();
+            [if point.summary.is_some() { all } else { there }, all]
+        });
+        let sum = counts.fold([0, 0], |[done, all], more| [done + more[0], all + more[1]]);
+        ("replicas", sum)
     }
 }
 
@@ -250,11 +282,6 @@ impl<'a> Assistant<'a> {
         self.holders = Some(ranks);
     }
 
-    /// How many pieces are to be done at once, so that each thread has an engine.
-    pub fn slots(&self) -> usize {
-        self.slots
-    }
-
     fn desk<'d>(&'d self, order: &'d Order) -> Desk<'d> {
         Desk {
             planned: &self.planned[order.piece.point],
@@ -267,7 +294,7 @@ impl<'a> Assistant<'a> {
     }
 
     /// Does a piece of this process's own board.
-    pub fn work_here(&self, board: &Board<'_>, order: &Order) {
+    pub(crate) fn work_here(&self, board: &Board<'_>, order: &Order) {
         let desk = self.desk(order);
         let holders = self.holders.clone().map(|ranks| Holders {
             ranks,
@@ -276,10 +303,19 @@ impl<'a> Assistant<'a> {
         let left = (self.pool).install(|| desk.work_among(order.piece, holders.as_ref()));
         board.put(order.piece, left);
     }
+}
 
-    /// Does a piece, and returns what it left, as bytes for [`Board::take`].
-    pub fn work(&self, order: &Order) -> Vec<u8> {
-        let desk = self.desk(order);
+impl Hand for Assistant<'_> {
+    /// So many that each thread has an engine.
+    fn slots(&self) -> usize {
+        self.slots
+    }
+
+    fn work(&self, order: &[u8]) -> Vec<u8> {
+        let Ok(order) = postcard::from_bytes::<Order>(order) else {
+            return Vec::new();
+        };
+        let desk = self.desk(&order);
         let left = match fs::read_dir(&order.folder) {
             Ok(_) => self.pool.install(|| desk.work(order.piece)),
             Err(error) => Err(RunError::Crew(format!(
@@ -309,7 +345,11 @@ pub fn run_among(
     let opened = Opened::new(file, &planned, options)?;
     let jobs = opened.jobs(file, &planned, options);
     let board = Board::new(&jobs)?;
-    crew.work(&board, &here)?;
+    crew.work(&board, here.slots, &|order| {
+        if let Ok(order) = postcard::from_bytes(order) {
+            here.work_here(&board, &order);
+        }
+    });
     Ok(opened.summary(board.finished()?))
 }
 
@@ -320,7 +360,7 @@ pub fn run_among(
 pub fn assist<T>(
     file: &CaseFile,
     options: &Options<'_>,
-    work: impl FnOnce(&Assistant<'_>) -> T,
+    work: impl FnOnce(&dyn Hand) -> T,
 ) -> Result<T, RunError> {
     let (planned, threads) = prepare(file, options)?;
     Ok(work(&Assistant::new(&planned, options, threads)?))

@@ -17,6 +17,7 @@ use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 
 use crate::holders::Holders;
 use crate::measure::Needs;
+use crate::measures;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
 use crate::start::{self, StartError};
 
@@ -99,7 +100,12 @@ pub(crate) fn hold(
     let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
     let (count, lengths) = (plan.count(), plan.lengths);
     Ok(stosszahl_dsmc::serve(
-        &gas, count, lengths, holders, interrupt,
+        &gas,
+        count,
+        lengths,
+        holders,
+        interrupt,
+        measures::sum,
     )?)
 }
 

@@ -82,7 +82,7 @@ pub fn run_holding(
     let opened = Opened::new(file, &planned, options)?;
     let jobs = opened.jobs(file, &planned, options);
     let board = Board::new(&jobs)?.held_by(ranks.size());
-    while let Some(order) = board.next() {
+    while let Some(order) = board.next_order() {
         here.work_here(&board, &order);
     }
     Ok(opened.summary(board.finished()?))

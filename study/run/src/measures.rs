@@ -39,9 +39,13 @@ mod transport;
 mod velocity_autocorrelation;
 mod velocity_distribution;
 
+use stosszahl_analysis::pair_correlation::Pairs;
 use stosszahl_analysis::statistics::Estimate as Mean;
+use stosszahl_analysis::structure_factor::Lattice;
+use stosszahl_analysis::{flow, modes, velocities};
 use stosszahl_dsmc::Weights;
-use stosszahl_model::GrainSizes;
+use stosszahl_model::sum::{self, Make};
+use stosszahl_model::{Moments, Sum};
 use stosszahl_results::Estimate;
 
 use crate::measure::{self, BadOption, Measure};
@@ -83,30 +87,21 @@ pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<>
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
 }
 
-/// The species of a particle: by the number that its engine gives it, or by its index where each particle has its own size.
-pub(crate) struct SpeciesOf {
-    by_index: bool,
-    groups: Vec<u32>,
-}
-
-impl SpeciesOf {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        // Particles that each have their own size carry no species; their indices tell it.
-        let by_index = matches!(plan.grains.sizes, GrainSizes::Each(_));
-        let groups = if by_index {
-            let all = 0..plan.count();
-            all.map(|index| plan.species_of(index) as u32).collect()
-        } else {
-            plan.groups()
-        };
-        Self { by_index, groups }
-    }
-
-    /// The species of a particle of an index and the number of its kind.
-    pub(crate) fn of(&self, index: usize, kind: u32) -> usize {
-        let place = if self.by_index { index } else { kind as usize };
-        self.groups[place % self.groups.len()] as usize
-    }
+/// Makes a sum that the first of several processes asks for: all kinds that measures use.
+pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
+    let kinds: [Make; 10] = [
+        sum::made::<Moments>,
+        sum::made::<flow::Flows>,
+        sum::made::<flow::Warmth>,
+        sum::made::<velocities::Counts>,
+        sum::made::<Lattice>,
+        sum::made::<modes::Amplitudes>,
+        sum::made::<Pairs>,
+        sum::made::<frames::Crowding>,
+        sum::made::<frames::Chosen>,
+        sum::made::<course::Look>,
+    ];
+    kinds.iter().find_map(|made| made(name, empty))
 }
 
 /// Refuses engines whose simulators come and go.

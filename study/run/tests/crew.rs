@@ -9,8 +9,8 @@ use std::thread;
 use stosszahl_case::CaseFile;
 use stosszahl_model::Interrupt;
 use stosszahl_results::Existing;
-use stosszahl_study::crew::{Assistant, Board, Crew, assist, run_among};
-use stosszahl_study::{Options, RunError, format, run_case};
+use stosszahl_study::crew::{Crew, Hand, Work, assist, run_among};
+use stosszahl_study::{Options, format, run_case};
 
 const CASE: &str = r#"
 format = 2
@@ -84,43 +84,39 @@ struct Others<'a> {
 }
 
 impl Others<'_> {
-    fn help(&self, board: &Board<'_>, assistant: &Assistant<'_>) {
-        while let Some(order) = board.next() {
-            // What is sent.
-            let bytes = postcard::to_stdvec(&order).expect("an order");
-            let sent = postcard::from_bytes(&bytes).expect("the same");
+    fn help(&self, work: &dyn Work, hand: &dyn Hand) {
+        while let Some(order) = work.next() {
             let number = 1 + self.taken.fetch_add(1, Ordering::Relaxed);
-            let record = assistant.work(&sent);
+            let record = hand.work(&order);
             if self.lose > 0 && number.is_multiple_of(self.lose) {
-                board.put_back(&order);
+                work.put_back(&order);
                 continue;
             }
             self.done.fetch_add(1, Ordering::Relaxed);
-            board.take(&order, &record);
+            work.take(&order, &record);
             // A second record of the same piece changes nothing.
-            board.take(&order, &record);
+            work.take(&order, &record);
         }
     }
 }
 
 impl Crew for Others<'_> {
-    fn work(&self, board: &Board<'_>, here: &Assistant<'_>) -> Result<(), RunError> {
+    fn work(&self, work: &dyn Work, _slots: usize, here: &(dyn Fn(&[u8]) + Sync)) {
         thread::scope(|scope| {
             for _ in 0..self.count {
                 scope.spawn(|| {
                     let (file, stop) = (case(), Interrupt::default());
-                    assist(&file, &options(self.folder, &stop), |assistant| {
-                        self.help(board, assistant);
+                    assist(&file, &options(self.folder, &stop), |hand| {
+                        self.help(work, hand);
                     })
                 });
             }
             if self.count == 0 {
-                while let Some(order) = board.next() {
-                    here.work_here(board, &order);
+                while let Some(order) = work.next() {
+                    here(&order);
                 }
             }
         });
-        Ok(())
     }
 }
 
@@ -155,25 +151,24 @@ fn tables_are_the_same_bytes_whoever_does_the_pieces() {
 /// A process that does not see the results folder says so, and the run ends.
 #[test]
 fn a_folder_that_another_process_does_not_see_ends_the_run() {
-    struct Blind;
-    impl Crew for Blind {
-        fn work(&self, board: &Board<'_>, here: &Assistant<'_>) -> Result<(), RunError> {
-            let order = board.next().expect("an order");
-            let bytes = postcard::to_stdvec(&order).expect("an order");
-            let place = bytes.windows(12).position(|word| word == b"results-here");
-            let mut bytes = bytes;
+    struct Blind<'a>(&'a Path);
+    impl Crew for Blind<'_> {
+        fn work(&self, work: &dyn Work, _slots: usize, _here: &(dyn Fn(&[u8]) + Sync)) {
+            let order = work.next().expect("an order");
+            let place = order.windows(12).position(|word| word == b"results-here");
+            let mut sent = order.clone();
             let place = place.expect("the folder");
-            bytes[place..place + 12].copy_from_slice(b"results-gone");
-            let sent = postcard::from_bytes(&bytes).expect("an order");
-            board.take(&order, &here.work(&sent));
-            assert!(board.has_failed() && board.is_finished() && board.next().is_none());
-            Ok(())
+            sent[place..place + 12].copy_from_slice(b"results-gone");
+            let (file, stop) = (case(), Interrupt::default());
+            let record = assist(&file, &options(self.0, &stop), |hand| hand.work(&sent));
+            work.take(&order, &record.expect("a record"));
+            assert!(work.is_finished() && work.next().is_none());
         }
     }
     let scratch = tempfile::tempdir().expect("a folder");
     let stop = Interrupt::default();
     let folder = scratch.path().join("results-here");
-    let error = run_among(&case(), &options(&folder, &stop), &Blind);
+    let error = run_among(&case(), &options(&folder, &stop), &Blind(&folder));
     let text = error.expect_err("an error").to_string();
     assert!(
         text.contains("all processes of a run need its results folder"),

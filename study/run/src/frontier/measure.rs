@@ -3,24 +3,26 @@
 //! Starts of replica r are the same for all settings of a size: what differs between two settings is then less noisy than
 //! either. A run takes one thread, so that its CPU time is its cost whatever else the machine does.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
+use stosszahl_case::CaseFile;
 use stosszahl_model::{Interrupt, Particle, Particles};
 
 use super::FrontierError;
-use super::quantity::observe;
-use super::setting::Setting;
-use super::together::{Together, Turns};
+use super::quantity::{MEASURES, observe};
+use super::setting::{Setting, engine};
+use super::sweep::check;
+use crate::crew::{Crew, Hand, Work, write};
 use crate::measure::Measure;
-use crate::plan::Plan;
-use crate::unsaved::{Unsaved, resized};
+use crate::plan::{EngineKind, Plan, PlanError};
+use crate::unsaved::{Unsaved, measures, resized};
 
 /// Most memory of the starts that are kept for other settings \[bytes\].
 const STARTS: usize = 1 << 29;
@@ -58,20 +60,16 @@ pub(crate) type Outcome = Result<Vec<Sample>, String>;
 pub(crate) struct Workshop<'a> {
     /// The measured case.
     pub plan: &'a Plan,
-    /// What is measured.
-    pub measures: Vec<&'static dyn Measure>,
-    /// Threads.
-    pub threads: usize,
+    /// What makes runs in this process.
+    pub runner: Runner<'a>,
+    /// What connects it with others that make some too.
+    pub crew: Option<&'a dyn Crew>,
     /// CPU time after which no run is begun \[s\].
     pub limit: f64,
     /// CPU time so far \[s\].
     pub spent: Mutex<f64>,
     /// Told now and then which run has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Raised to end early.
-    pub interrupt: &'a Interrupt,
-    /// Who makes the runs.
-    pub together: Together<'a>,
     /// Groups of tasks so far.
     pub groups: AtomicU64,
 }
@@ -94,13 +92,7 @@ impl Workshop<'_> {
         }
         let mut outcomes: Vec<Outcome> = vec![Ok(Vec::new()); tasks.len()];
         for (disks, members) in sizes {
-            let whole = disks == self.plan.count();
-            let plan = if whole {
-                self.plan.clone()
-            } else {
-                let case = resized(&self.plan.case, disks, self.plan.packing_fraction);
-                Plan::new(&case, &self.plan.folder)?
-            };
+            let plan = self.runner.plan_of(disks)?;
             let group: Vec<&Task> = members.iter().map(|&index| &tasks[index]).collect();
             for (index, outcome) in members.into_iter().zip(self.group(&plan, &group)?) {
                 outcomes[index] = outcome;
@@ -128,7 +120,7 @@ impl Workshop<'_> {
         } else {
             0
         };
-        let starts: Vec<Shared> = (first..end).take(room).map(|_| OnceLock::new()).collect();
+        let shared = first..end.min(first + room as u64);
         let mut order: Vec<usize> = (0..tasks.len()).collect();
         let cost = |&task: &usize| tasks[task].setting.nominal_seconds(plan);
         order.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
@@ -141,17 +133,18 @@ impl Workshop<'_> {
         let jobs: Vec<(usize, u64)> = order.iter().flat_map(all).collect();
         let bench = Bench {
             workshop: self,
-            plan,
             tasks,
-            starts: &starts,
-            first,
-            turns: self
-                .together
-                .turns(self.groups.fetch_add(1, Ordering::Relaxed)),
-            done: Mutex::new(vec![None; jobs.len()]),
             jobs: &jobs,
+            shared,
+            group: self.groups.fetch_add(1, Ordering::Relaxed),
+            state: Mutex::new(State {
+                waiting: (0..jobs.len()).collect(),
+                held: 0,
+                done: vec![None; jobs.len()],
+                failure: None,
+            }),
         };
-        let done = self.exchange(bench)?;
+        let done = bench.work()?;
         let mut outcomes: Vec<Outcome> = vec![Ok(Vec::new()); tasks.len()];
         for ((task, replica), found) in jobs.iter().zip(done) {
             let found = found.unwrap_or_else(|| Err("the budget was spent before its turn".into()));
@@ -167,126 +160,263 @@ impl Workshop<'_> {
     }
 }
 
-/// What a run of a process left, by the number of the job.
-type Found = Vec<(usize, Result<Sample, String>)>;
+/// What a run left, or why it failed.
+type Found = Result<Sample, String>;
 
-impl Workshop<'_> {
-    /// Does jobs as long as there are some that nobody does, and returns those of all processes.
-    fn exchange(
-        &self,
-        bench: Bench<'_>,
-    ) -> Result<Vec<Option<Result<Sample, String>>>, FrontierError> {
-        let before = self.spent();
-        self.together.each(bench.work())?;
-        let mut done = bench.done.into_inner();
-        let known = done.as_mut().unwrap_or_else(|error| error.get_mut());
-        let found = known.iter_mut().enumerate();
-        let found: Found = found
-            .filter_map(|(job, found)| Some((job, found.take()?)))
-            .collect();
-        let said = (self.interrupt.is_raised(), self.spent() - before, found);
-        let (mut stops, mut spent) = (false, before);
-        for (stop, more, found) in self.together.all(said) {
-            stops |= stop;
-            spent += more;
-            for (job, found) in found {
-                known[job] = Some(found);
-            }
+/// The queue of jobs of a group and what is done of it.
+struct Bench<'a> {
+    workshop: &'a Workshop<'a>,
+    tasks: &'a [&'a Task],
+    jobs: &'a [(usize, u64)],
+    /// The replicas whose starts are kept for other settings.
+    shared: Range<u64>,
+    /// The number of the group.
+    group: u64,
+    state: Mutex<State>,
+}
+
+struct State {
+    waiting: VecDeque<usize>,
+    /// How many are being done.
+    held: usize,
+    done: Vec<Option<Found>>,
+    failure: Option<String>,
+}
+
+impl Bench<'_> {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does jobs until none is left or the budget is spent.
+    fn work(self) -> Result<Vec<Option<Found>>, FrontierError> {
+        let runner = &self.workshop.runner;
+        let here = |order: &[u8]| self.take(order, &runner.work(order));
+        if let Some(crew) = self.workshop.crew {
+            crew.work(&self, runner.slots(), &here);
+        } else {
+            thread::scope(|scope| {
+                for _ in 0..runner.slots() {
+                    scope.spawn(|| {
+                        while let Some(order) = self.next() {
+                            here(&order);
+                        }
+                    });
+                }
+            });
         }
-        *self.spent.lock().unwrap_or_else(PoisonError::into_inner) = spent;
-        if stops {
+        if runner.interrupt.is_raised() {
             return Err(FrontierError::Interrupted);
         }
-        Ok(std::mem::take(known))
+        let state = self.state.into_inner();
+        let State { done, failure, .. } = state.unwrap_or_else(PoisonError::into_inner);
+        failure.map_or(Ok(done), |why| Err(FrontierError::Crew(why)))
     }
+
+    /// Whether no run is to be begun any more.
+    fn is_over(&self) -> bool {
+        let workshop = self.workshop;
+        workshop.spent() >= workshop.limit || workshop.runner.interrupt.is_raised()
+    }
+}
+
+impl Work for Bench<'_> {
+    fn next(&self) -> Option<Vec<u8>> {
+        if self.is_over() {
+            return None;
+        }
+        let mut state = self.state();
+        let job = state.waiting.pop_front()?;
+        state.held += 1;
+        let (task, replica) = self.jobs[job];
+        let setting = &self.tasks[task].setting;
+        Some(write(&Order {
+            job,
+            group: self.group,
+            kind: setting.engine.kind.clone(),
+            disks: setting.disks,
+            replica,
+            shares: self.shared.contains(&replica),
+        }))
+    }
+
+    fn put_back(&self, order: &[u8]) {
+        if let Ok(Order { job, .. }) = postcard::from_bytes(order) {
+            let mut state = self.state();
+            state.held -= 1;
+            state.waiting.push_front(job);
+        }
+    }
+
+    fn take(&self, order: &[u8], record: &[u8]) {
+        let Ok(Order { job, .. }) = postcard::from_bytes(order) else {
+            return;
+        };
+        let read = postcard::from_bytes::<Record>(record);
+        let record = read.unwrap_or_else(|error| Record {
+            found: Err(format!("what a run left: {error}")),
+            spent: 0.0,
+        });
+        let workshop = self.workshop;
+        *workshop
+            .spent
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) += record.spent;
+        let mut state = self.state();
+        state.held -= 1;
+        state.done[job] = Some(record.found);
+        drop(state);
+        if job.is_multiple_of(16) {
+            let label = self.tasks[self.jobs[job].0].setting.label(workshop.plan);
+            let (run, all) = (job + 1, self.jobs.len());
+            (workshop.tell)(&format!("run {run} of {all}: {label}"));
+        }
+    }
+
+    fn fail(&self, why: String) {
+        self.state().failure.get_or_insert(why);
+    }
+
+    fn is_finished(&self) -> bool {
+        let is_over = self.is_over();
+        let state = self.state();
+        let is_done = state.held == 0 && (state.waiting.is_empty() || is_over);
+        is_done || state.failure.is_some() || self.workshop.runner.interrupt.is_raised()
+    }
+
+    fn count(&self) -> (&'static str, [usize; 2]) {
+        let done = self.state().done.iter().flatten().count();
+        ("runs", [done, self.jobs.len()])
+    }
+}
+
+/// A run for whoever is free.
+#[derive(Serialize, Deserialize)]
+struct Order {
+    job: usize,
+    group: u64,
+    kind: EngineKind,
+    disks: usize,
+    replica: u64,
+    /// Whether its start is kept for other settings.
+    shares: bool,
+}
+
+/// What it left.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    found: Found,
+    /// CPU time \[s\].
+    spent: f64,
 }
 
 /// A start that several settings share, with the CPU and wall time it took.
 type Shared = OnceLock<Result<(Particles, [f64; 2]), String>>;
 
-/// The queue of jobs of a group and what is done of it.
-struct Bench<'a> {
-    workshop: &'a Workshop<'a>,
+/// Makes runs, on threads of its own.
+pub(crate) struct Runner<'a> {
     plan: &'a Plan,
-    tasks: &'a [&'a Task],
-    starts: &'a [Shared],
-    first: u64,
-    jobs: &'a [(usize, u64)],
-    /// Who does which.
-    turns: Turns<'a>,
-    done: Mutex<Vec<Option<Result<Sample, String>>>>,
+    measures: Vec<&'static dyn Measure>,
+    interrupt: &'a Interrupt,
+    threads: usize,
+    /// Of one thread each: an engine that would share its work with other threads finds only its own.
+    pools: Mutex<Vec<rayon::ThreadPool>>,
+    group: Mutex<Group>,
 }
 
-impl Bench<'_> {
-    fn work(&self) -> Result<(), FrontierError> {
-        let pools = (0..self.workshop.threads.max(1))
-            // An engine that would share its work with other threads finds only its own.
+/// The last group of tasks.
+#[derive(Default)]
+struct Group {
+    number: u64,
+    /// The case of its size.
+    plan: Option<Arc<Plan>>,
+    /// By replica.
+    starts: BTreeMap<u64, Arc<Shared>>,
+}
+
+impl<'a> Runner<'a> {
+    pub(crate) fn new(
+        plan: &'a Plan,
+        threads: usize,
+        interrupt: &'a Interrupt,
+    ) -> Result<Self, FrontierError> {
+        let threads = threads.max(1);
+        let pools = (0..threads)
             .map(|_| rayon::ThreadPoolBuilder::new().num_threads(1).build())
             .collect::<Result<Vec<_>, _>>()?;
-        thread::scope(|scope| {
-            for pool in &pools {
-                scope.spawn(|| pool.install(|| self.serve()));
-            }
-        });
-        Ok(())
+        Ok(Self {
+            plan,
+            measures: measures(&MEASURES),
+            interrupt,
+            threads,
+            pools: Mutex::new(pools),
+            group: Mutex::default(),
+        })
     }
 
-    /// Takes jobs until none is left or the budget is spent.
-    fn serve(&self) {
-        let workshop = self.workshop;
-        while workshop.spent() < workshop.limit && !workshop.interrupt.is_raised() {
-            let turn = self.turns.draw();
-            let Some(&(task, replica)) = self.jobs.get(turn) else {
-                return;
-            };
-            let setting = &self.tasks[task].setting;
-            let found = self.sample(setting, replica);
-            if turn.is_multiple_of(16) {
-                let label = setting.label(workshop.plan);
-                let (run, all) = (turn + 1, self.jobs.len());
-                (workshop.tell)(&format!("run {run} of {all}: {label}"));
-            }
-            let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
-            done[turn] = Some(found);
+    /// The case with so many disks.
+    pub(crate) fn plan_of(&self, disks: usize) -> Result<Plan, PlanError> {
+        if disks == self.plan.count() {
+            return Ok(self.plan.clone());
         }
+        let case = resized(&self.plan.case, disks, self.plan.packing_fraction);
+        Plan::new(&case, &self.plan.folder)
     }
 
-    /// Does something, and says what CPU and wall time it took \[s\].
-    fn timed<T>(&self, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
-        let (cpu, wall) = (ThreadTime::now(), Instant::now());
-        let done = work();
-        let seconds = [cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()];
-        let spent = &self.workshop.spent;
-        *spent.lock().unwrap_or_else(PoisonError::into_inner) += seconds[0];
-        (done, seconds)
-    }
-
-    fn sample(&self, setting: &Setting, replica: u64) -> Result<Sample, String> {
-        let run = Unsaved {
-            plan: self.plan,
-            measures: &self.workshop.measures,
-            replica,
-            stop: self.workshop.interrupt,
+    /// The case of an order, and the place of its start if others share it.
+    fn of_group(&self, order: &Order) -> Result<(Arc<Plan>, Option<Arc<Shared>>), PlanError> {
+        let mut group = self.group.lock().unwrap_or_else(PoisonError::into_inner);
+        if group.number != order.group {
+            *group = Group {
+                number: order.group,
+                ..Group::default()
+            };
+        }
+        let plan = match &group.plan {
+            Some(plan) => plan.clone(),
+            None => Arc::new(self.plan_of(order.disks)?),
         };
-        let begin = || {
-            let (state, seconds) = self.timed(|| run.start());
+        group.plan = Some(plan.clone());
+        let start = || group.starts.entry(order.replica).or_default().clone();
+        Ok((plan, order.shares.then(start)))
+    }
+
+    fn run(&self, order: &Order) -> Record {
+        let mut spent = 0.0;
+        let found = self.sample(order, &mut spent);
+        Record { found, spent }
+    }
+
+    fn sample(&self, order: &Order, spent: &mut f64) -> Found {
+        let (plan, shared) = self.of_group(order).map_err(|error| error.to_string())?;
+        let run = Unsaved {
+            plan: &plan,
+            measures: &self.measures,
+            replica: order.replica,
+            stop: self.interrupt,
+        };
+        let mut begin = || {
+            let (state, seconds) = timed(spent, || run.start());
             let state = state.map_err(|error| format!("start: {error}"))?;
             Ok::<_, String>((state, seconds))
         };
         let own;
-        let shared = self.starts.get((replica - self.first) as usize);
-        let (start, placed) = if let Some(shared) = shared {
-            shared.get_or_init(begin).as_ref().map_err(String::clone)?
+        let (start, placed) = if let Some(shared) = &shared {
+            shared
+                .get_or_init(&mut begin)
+                .as_ref()
+                .map_err(String::clone)?
         } else {
             own = begin()?;
             &own
         };
-        let (finished, seconds) = self.timed(|| run.run(&setting.engine, start));
+        let engine = engine(order.kind.clone());
+        let (finished, seconds) = timed(spent, || run.run(&engine, start));
         let finished = finished.map_err(|error| error.to_string())?;
-        let whole = self.plan.count() == self.workshop.plan.count();
+        let whole = plan.count() == self.plan.count();
         let steps = finished.work.numbers.get("steps").copied().unwrap_or(0.0);
         Ok(Sample {
-            values: observe(self.plan, &setting.engine, &finished, whole),
+            values: observe(&plan, &engine, &finished, whole),
             collisions: finished.work.collisions,
             steps: steps as u64,
             bytes: finished.bytes,
@@ -294,6 +424,49 @@ impl Bench<'_> {
             wall_seconds: placed[1] + seconds[1],
         })
     }
+}
+
+impl Hand for Runner<'_> {
+    fn slots(&self) -> usize {
+        self.threads
+    }
+
+    fn work(&self, order: &[u8]) -> Vec<u8> {
+        let Ok(order) = postcard::from_bytes::<Order>(order) else {
+            return Vec::new();
+        };
+        let pools = || self.pools.lock().unwrap_or_else(PoisonError::into_inner);
+        let pool = pools().pop();
+        let record = match &pool {
+            Some(pool) => pool.install(|| self.run(&order)),
+            None => self.run(&order),
+        };
+        pools().extend(pool);
+        write(&record)
+    }
+}
+
+/// Does something, adds the CPU time that it took, and says what CPU and wall time it took \[s\].
+fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
+    let (cpu, wall) = (ThreadTime::now(), Instant::now());
+    let done = work();
+    let seconds = [cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()];
+    *spent += seconds[0];
+    (done, seconds)
+}
+
+/// Plans the same case in another process, which then makes runs of its frontier.
+///
+/// # Errors
+/// [`FrontierError`] if the case is refused here, or threads cannot be started.
+pub fn assist<T>(
+    file: &CaseFile,
+    threads: usize,
+    interrupt: &Interrupt,
+    work: impl FnOnce(&dyn Hand) -> T,
+) -> Result<T, FrontierError> {
+    let plan = check(file)?;
+    Ok(work(&Runner::new(&plan, threads, interrupt)?))
 }
 
 /// The median of some numbers; not a number if there are none.

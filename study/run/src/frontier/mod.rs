@@ -10,7 +10,6 @@
 //! | `front` | bias, noise, cost, and the Pareto front |
 //! | `orders` | whether errors fall as theory says |
 //! | `recommend` | the cheapest setting for a target, tested on fresh seeds |
-//! | `together` | runs in several processes |
 //! | `sweep` | all of it, one after the other, and the words |
 //!
 //! A setting is never measured against itself: the reference is theory where that is exact, and otherwise exact dynamics
@@ -27,7 +26,6 @@ mod setting;
 mod sweep;
 #[cfg(test)]
 mod tests;
-mod together;
 
 use std::path::PathBuf;
 
@@ -36,11 +34,11 @@ use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::{ResultsError, Table, write_file};
 
+use crate::crew::Crew;
 use crate::plan::PlanError;
-use together::Together;
 
+pub use measure::assist;
 pub use quantity::Kind;
-pub use together::Fellows;
 
 /// How a frontier is measured.
 pub struct Options<'a> {
@@ -64,9 +62,8 @@ pub struct Options<'a> {
     pub tell: &'a (dyn Fn(&str) + Sync),
     /// Raised to stop within a second; the runs of the reference are kept.
     pub interrupt: &'a Interrupt,
-    /// Processes that make the runs together. All of them call [`frontier`] with the same case and options; the first writes the
-    /// files.
-    pub ranks: Option<&'a dyn Fellows>,
+    /// What connects this process with others that make runs too: they call [`assist`] with the same case.
+    pub crew: Option<&'a dyn Crew>,
 }
 
 /// What was found.
@@ -120,14 +117,9 @@ pub enum FrontierError {
     /// Threads cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
-    /// Another process cannot go on.
-    #[error("rank {rank}: {why}")]
-    Elsewhere {
-        /// Which.
-        rank: usize,
-        /// What it says.
-        why: String,
-    },
+    /// Another process cannot do its part.
+    #[error("{0}")]
+    Crew(String),
     /// The kept ensemble is not usable.
     #[error("{0}; remove the file, or name another folder with --cache")]
     Kept(#[source] SnapshotError),
@@ -184,15 +176,11 @@ impl FrontierError {
 /// # Errors
 /// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be written.
 pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
-    let together = Together(options.ranks);
     let (found, tables) = sweep::sweep(file, options)?;
-    together.first(|| {
-        for table in &tables {
-            write_file(&options.folder.join(table.file()), &table.to_csv()?)?;
-        }
-        let words = sweep::markdown(&found);
-        write_file(&options.folder.join("recommendation.md"), words.as_bytes())?;
-        Ok(())
-    })?;
+    for table in &tables {
+        write_file(&options.folder.join(table.file()), &table.to_csv()?)?;
+    }
+    let words = sweep::markdown(&found);
+    write_file(&options.folder.join("recommendation.md"), words.as_bytes())?;
     Ok(found)
 }

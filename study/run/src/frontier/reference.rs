@@ -104,7 +104,7 @@ pub(crate) fn find(
     let failed = |reason| FrontierError::Runs { what, reason };
     let (mut runs, mut made) = (Vec::new(), 0);
     if exact.iter().any(Option::is_none) {
-        runs = workshop.together.first(|| cache.read())?;
+        runs = cache.read()?;
         made = count.saturating_sub(runs.len());
         // In batches, so that little is lost where it is stopped.
         while runs.len() < count {
@@ -115,8 +115,7 @@ pub(crate) fn find(
             };
             let more = workshop.one(task)?;
             runs.extend(more.map_err(failed)?);
-            let kept = || Ok(snapshot::write(&cache.path, &cache.fingerprint, &runs)?);
-            workshop.together.first(kept)?;
+            snapshot::write(&cache.path, &cache.fingerprint, &runs)?;
         }
         // As many as asked for, whatever is kept: the same sweep gives the same table.
         runs.truncate(count);

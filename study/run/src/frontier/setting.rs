@@ -35,7 +35,7 @@ pub(crate) struct Setting {
 const FEWEST: usize = 64;
 
 /// An engine with its choices, in a periodic box.
-fn engine(kind: EngineKind) -> EnginePlan {
+pub(super) fn engine(kind: EngineKind) -> EnginePlan {
     let name = match &kind {
         EngineKind::EventDriven { .. } => "ed",
         EngineKind::Homogeneous(_) => "dsmc-homogeneous",

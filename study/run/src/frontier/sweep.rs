@@ -12,21 +12,19 @@ use stosszahl_results::{Axis, Cell, Figure, Mark, Table};
 
 use super::budget::{PATIENCE, TESTS, shared};
 use super::front::{self, Measured, Row, largest, rows};
-use super::measure::{Task, Workshop};
+use super::measure::{Runner, Task, Workshop};
 use super::orders::{self, OrderRow, Verdict, orders};
-use super::quantity::{Kind, MEASURES, Quantity, measured as measured_case, quantities};
+use super::quantity::{Kind, Quantity, measured as measured_case, quantities};
 use super::recommend::{Choice, Engines, Search};
 use super::reference::{self, Cache, References};
 use super::setting::{Setting, around};
-use super::together::Together;
 use super::{Frontier, FrontierError, List, Options};
 use crate::check::Planned;
 use crate::plan::Plan;
-use crate::unsaved::measures;
 use crate::words::{percent, time};
 
 /// Refuses a case whose runs have no spread, or that is many cases.
-fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
+pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
     let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
     let [point] = &file.points[..] else {
         let found = format!("the case has a sweep of {} points", file.points.len());
@@ -272,19 +270,16 @@ pub(crate) fn sweep(
     file: &CaseFile,
     options: &Options<'_>,
 ) -> Result<(Frontier, [Table; 2]), FrontierError> {
-    let together = Together(options.ranks);
-    let plan = together.each(check(file))?;
-    together.first(|| open(options))?;
+    let plan = check(file)?;
+    open(options)?;
     let workshop = Workshop {
-        together,
+        crew: options.crew,
         groups: AtomicU64::new(0),
         plan: &plan,
-        measures: measures(&MEASURES),
-        threads: options.threads,
+        runner: Runner::new(&plan, options.threads, options.interrupt)?,
         limit: PATIENCE * options.budget,
         spent: Mutex::new(0.0),
         tell: options.tell,
-        interrupt: options.interrupt,
     };
     let cache = Cache::of(&plan, &options.cache);
     let sweep = Sweep::new(options, &workshop, &cache)?;

@@ -31,7 +31,7 @@ fn measured(folder: PathBuf, cache: PathBuf, threads: usize) -> Result<Frontier,
         force: true,
         tell: &|_| {},
         interrupt: &Interrupt::default(),
-        ranks: None,
+        crew: None,
     };
     frontier(&case(""), &options)
 }

@@ -72,9 +72,7 @@ impl Measure for Boundaries {
         let (looking, per_block) = (Looking::of(plan), course::per_block(plan, blocks(plan)));
         let look = move |record: &mut Record, moment: &mut Moment<'_>| {
             let number = record.course.len();
-            record
-                .course
-                .push(Sample::take(&looking, moment, |_, _| {}));
+            record.course.push(Sample::take(&looking, moment));
             if number > 0 && number.is_multiple_of(per_block) {
                 record.given.push(moment.simulation.boundaries());
             }

@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::format::Sticking;
-use stosszahl_model::Census;
+use stosszahl_model::{Census, Grouping};
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
 use super::gas::{self, measured};
 use crate::judge::warning;
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
-use crate::plan::{EnginePlan, Grouping, Plan};
+use crate::plan::{EnginePlan, Plan};
 
 /// Clusters: number, sizes, energy, and where that energy went.
 pub struct Clusters;

@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::fields::Freedom;
+use stosszahl_analysis::fields::{self, Freedom, Sighting};
 use stosszahl_analysis::steady;
-use stosszahl_model::Particle;
+use stosszahl_model::sum::Totals;
+use stosszahl_model::{Adds, Grouping, Particle};
 
 use crate::measure::{self, BadOption, Moment, Runs};
 use crate::plan::Plan;
@@ -62,36 +64,40 @@ impl Share {
 }
 
 impl Sample {
-    /// Looks at all particles, and shows each with the number of its species to another observer too.
-    pub fn take(
-        plan: &Looking,
+    /// Looks at the whole gas.
+    pub fn take(looking: &Looking, moment: &Moment<'_>) -> Self {
+        Self::take_with(looking, moment, None).0
+    }
+
+    /// The same, together with its fields.
+    pub fn take_with(
+        looking: &Looking,
         moment: &Moment<'_>,
-        mut also: impl FnMut(usize, &Particle),
-    ) -> Self {
+        fields: Option<fields::Sample>,
+    ) -> (Self, Option<fields::Sample>) {
         let gas = &*moment.simulation;
-        let mut sample = Self {
+        let mut look = Look {
+            looking: *looking,
+            totals: Totals::new(SUMS * looking.grouping.groups() + 1),
+            fields,
+        };
+        gas.add_up(&mut look);
+        let values = look.totals.values();
+        let (species, potential) = values.split_at(values.len() - 1);
+        let share = |sums: &[f64]| Share {
+            number: sums[0],
+            mass: sums[1],
+            momentum: [sums[2], sums[3], sums[4]],
+            translation: sums[5],
+            rotation: sums[6],
+        };
+        let sample = Self {
             time: moment.time,
             collisions: gas.work().collisions as f64 * gas.weight(),
-            potential: 0.0,
-            species: vec![Share::default(); plan.species],
+            potential: potential[0],
+            species: species.chunks(SUMS).map(share).collect(),
         };
-        gas.visit(&mut |particle| {
-            let species = particle.species as usize % plan.species;
-            let share = &mut sample.species[species];
-            let Particle { weight, mass, .. } = *particle;
-            share.number += weight;
-            share.mass += weight * mass;
-            let mut square = 0.0;
-            for (sum, &component) in share.momentum.iter_mut().zip(particle.velocity.iter()) {
-                *sum += weight * mass * component;
-                square += component * component;
-            }
-            share.translation += 0.5 * weight * mass * square;
-            share.rotation += 0.5 * weight * (2.0 * particle.spin_energy);
-            sample.potential += weight * (-mass * plan.gravity.dot(&particle.position));
-            also(species, particle);
-        });
-        sample
+        (sample, look.fields)
     }
 
     /// All species together.
@@ -117,18 +123,77 @@ impl Sample {
 }
 
 /// What samples need to know of a plan.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
-    species: usize,
-    gravity: nalgebra::Vector3<f64>,
+    grouping: Grouping,
+    gravity: Vector3<f64>,
 }
 
 impl Looking {
     /// Of a plan.
     pub fn of(plan: &Plan) -> Self {
         Self {
-            species: plan.species.len().max(1),
+            grouping: plan.grouping(),
             gravity: plan.grains.gravity.unwrap_or_default(),
+        }
+    }
+}
+
+/// Sums of a species, the numbers of [`Share`].
+const SUMS: usize = 7;
+
+/// A look at all particles.
+#[derive(Serialize, Deserialize)]
+pub struct Look {
+    looking: Looking,
+    /// By species, and last the energy in the field.
+    totals: Totals,
+    fields: Option<fields::Sample>,
+}
+
+impl Adds for Look {
+    const NAME: &'static str = "course";
+
+    fn add(&mut self, particle: &Particle) {
+        let species = self.looking.grouping.group(particle.species);
+        let all = self.totals.open();
+        let Particle { weight, mass, .. } = *particle;
+        let height = self.looking.gravity.dot(&particle.position);
+        let last = all.len() - 1;
+        all[last] += weight * (-mass * height);
+        let sums = &mut all[SUMS * species..][..SUMS];
+        sums[0] += weight;
+        sums[1] += weight * mass;
+        let mut square = 0.0;
+        for (sum, &component) in sums[2..5].iter_mut().zip(particle.velocity.iter()) {
+            *sum += weight * mass * component;
+            square += component * component;
+        }
+        sums[5] += 0.5 * weight * mass * square;
+        sums[6] += 0.5 * weight * (2.0 * particle.spin_energy);
+        if let Some(fields) = &mut self.fields {
+            let sighting = Sighting {
+                position: [particle.position.x, particle.position.y],
+                velocity: particle.velocity.into(),
+                mass,
+                twice_spin_energy: 2.0 * particle.spin_energy,
+                weight,
+            };
+            fields.add(species, &sighting);
+        }
+    }
+
+    fn close(&mut self, group: u32) {
+        self.totals.close();
+        if let Some(fields) = &mut self.fields {
+            fields.close(group);
+        }
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.totals.merge(&other.totals);
+        if let (Some(fields), Some(more)) = (&mut self.fields, other.fields) {
+            fields.merge(more);
         }
     }
 }

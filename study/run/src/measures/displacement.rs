@@ -144,11 +144,7 @@ impl Measure for Displacement {
                 moment.simulation.follow_displacements();
                 return;
             }
-            let all = moment.simulation.displacements();
-            let mean = all.filter(|all| !all.is_empty()).map(|all| {
-                let squares = all.iter().map(nalgebra::Vector3::norm_squared);
-                squares.sum::<f64>() / all.len() as f64
-            });
+            let mean = moment.simulation.mean_squared_displacement();
             record.push((moment.time - from, mean));
         }))
     }

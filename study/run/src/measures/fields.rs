@@ -7,9 +7,8 @@ mod verdicts;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::fields::{Fields as Sums, Grid, Sighting};
+use stosszahl_analysis::fields::{Fields as Sums, Grid};
 use stosszahl_case::Kind;
-use stosszahl_case::format::Face;
 use stosszahl_model::{Collision, Observer};
 use stosszahl_results::{Table, Verdict};
 
@@ -133,7 +132,7 @@ impl Measure for Fields {
             looking: Looking::of(plan),
             per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
             lengths: plan.lengths,
-            periodic: [0, 1].map(|axis| *plan.case.walls.at(axis, 0) == Face::default()),
+            periodic: plan.periodic(),
             carries: match &engine.kind {
                 EngineKind::EventDriven { .. } => true,
                 EngineKind::MonteCarlo(parameters) => parameters.scheme.carries(),
@@ -235,25 +234,17 @@ impl Probe for Watch {
     }
 
     fn begin(&mut self, moment: &mut Moment<'_>) {
-        let sample = Sample::take(&self.looking, moment, |_, _| {});
+        let sample = Sample::take(&self.looking, moment);
         self.record.course.push(sample);
     }
 
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let Record { course, sums } = &mut self.record;
         let block = (course.len() - 1) / self.per_block;
-        sums.begin_sample(block);
-        let sample = Sample::take(&self.looking, moment, |species, particle| {
-            let [x, y, z] = particle.velocity.into();
-            let sighting = Sighting {
-                position: [particle.position.x, particle.position.y],
-                velocity: [x, y, z],
-                mass: particle.mass,
-                twice_spin_energy: 2.0 * particle.spin_energy,
-                weight: particle.weight,
-            };
-            sums.add(block, species, &sighting);
-        });
+        let (sample, fields) = Sample::take_with(&self.looking, moment, Some(sums.sample()));
+        if let Some(fields) = fields {
+            sums.take(block, fields);
+        }
         course.push(sample);
     }
 

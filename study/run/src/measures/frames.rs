@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
-use stosszahl_model::{Collision, Observer, Particle, Particles};
-use stosszahl_results::frames::{Dot, FRAMES, Frame, Met};
+use stosszahl_model::sum::Totals;
+use stosszahl_model::{Adds, Collision, Observer, Particle, Particles, Simulation};
+use stosszahl_results::frames::{Crowd, Dot, FRAMES, Frame, Met, keeps};
 
 use crate::measure::{
     self, BadOption, FrameFile, Measure, Moment, Probe, Runs, described, keeps_record,
@@ -113,6 +114,108 @@ struct Camera {
     until: f64,
     /// Whether collisions can be followed: the engine tells particles apart, whose number stays.
     follows: bool,
+    sides: [f64; 2],
+    periodic: [bool; 2],
+}
+
+/// A frame of a gas whose particles need not be told apart: they are numbered by groups, and those that are kept are all that is
+/// gathered.
+fn of_gas(
+    gas: &dyn Simulation,
+    time: f64,
+    sides: [f64; 2],
+    periodic: [bool; 2],
+    most: usize,
+) -> Frame {
+    let mut looks = Crowding {
+        crowd: Crowd::default(),
+        totals: Totals::new(2),
+    };
+    gas.add_up(&mut looks);
+    let sums = looks.totals.values();
+    let crowd = Crowd {
+        particles: sums[0],
+        squares: sums[1],
+        ..looks.crowd
+    };
+    let share = crowd.share(most);
+    let mut sample = Chosen {
+        share,
+        open: Vec::new(),
+        seen: 0,
+        kept: Vec::new(),
+    };
+    gas.add_up(&mut sample);
+    Frame::of(time, sides, periodic, &crowd, share, sample.kept)
+}
+
+/// What frames need to know of all particles.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Crowding {
+    crowd: Crowd,
+    /// Sums of weights, and of weights times squared speeds.
+    totals: Totals,
+}
+
+impl Adds for Crowding {
+    const NAME: &'static str = "crowd";
+
+    fn add(&mut self, particle: &Particle) {
+        self.crowd.widen(particle.weight, particle.radius);
+        let sums = self.totals.open();
+        sums[0] += particle.weight;
+        sums[1] += particle.weight * particle.velocity.xy().norm_squared();
+    }
+
+    fn close(&mut self, _group: u32) {
+        self.totals.close();
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.crowd.widen_by(&other.crowd);
+        self.totals.merge(&other.totals);
+    }
+}
+
+/// The particles of a frame, with their numbers.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Chosen {
+    share: f64,
+    kept: Vec<(u64, Dot)>,
+    /// Of the open group: which particles may be kept, and how many there were.
+    #[serde(skip)]
+    open: Vec<(u64, Dot)>,
+    #[serde(skip)]
+    seen: u64,
+}
+
+impl Adds for Chosen {
+    const NAME: &'static str = "frame";
+
+    fn add(&mut self, particle: &Particle) {
+        let dot = Dot {
+            position: [particle.position.x, particle.position.y],
+            velocity: [particle.velocity.x, particle.velocity.y],
+            radius: particle.radius,
+            weight: particle.weight,
+            met: None,
+        };
+        self.open.push((self.seen, dot));
+        self.seen += 1;
+    }
+
+    fn close(&mut self, group: u32) {
+        self.seen = 0;
+        let numbered = self.open.drain(..);
+        let numbered = numbered.map(|(place, dot)| (u64::from(group) << 32 | place, dot));
+        let share = self.share;
+        let kept = numbered.filter(|(number, dot)| keeps(*number, dot.weight, share));
+        self.kept.extend(kept);
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.kept.extend(other.kept);
+    }
 }
 
 impl Probe for Camera {
@@ -129,7 +232,13 @@ impl Probe for Camera {
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let is_last = moment.time >= self.until;
         let most = if is_last { LAST } else { self.most };
-        self.record.look(moment.particles(), moment.time, most);
+        if self.follows {
+            self.record.look(moment.particles(), moment.time, most);
+        } else {
+            let gas = &*moment.simulation;
+            let frame = of_gas(gas, moment.time, self.sides, self.periodic, most);
+            self.record.frames.push(frame);
+        }
     }
 
     keeps_record!();
@@ -196,6 +305,8 @@ impl Measure for Frames {
             until: plan.case.run.until,
             follows: matches!(engine.kind, EngineKind::EventDriven { .. })
                 && !self.times(plan).is_empty(),
+            sides: [plan.lengths[0], plan.lengths[1]],
+            periodic: plan.periodic(),
         })
     }
 

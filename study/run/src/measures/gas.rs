@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_dsmc::homogeneous::Moments;
-use stosszahl_model::Simulation;
+use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::over;
 use crate::measure::{
     self, BadOption, Measure, Moment, Needs, NoOptions, Probe, Runs, described, keeps_record,
 };
-use crate::plan::{EnginePlan, Grouping, Plan};
+use crate::plan::{EnginePlan, Plan};
 use crate::theory::homogeneous::{self, Curve, Predicted};
 
 /// Particles, collisions, energy and displacement of a gas without positions.

@@ -3,6 +3,7 @@
 //! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
 
 use serde::{Deserialize, Serialize};
+use stosszahl_analysis::modes::{Amplitudes, Weighing};
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::Shells;
 use stosszahl_model::brief;
@@ -101,16 +102,15 @@ impl Measure for IntermediateScattering {
         let options = measure::chosen::<Options>(plan, self.name());
         let (shells, from) = (options.shells(plan), options.from);
         Box::new(Recorder::new(Record::default(), move |record, moment| {
-            let all = moment.particles().all.iter();
-            let positions: Vec<_> = all.map(|one| one.position.xy()).collect();
             let Ok(shells) = &shells else { return };
-            let sums = shells.modes().sums(&positions, |_| [1.0]);
-            let amplitudes = sums.unwrap_or_default().into_iter();
-            let now: Vec<[f64; 2]> = amplitudes.map(|[sum]| [sum.re, sum.im]).collect();
+            let mut amplitudes = Amplitudes::new(shells.modes().clone(), Weighing::Density);
+            moment.simulation.add_up(&mut amplitudes);
+            let (points, sums) = amplitudes.sums().unwrap_or_default();
+            let now: Vec<[f64; 2]> = sums.iter().map(|sum| [sum.re, sum.im]).collect();
             if moment.time == from {
                 record.first.clone_from(&now);
             }
-            let unit = moment.simulation.weight() / positions.len() as f64;
+            let unit = moment.simulation.weight() / points as f64;
             let products: Vec<f64> = (now.iter().zip(&record.first))
                 .map(|(now, first)| now[0] * first[0] + now[1] * first[1])
                 .collect();

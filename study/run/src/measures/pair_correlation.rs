@@ -1,8 +1,7 @@
 //! The pair correlation function g(r) in a periodic box, of disks and of spheres.
 
-use nalgebra::Vector2;
 use serde::Deserialize;
-use stosszahl_analysis::pair_correlation::{self, PairCorrelation};
+use stosszahl_analysis::pair_correlation::{PairCorrelation, Pairs};
 use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Figure, Table, table};
 
@@ -65,21 +64,16 @@ impl Measure for PairCorrelations {
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let d = mean_diameter(plan);
         let range = measure::chosen::<Options>(plan, self.name()).range * d;
+        let sides = plan.lengths[..plan.dimension].to_vec();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
-            let particles = moment.particles();
-            let [x, y, z] = particles.lengths;
-            let sides = &particles.lengths[..particles.dimension];
-            let range = (sides.iter()).fold(range, |range, side| range.min(0.499_999 * side));
+            let range = sides
+                .iter()
+                .fold(range, |range, side| range.min(0.499_999 * side));
             let bins = ((range / (BIN * d)).round() as usize).max(1);
-            let all = particles.all.iter();
-            let stop = &moment.interrupt;
-            let found = if particles.dimension == 2 {
-                let positions: Vec<Vector2<f64>> = all.map(|one| one.position.xy()).collect();
-                pair_correlation::of_disks(&positions, [x, y], d, range, bins, stop)
-            } else {
-                let positions: Vec<_> = all.map(|one| one.position).collect();
-                pair_correlation::of_spheres(&positions, [x, y, z], d, range, bins, stop)
-            };
+            let found = Pairs::new(&sides, range, bins, &moment.interrupt).and_then(|mut pairs| {
+                moment.simulation.add_up_near(range, &mut pairs);
+                pairs.correlation(d)
+            });
             record.push((moment.time, found.ok()));
         }))
     }

@@ -45,7 +45,7 @@ impl Measure for Series {
         Box::new(Recorder::from_start(
             Course::new(),
             move |course, moment| {
-                course.push(Sample::take(&looking, moment, |_, _| {}));
+                course.push(Sample::take(&looking, moment));
             },
         ))
     }

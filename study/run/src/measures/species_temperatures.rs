@@ -1,12 +1,12 @@
 //! Temperatures of the species of a mixture, against Enskog's kinetic equations.
 
-use stosszahl_analysis::energy::EnergySample;
+use stosszahl_analysis::flow::{Flow, Thermal, thermal};
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_case::Kind;
-use stosszahl_model::Particles;
+use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
-use super::{SpeciesOf, over};
+use super::over;
 use crate::judge::{Point, against_theory, title};
 use crate::measure::{self, BadOption, Measure, NoOptions, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
@@ -20,29 +20,19 @@ const EARLY: [f64; 2] = [1.0, 5.0];
 /// Temperature of the gas and of each species, by sample.
 type Record = Vec<(f64, Vec<f64>)>;
 
-/// Temperature <m v^2>/D of each species; 0 of one without particles. Weights count by their ratio to the first.
-fn temperatures(
-    particles: &Particles,
-    species: usize,
-    of: impl Fn(usize, u32) -> usize,
-) -> Vec<f64> {
-    let first = particles.all.first().map_or(1.0, |one| one.weight);
-    let mut sums = vec![(0.0_f64, 0.0); species];
-    for (index, one) in particles.all.iter().enumerate() {
-        let (count, twice) = &mut sums[of(index, one.species)];
-        let weight = one.weight / first;
-        *count += weight;
-        *twice += weight * one.mass * one.velocity.norm_squared();
-    }
-    let degrees = particles.dimension as f64;
-    let mean = |(count, twice)| {
-        if count > 0.0 {
-            twice / (degrees * count)
+/// Temperature <m v^2>/D of each species; 0 of one without particles.
+fn temperatures(gas: &dyn Simulation, grouping: Grouping) -> Vec<f64> {
+    let still = vec![Flow::NONE; grouping.groups()];
+    let degrees = gas.dimension() as f64;
+    let all = thermal(grouping, &still, &mut |sum| gas.add_up(sum));
+    let mean = |one: Thermal| {
+        if one.number > 0.0 {
+            one.twice_energy / (degrees * one.number)
         } else {
             0.0
         }
     };
-    sums.into_iter().map(mean).collect()
+    all.into_iter().map(mean).collect()
 }
 
 /// Ratio of the means over replicas of two numbers, with its jackknife error.
@@ -72,14 +62,10 @@ impl Measure for SpeciesTemperatures {
     }
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let species_of = SpeciesOf::new(plan);
-        let species = plan.species.len();
+        let grouping = plan.grouping();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
-            let particles = moment.particles();
-            let whole = EnergySample::of(particles, 0).temperature;
-            let temperatures =
-                temperatures(particles, species, |index, kind| species_of.of(index, kind));
-            record.push((whole, temperatures));
+            let gas = &*moment.simulation;
+            record.push((gas.temperature(), temperatures(gas, grouping)));
         }))
     }
 

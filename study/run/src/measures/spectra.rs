@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use stosszahl_analysis::relaxation::jackknife;
-use stosszahl_analysis::spectra::{Disk, Shells, Spectra, Spectrum};
+use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum};
 use stosszahl_dsmc::Copies;
 use stosszahl_model::transport;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
@@ -209,17 +209,11 @@ impl Measure for HydrodynamicSpectra {
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
         Box::new(Recorder::new(Record::new(), move |record, moment| {
-            let all = moment.particles().all.iter();
-            let disks: Vec<Disk> = all
-                .map(|one| Disk {
-                    position: one.position.xy(),
-                    velocity: one.velocity.xy(),
-                    mass: one.mass,
-                })
-                .collect();
-            let weight = moment.simulation.weight();
+            let gas = &*moment.simulation;
+            let weight = gas.weight();
             let found = shells.as_ref().ok();
-            let mut found = found.and_then(|shells| shells.measure(&disks).ok());
+            let mut found =
+                found.and_then(|shells| shells.measure_gas(&mut |sum| gas.add_up(sum)).ok());
             for shell in found.iter_mut().flat_map(|found| &mut found.shells) {
                 shell.density *= weight;
             }

@@ -167,12 +167,15 @@ impl Measure for StructureFactors {
         let record = ByTime::<StructureFactor>::new();
         Box::new(Recorder::new(record, move |record, moment| {
             let weight = moment.simulation.weight();
-            let all = moment.particles().all.iter();
-            let positions: Vec<_> = all.map(|one| one.position.xy()).collect();
+            let count = moment.simulation.count();
             // The lattice, which may be larger than the gas, is there only meanwhile.
             let grid = StructureFactorPlan::new(lengths, options);
             let found = grid
-                .and_then(|mut grid| grid.measure(&positions, weight))
+                .and_then(|mut grid| {
+                    let mut lattice = grid.lattice_of(count);
+                    moment.simulation.add_up(&mut lattice);
+                    grid.measure_on(lattice, weight)
+                })
                 .ok();
             record.push((moment.time, found));
         }))

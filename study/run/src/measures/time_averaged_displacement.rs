@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::replicas::of_sums;
+use stosszahl_model::Grouping;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::gas::{self, against, measured, pairs};
@@ -10,7 +11,7 @@ use super::{over, species};
 use crate::measure::{
     self, BadOption, Measure, Moment, Needs, Probe, Runs, described, keeps_record,
 };
-use crate::plan::{EnginePlan, Grouping, Plan, logarithmic};
+use crate::plan::{EnginePlan, Plan, logarithmic};
 use crate::theory::homogeneous::{self, Theory};
 
 /// `<|R(t + lag) - R(t)|^2>`, averaged over the times of a path and over paths.

@@ -1,13 +1,13 @@
 //! The distribution of velocities over the thermal speed, with its tails and cumulants.
 
 use serde::Deserialize;
-use stosszahl_analysis::velocities::{Bins, Distribution, Particle, Quantity};
+use stosszahl_analysis::velocities::{Bins, Distribution, Quantity};
 use stosszahl_case::Kind;
 use stosszahl_model::{brief, kinetic, transport};
 use stosszahl_results::{Axis, Figure, Mark, Table, table};
 
+use super::over;
 use super::structure_factor::structure_times;
-use super::{SpeciesOf, over};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 
@@ -127,17 +127,9 @@ impl Measure for VelocityDistribution {
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let bins = measure::chosen::<Options>(plan, self.name()).bins(plan);
-        let (species, number) = (SpeciesOf::new(plan), plan.species.len());
+        let grouping = plan.grouping();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
-            let mut groups = vec![Vec::new(); number];
-            for (index, one) in moment.particles().all.iter().enumerate() {
-                groups[species.of(index, one.species)].push(Particle {
-                    velocity: one.velocity,
-                    mass: one.mass,
-                    weight: one.weight,
-                });
-            }
-            let found = groups.iter().map(|group| bins.measure(group)).collect();
+            let found = bins.measure(grouping, &mut |sum| moment.simulation.add_up(sum));
             record.push((moment.time, found));
         }))
     }

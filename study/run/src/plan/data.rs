@@ -4,12 +4,13 @@ use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::TheoryError;
-use stosszahl_case::format::{Selection, TimeUnit};
+use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Weights};
 use stosszahl_model::initial::StartFile;
-use stosszahl_model::{GrainSizes, Grains, Law};
+use stosszahl_model::{GrainSizes, Grains, Grouping, Law};
 
 use crate::theory::homogeneous::Curves;
 
@@ -145,7 +146,7 @@ pub struct EnginePlan {
 }
 
 /// What an engine is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EngineKind {
     /// Exact event-driven dynamics.
     EventDriven {
@@ -204,12 +205,14 @@ impl Plan {
         0
     }
 
+    /// Whether the box is periodic along its first two axes.
+    pub fn periodic(&self) -> [bool; 2] {
+        [0, 1].map(|axis| *self.case.walls.at(axis, 0) == Face::default())
+    }
+
     /// Which species of the plan a particle of an engine belongs to.
     pub fn grouping(&self) -> Grouping {
-        Grouping {
-            groups: self.species.len(),
-            kinds: self.kinds_in_groups,
-        }
+        Grouping::new(self.species.len(), self.kinds_in_groups)
     }
 
     /// The species of all kinds of an engine.
@@ -257,25 +260,6 @@ impl Plan {
     pub fn engine(&self, name: &str) -> Option<(usize, &EnginePlan)> {
         let mut engines = self.engines.iter().enumerate();
         engines.find(|(_, engine)| engine.name == name)
-    }
-}
-
-/// The species of particles, by the number that an engine gives them: sets of simulators are numbered on, and in a gas of
-/// continuous sizes each particle has a number of its own, in the order of sizes.
-#[derive(Clone, Copy, Debug)]
-pub struct Grouping {
-    groups: usize,
-    kinds: Option<usize>,
-}
-
-impl Grouping {
-    /// The species of a number.
-    #[inline]
-    pub fn group(self, kind: u32) -> usize {
-        match self.kinds {
-            Some(kinds) => kind as usize * self.groups / kinds,
-            None => kind as usize % self.groups,
-        }
     }
 }
 

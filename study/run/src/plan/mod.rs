@@ -32,8 +32,6 @@ mod times;
 
 pub use cost::{Cost, EngineCost, Kept, Pace, available_memory, available_threads};
 pub(crate) use data::in_space;
-pub use data::{
-    Class, EngineKind, EnginePlan, Grouping, Plan, PlanError, Quantity, Scale, SpeciesPlan,
-};
+pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
 pub(crate) use engines::in_cells;
 pub use times::logarithmic;

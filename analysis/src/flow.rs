@@ -1,0 +1,141 @@
+//! Mean flow of the species of a gas, and what they have beside it, by sums over its particles.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::sum::Totals;
+use stosszahl_model::{Adds, Grouping, Particle, Sum};
+
+/// What adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::add_up`] does.
+pub type AddUp<'a> = dyn FnMut(&mut dyn Sum) + 'a;
+
+/// The flow of one species.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Flow {
+    /// Sum of the weights: number of particles.
+    pub number: f64,
+    /// Sum of their squares.
+    pub squares: f64,
+    /// Mass.
+    pub mass: f64,
+    /// Mean velocity, weighted with the masses; zero without particles \[length/time\].
+    pub velocity: Vector3<f64>,
+}
+
+impl Flow {
+    /// None: what is beside it is all motion.
+    pub const NONE: Self = Self {
+        number: 0.0,
+        squares: 0.0,
+        mass: f64::INFINITY,
+        velocity: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
+
+/// The flow of each species.
+pub fn flows(grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Flow> {
+    let mut sums = Flows {
+        grouping,
+        totals: Totals::new(6 * grouping.groups()),
+    };
+    add_up(&mut sums);
+    let values = sums.totals.values();
+    let flow = |sums: &[f64]| Flow {
+        number: sums[0],
+        squares: sums[1],
+        mass: sums[2],
+        velocity: Vector3::from_column_slice(&sums[3..]) / sums[2].max(f64::MIN_POSITIVE),
+    };
+    values.chunks(6).map(flow).collect()
+}
+
+/// Weights, their squares, mass and momentum by species.
+#[derive(Serialize, Deserialize)]
+pub struct Flows {
+    grouping: Grouping,
+    totals: Totals,
+}
+
+impl Adds for Flows {
+    const NAME: &'static str = "flows";
+
+    fn add(&mut self, particle: &Particle) {
+        let place = 6 * self.grouping.group(particle.species);
+        let sums = &mut self.totals.open()[place..place + 6];
+        let mass = particle.weight * particle.mass;
+        sums[0] += particle.weight;
+        sums[1] += particle.weight * particle.weight;
+        sums[2] += mass;
+        for (sum, component) in sums[3..].iter_mut().zip(particle.velocity.iter()) {
+            *sum += mass * component;
+        }
+    }
+
+    fn close(&mut self, _group: u32) {
+        self.totals.close();
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.totals.merge(&other.totals);
+    }
+}
+
+/// What one species has beside its flow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thermal {
+    /// Number of particles.
+    pub number: f64,
+    /// Sum of `m (v - u)^2` \[energy\].
+    pub twice_energy: f64,
+    /// Sums of the powers 1 to 3 of `1 - m/M`, M being the mass of all.
+    pub free: [f64; 3],
+}
+
+/// What each species has beside these flows.
+pub fn thermal(grouping: Grouping, flows: &[Flow], add_up: &mut AddUp<'_>) -> Vec<Thermal> {
+    let mut sums = Warmth {
+        grouping,
+        flows: flows.to_vec(),
+        totals: Totals::new(5 * grouping.groups()),
+    };
+    add_up(&mut sums);
+    let values = sums.totals.values();
+    let thermal = |sums: &[f64]| Thermal {
+        number: sums[0],
+        twice_energy: sums[1],
+        free: [sums[2], sums[3], sums[4]],
+    };
+    values.chunks(5).map(thermal).collect()
+}
+
+/// The sums of [`Thermal`] by species.
+#[derive(Serialize, Deserialize)]
+pub struct Warmth {
+    grouping: Grouping,
+    flows: Vec<Flow>,
+    totals: Totals,
+}
+
+impl Adds for Warmth {
+    const NAME: &'static str = "warmth";
+
+    fn add(&mut self, particle: &Particle) {
+        let species = self.grouping.group(particle.species);
+        let flow = &self.flows[species];
+        let sums = &mut self.totals.open()[5 * species..][..5];
+        let Particle { weight, mass, .. } = *particle;
+        sums[0] += weight;
+        sums[1] += weight * mass * (particle.velocity - flow.velocity).norm_squared();
+        let free = 1.0 - weight * mass / flow.mass;
+        sums[2] += weight * free;
+        sums[3] += weight * free.powi(2);
+        sums[4] += weight * free.powi(3);
+    }
+
+    fn close(&mut self, _group: u32) {
+        self.totals.close();
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.totals.merge(&other.totals);
+    }
+}

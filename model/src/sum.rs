@@ -1,0 +1,272 @@
+//! Sums over the particles of a gas, made by whoever holds them.
+//!
+//! A gas shows its particles in groups ([`Simulation::add_up`](crate::Simulation::add_up)). Which particles form a group, their order in
+//! it and its number do not depend on how many processes or threads hold the gas; the order of groups may. So within a group one adds
+//! as usual, and groups are put together in a way that their order does not matter for: exactly ([`Totals`]), in the order of their
+//! numbers once all are there ([`Parts`]), or as integers.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::exact::Exact;
+use crate::simulation::Particle;
+
+/// A sum of some kind, empty or not. Empty, it tells another process which sum to make; so options are part of it.
+pub trait Adds: Serialize + DeserializeOwned {
+    /// The name of its kind, by which another process knows it.
+    const NAME: &'static str;
+
+    /// Adds a particle to the group that is open.
+    fn add(&mut self, particle: &Particle);
+
+    /// Ends a group.
+    fn close(&mut self, _group: u32) {}
+
+    /// Adds what another has added.
+    fn merge(&mut self, other: Self);
+}
+
+/// [`Adds`] of any kind, as an engine sees it.
+pub trait Sum {
+    /// The name of its kind.
+    fn name(&self) -> &'static str;
+
+    /// [`Adds::add`].
+    fn add(&mut self, particle: &Particle);
+
+    /// [`Adds::close`].
+    fn close(&mut self, group: u32);
+
+    /// What it is and what was added, for another process.
+    fn save(&self) -> Vec<u8>;
+
+    /// Adds what another process has saved; false if those are no bytes of such a sum.
+    fn add_saved(&mut self, bytes: &[u8]) -> bool;
+}
+
+impl<T: Adds> Sum for T {
+    fn name(&self) -> &'static str {
+        T::NAME
+    }
+
+    fn add(&mut self, particle: &Particle) {
+        Adds::add(self, particle);
+    }
+
+    fn close(&mut self, group: u32) {
+        Adds::close(self, group);
+    }
+
+    fn save(&self) -> Vec<u8> {
+        // Fails only for types without a length.
+        postcard::to_stdvec(self).unwrap_or_default()
+    }
+
+    fn add_saved(&mut self, bytes: &[u8]) -> bool {
+        let other = postcard::from_bytes(bytes);
+        other.map(|other| self.merge(other)).is_ok()
+    }
+}
+
+/// Makes a sum of the kind of a name as another process has saved it; none if the name is of another kind.
+pub type Make = fn(&str, &[u8]) -> Option<Box<dyn Sum>>;
+
+/// [`Make`] of one kind.
+pub fn made<T: Adds + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>> {
+    if name != T::NAME {
+        return None;
+    }
+    let sum: T = postcard::from_bytes(bytes).ok()?;
+    Some(Box::new(sum))
+}
+
+/// A few sums by place, added exactly from group to group.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Totals {
+    sums: Vec<Exact>,
+    /// Of the group that is open.
+    #[serde(skip)]
+    open: Vec<f64>,
+}
+
+impl Totals {
+    /// So many sums.
+    pub fn new(places: usize) -> Self {
+        Self {
+            sums: vec![Exact::default(); places],
+            open: Vec::new(),
+        }
+    }
+
+    /// The sums of the open group.
+    #[inline]
+    pub fn open(&mut self) -> &mut [f64] {
+        if self.open.is_empty() {
+            self.open = vec![0.0; self.sums.len()];
+        }
+        &mut self.open
+    }
+
+    /// Ends a group.
+    pub fn close(&mut self) {
+        for (sum, part) in self.sums.iter_mut().zip(&mut self.open) {
+            sum.add(std::mem::take(part));
+        }
+    }
+
+    /// Adds those of another.
+    pub fn merge(&mut self, other: &Self) {
+        for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
+            sum.merge(more);
+        }
+    }
+
+    /// All sums, rounded.
+    pub fn values(&self) -> Vec<f64> {
+        self.sums.iter().map(Exact::value).collect()
+    }
+}
+
+/// Sums by place, of which a group has few among many. What groups have is kept apart until all are there.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Parts<T> {
+    places: usize,
+    /// By group and place.
+    all: Vec<(u32, u32, T)>,
+    /// Of the group that is open: by place, and which places it has.
+    #[serde(skip)]
+    open: Vec<Option<T>>,
+    #[serde(skip)]
+    touched: Vec<u32>,
+}
+
+impl<T: Copy + Default> Parts<T> {
+    /// So many places.
+    pub fn new(places: usize) -> Self {
+        Self {
+            places,
+            all: Vec::new(),
+            open: Vec::new(),
+            touched: Vec::new(),
+        }
+    }
+
+    /// A sum of the open group.
+    ///
+    /// # Panics
+    /// Beyond the last place.
+    #[inline]
+    pub fn at(&mut self, place: usize) -> &mut T {
+        if self.open.is_empty() {
+            self.open = vec![None; self.places];
+        }
+        let touched = &mut self.touched;
+        self.open[place].get_or_insert_with(|| {
+            touched.push(place as u32);
+            T::default()
+        })
+    }
+
+    /// Ends a group.
+    pub fn close(&mut self, group: u32) {
+        for place in self.touched.drain(..) {
+            let part = self.open[place as usize].take();
+            self.all.extend(part.map(|part| (group, place, part)));
+        }
+    }
+
+    /// Adds those of another.
+    pub fn merge(&mut self, other: Self) {
+        self.all.extend(other.all);
+    }
+
+    /// Shows all parts with their places, in the order of groups.
+    pub fn in_order(mut self, mut show: impl FnMut(usize, &T)) {
+        self.all
+            .sort_unstable_by_key(|&(group, place, _)| (group, place));
+        for (_, place, part) in &self.all {
+            show(*place as usize, part);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights by place, in both ways; places are kinds.
+    #[derive(Serialize, Deserialize)]
+    struct Both {
+        totals: Totals,
+        parts: Parts<f64>,
+    }
+
+    impl Both {
+        fn new() -> Self {
+            Self {
+                totals: Totals::new(3),
+                parts: Parts::new(3),
+            }
+        }
+
+        fn values(self) -> [Vec<f64>; 2] {
+            let mut sums = vec![0.0; 3];
+            self.parts.in_order(|place, part| sums[place] += part);
+            [self.totals.values(), sums]
+        }
+    }
+
+    impl Adds for Both {
+        const NAME: &'static str = "both";
+
+        fn add(&mut self, particle: &Particle) {
+            let place = particle.species as usize;
+            self.totals.open()[place] += particle.weight;
+            *self.parts.at(place) += particle.weight;
+        }
+
+        fn close(&mut self, group: u32) {
+            self.totals.close();
+            self.parts.close(group);
+        }
+
+        fn merge(&mut self, other: Self) {
+            self.totals.merge(&other.totals);
+            self.parts.merge(other.parts);
+        }
+    }
+
+    /// Numbers whose sum depends on the order: groups one after the other, and dealt to three that are put together in another order.
+    #[test]
+    fn the_order_of_groups_is_nobodys_concern() {
+        let show = |sum: &mut dyn Sum, group: u32| {
+            for number in 0..50 {
+                let seed = f64::from(group * 50 + number + 1);
+                sum.add(&Particle {
+                    species: (group + number / 40) % 3,
+                    weight: (seed * 1.7).sin() * 10_f64.powi((seed * 0.7).cos() as i32 * 9),
+                    ..Particle::of(1.0, 1.0)
+                });
+            }
+            sum.close(group);
+        };
+        let mut alone = Both::new();
+        (0..30).for_each(|group| show(&mut alone, group));
+        let asked = Sum::save(&Both::new());
+        let mut hands: Vec<_> = (0..3)
+            .map(|_| made::<Both>("both", &asked).expect("a sum"))
+            .collect();
+        for group in (0..30).rev() {
+            show(&mut *hands[group as usize % 3], group);
+        }
+        let mut all = Both::new();
+        for hand in [1, 2, 0] {
+            assert!(all.add_saved(&hands[hand].save()));
+        }
+        assert!(!all.add_saved(&[1]));
+        let [wanted, found] = [alone.values(), all.values()]
+            .map(|[a, b]| a.into_iter().chain(b).map(f64::to_bits).collect::<Vec<_>>());
+        assert_eq!(wanted, found);
+        assert!(made::<Both>("other", &asked).is_none());
+    }
+}
