@@ -135,7 +135,10 @@ impl<'a> Planned<'a> {
         let working = self.measures.iter().map(|one| one.working(&self.plan));
         let figures = self.measures.iter().map(|one| one.figures(&self.plan));
         let working = working.fold(0.0, f64::max);
-        self.plan.cost(threads, &kept, working, figures.sum())
+        let last = self.measures.iter();
+        let last: f64 = last.map(|one| one.kept_last_per_particle(&self.plan)).sum();
+        self.plan
+            .cost(threads, &kept, [working, last], figures.sum())
     }
 
     /// What it means on this many threads, with verdicts of a chance `level` of a false alarm each.

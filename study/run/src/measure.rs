@@ -60,7 +60,12 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// The same whatever their number, where that may be much \[bytes\].
+    /// What of that comes with the last look, after all others have looked \[bytes\].
+    fn kept_last_per_particle(&self, _plan: &Plan) -> f64 {
+        0.0
+    }
+
+    /// What it takes whatever their number, where that may be much \[bytes\].
     fn kept(&self, _plan: &Plan) -> f64 {
         0.0
     }

@@ -601,7 +601,7 @@ fn bundled_cases_have_plans() {
                     "{}",
                     path.display()
                 );
-                let cost = plan.cost(2, &vec![[0.0; 2]; plan.engines.len()], 0.0, 0.0);
+                let cost = plan.cost(2, &vec![[0.0; 2]; plan.engines.len()], [0.0; 2], 0.0);
                 assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0);
             }
         }

@@ -442,6 +442,7 @@ pub(crate) fn markdown(found: &Frontier) -> String {
     for left_out in &found.left_out {
         text += &["- Left out: ", left_out, "\n"].concat();
     }
+    text += "\n";
     for list in found.lists.iter().filter(|list| !list.rows.is_empty()) {
         text += &["## ", &list.title, "\n\n"].concat();
         text += &line(list.columns.iter().map(|column| column.0).collect());

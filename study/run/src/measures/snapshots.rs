@@ -236,6 +236,14 @@ impl Measure for Snapshots {
         LINE * self.times(plan).len() as f64
     }
 
+    fn kept_last_per_particle(&self, plan: &Plan) -> f64 {
+        if self.times(plan).is_empty() {
+            0.0
+        } else {
+            LINE
+        }
+    }
+
     fn looks_at(&self, plan: &Plan, replica: u64) -> bool {
         let options = measure::chosen::<Options>(plan, self.name());
         options.replicas.has(replica)

@@ -124,9 +124,9 @@ impl Cost {
 }
 
 impl Plan {
-    /// Cost on this many threads, with what is kept of each engine, in their order, what a measurement takes while it looks, and
-    /// what the figures of the report take.
-    pub fn cost(&self, threads: usize, kept: &[Kept], working: f64, figures: f64) -> Cost {
+    /// Cost on this many threads, with what is kept of each engine, in their order, what a measurement takes while it looks and what of a
+    /// particle is not yet kept by then, and what the figures of the report take.
+    pub fn cost(&self, threads: usize, kept: &[Kept], working: [f64; 2], figures: f64) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
         let engines = self.engines.iter().zip(kept);
@@ -176,8 +176,9 @@ impl Plan {
         }
     }
 
-    /// Bytes of one engine of one replica of which so much is kept; `working`: what a measurement takes while it looks.
-    fn bytes(&self, engine: &EnginePlan, kept: f64, working: f64) -> f64 {
+    /// Bytes of one engine of one replica of which so much is kept; what a measurement takes while it looks, and what of a particle is
+    /// not yet kept by then.
+    fn bytes(&self, engine: &EnginePlan, kept: f64, [working, last]: [f64; 2]) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
         let spin = match (self.grains.rough.is_some(), self.dimension) {
@@ -195,7 +196,18 @@ impl Plan {
                 moving + 8.0,
                 PARTICLE,
             ),
-            EngineKind::MonteCarlo(_) => (2.0 * (moving + tag), moving + tag, PARTICLE),
+            EngineKind::MonteCarlo(parameters) => {
+                // Partners across cells are looked for in a copy of what is near.
+                let held = if parameters.scheme.is_across() {
+                    3.0
+                } else {
+                    2.0
+                };
+                // Others add up tile by tile, or keep what they gather.
+                let gathers = (self.case.measure).contains_key("velocity_autocorrelation");
+                let look = if gathers { PARTICLE } else { 0.0 };
+                (held * (moving + tag), moving + tag, look)
+            }
             EngineKind::Homogeneous(_) => {
                 // Other measures visit particles one by one.
                 let gathers = self.case.measure.contains_key("velocity_distribution");
@@ -217,8 +229,10 @@ impl Plan {
         } else {
             0.0
         };
-        let saving = saved * count + kept + paths;
-        own + (look * count).max(saving).max(working + tables)
+        // While others look, or the gas is saved, the last of what is kept is still to come.
+        let last = last * count;
+        let saving = saved * count + kept + paths - last;
+        own + (look * count).max(saving).max(working + tables - last)
     }
 
     /// Bytes of whole trajectories, and of displacements, without positions.
