@@ -1,6 +1,7 @@
 //! The one error type of the crate, and the checks that several measurements share.
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// What a measurement or a test can refuse, with the numbers that made it refuse.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -171,6 +172,45 @@ pub(crate) fn check_positions<const D: usize>(
             found: [0, 1, 2].map(|axis| positions[index].get(axis).copied().unwrap_or(0.0)),
         }),
         None => Ok(()),
+    }
+}
+
+/// The points of a sum, which come one by one and in several processes.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Seen {
+    /// How many count.
+    pub(crate) count: usize,
+    /// A position that is not finite.
+    bad: Option<[f64; 3]>,
+}
+
+impl Seen {
+    /// Whether a position is finite; otherwise [`Self::check`] refuses all.
+    #[inline]
+    pub(crate) fn is_good(&mut self, position: Vector3<f64>) -> bool {
+        let is_good = position.iter().all(|part| part.is_finite());
+        if !is_good {
+            self.bad.get_or_insert(position.into());
+        }
+        is_good
+    }
+
+    /// Adds the points of another.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.count += other.count;
+        self.bad = self.bad.or(other.bad);
+    }
+
+    /// Refuses fewer points than needed, and positions that are not finite, whose place is not known.
+    pub(crate) fn check(&self, needed: usize) -> Result<(), Error> {
+        if self.count < needed {
+            let found = self.count;
+            return Err(Error::PointsTooFew { found, needed });
+        }
+        let bad = self.bad;
+        bad.map_or(Ok(()), |found| {
+            Err(Error::PositionInvalid { index: 0, found })
+        })
     }
 }
 

@@ -28,7 +28,7 @@ use stosszahl_model::sum::Totals;
 use stosszahl_model::{Adds, Particle};
 
 use crate::Error;
-use crate::error::{check_lengths, check_positions};
+use crate::error::{Seen, check_lengths, check_positions};
 
 /// Largest magnitude of a reciprocal index.
 pub const LARGEST_INDEX: u32 = 10_000;
@@ -244,9 +244,7 @@ pub enum Weighing {
 pub struct Amplitudes {
     modes: Modes,
     weighing: Weighing,
-    points: usize,
-    /// A position that is no number.
-    bad: Option<[f64; 2]>,
+    seen: Seen,
     totals: Totals,
     /// Places and weights of the open group.
     #[serde(skip)]
@@ -266,8 +264,7 @@ impl Amplitudes {
             totals: Totals::new(2 * weights * modes.indices.len()),
             modes,
             weighing,
-            points: 0,
-            bad: None,
+            seen: Seen::default(),
             places: Vec::new(),
             weights: Vec::new(),
         }
@@ -278,21 +275,10 @@ impl Amplitudes {
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
     pub fn sums(self) -> Result<(usize, Vec<Complex<f64>>), Error> {
-        if let Some([x, y]) = self.bad {
-            return Err(Error::PositionInvalid {
-                index: 0,
-                found: [x, y, 0.0],
-            });
-        }
-        if self.points == 0 {
-            return Err(Error::PointsTooFew {
-                found: 0,
-                needed: 1,
-            });
-        }
+        self.seen.check(1)?;
         let parts = self.totals.values();
         let pairs = parts.chunks(2).map(|pair| Complex::new(pair[0], pair[1]));
-        Ok((self.points, pairs.collect()))
+        Ok((self.seen.count, pairs.collect()))
     }
 
     /// Adds the open group with the first W weights.
@@ -316,13 +302,11 @@ impl Adds for Amplitudes {
     const NAME: &'static str = "amplitudes";
 
     fn add(&mut self, particle: &Particle) {
-        let place = particle.position.xy();
-        self.points += 1;
-        if !(place.x.is_finite() && place.y.is_finite()) {
-            self.bad.get_or_insert(place.into());
+        self.seen.count += 1;
+        if !self.seen.is_good(particle.position) {
             return;
         }
-        self.places.push(place);
+        self.places.push(particle.position.xy());
         self.weights.push(match self.weighing {
             Weighing::Density => [1.0; 4],
             Weighing::Fields { flow, temperature } => {
@@ -342,8 +326,7 @@ impl Adds for Amplitudes {
     }
 
     fn merge(&mut self, other: Self) {
-        self.points += other.points;
-        self.bad = self.bad.or(other.bad);
+        self.seen.merge(&other.seen);
         self.totals.merge(&other.totals);
     }
 }

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Adds, Interrupt, Particle};
 
 use crate::Error;
-use crate::error::{check_lengths, check_positions, is_positive};
+use crate::error::{Seen, check_lengths, check_positions, is_positive};
 
 /// Room between the range and the width of a cell, relative, so that no rounding of a position into its cell can
 /// put a pair within range two cells apart.
@@ -177,9 +177,8 @@ fn correlation(
 pub struct Pairs {
     lengths: Vec<f64>,
     range: f64,
-    points: usize,
-    /// A position that is no number.
-    bad: Option<[f64; 3]>,
+    /// Points of the strips, and positions of all that came.
+    seen: Seen,
     /// By bin.
     twice: Vec<u64>,
     /// The strip that is open: places, and what their pairs count.
@@ -206,8 +205,7 @@ impl Pairs {
         Ok(Self {
             lengths: lengths.to_vec(),
             range,
-            points: 0,
-            bad: None,
+            seen: Seen::default(),
             twice: vec![0; bins],
             open: Vec::new(),
             interrupt: interrupt.clone(),
@@ -223,15 +221,7 @@ impl Pairs {
         if !is_positive(diameter) {
             return Err(Error::DiameterInvalid { found: diameter });
         }
-        if self.points < 2 {
-            return Err(Error::PointsTooFew {
-                found: self.points,
-                needed: 2,
-            });
-        }
-        if let Some(found) = self.bad {
-            return Err(Error::PositionInvalid { index: 0, found });
-        }
+        self.seen.check(2)?;
         if self.is_broken_off {
             return Err(Error::Interrupted);
         }
@@ -240,7 +230,7 @@ impl Pairs {
             lengths,
             diameter,
             *range,
-            self.points,
+            self.seen.count,
             &self.twice,
         ))
     }
@@ -267,12 +257,10 @@ impl Adds for Pairs {
 
     fn add(&mut self, particle: &Particle) {
         let own = if particle.weight > 0.0 { OWN } else { 0 };
-        self.points += own as usize;
-        if !particle.position.iter().all(|part| part.is_finite()) {
-            self.bad.get_or_insert(particle.position.into());
-            return;
+        self.seen.count += own as usize;
+        if self.seen.is_good(particle.position) {
+            self.open.push((particle.position, own));
         }
-        self.open.push((particle.position, own));
     }
 
     fn close(&mut self, _strip: u32) {
@@ -284,8 +272,7 @@ impl Adds for Pairs {
     }
 
     fn merge(&mut self, other: Self) {
-        self.points += other.points;
-        self.bad = self.bad.or(other.bad);
+        self.seen.merge(&other.seen);
         for (sum, more) in self.twice.iter_mut().zip(other.twice) {
             *sum += more;
         }

@@ -88,7 +88,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Adds, Particle};
 
 use crate::Error;
-use crate::error::{check_lengths, check_positions, is_positive};
+use crate::error::{Seen, check_lengths, check_positions, is_positive};
 
 /// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
 pub const LARGEST_LATTICE: usize = 1 << 26;
@@ -359,8 +359,7 @@ impl StructureFactorPlan {
             sites: self.sites,
             assignment: self.assignment,
             point: 1 << (62 - points.max(1).ilog2()).min(FINEST),
-            points: 0,
-            bad: None,
+            seen: Seen::default(),
             rows: Vec::new(),
         }
     }
@@ -370,22 +369,11 @@ impl StructureFactorPlan {
     /// # Errors
     /// As [`Self::measure`].
     pub fn measure_on(&mut self, lattice: Lattice, weight: f64) -> Result<StructureFactor, Error> {
-        if lattice.points == 0 {
-            return Err(Error::PointsTooFew {
-                found: 0,
-                needed: 1,
-            });
-        }
-        if let Some([x, y]) = lattice.bad {
-            return Err(Error::PositionInvalid {
-                index: 0,
-                found: [x, y, 0.0],
-            });
-        }
+        lattice.seen.check(1)?;
         if !is_positive(weight) {
             return Err(Error::WeightInvalid { found: weight });
         }
-        let scale = weight / lattice.points as f64;
+        let scale = weight / lattice.seen.count as f64;
         self.transform(lattice);
         let values = self.modes.iter().map(|mode| {
             let raw = scale * self.columns[mode.position].norm_sqr();
@@ -442,9 +430,7 @@ pub struct Lattice {
     assignment: Assignment,
     /// What a point counts: as much as all of them can on one site.
     point: i64,
-    points: u64,
-    /// A position that is no number.
-    bad: Option<[f64; 2]>,
+    seen: Seen,
     /// Row r holds the sites x = 2 r and x = 2 r + 1, for all y; nothing before the first point.
     rows: Vec<[i64; 2]>,
 }
@@ -459,9 +445,8 @@ impl Lattice {
     /// Adds a point.
     pub fn place(&mut self, position: Vector2<f64>) {
         let [m_x, m_y] = self.sites;
-        self.points += 1;
-        if !(position.x.is_finite() && position.y.is_finite()) {
-            self.bad.get_or_insert(position.into());
+        self.seen.count += 1;
+        if !self.seen.is_good(position.push(0.0)) {
             return;
         }
         if self.rows.is_empty() {
@@ -511,8 +496,7 @@ impl Adds for Lattice {
     }
 
     fn merge(&mut self, other: Self) {
-        self.points += other.points;
-        self.bad = self.bad.or(other.bad);
+        self.seen.merge(&other.seen);
         if self.rows.is_empty() {
             self.rows = other.rows;
             return;

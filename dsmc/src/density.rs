@@ -580,12 +580,9 @@ mod tests {
     use super::*;
     use stosszahl_model::{Plane, Volume};
 
-    /// The sums along lines and across them against the plain sum over all cells around.
-    fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
-        let areas: Vec<f32> = (0..counts.iter().product())
-            .map(|i| (i * i % 5) as f32)
-            .collect();
-        let gas = Gas {
+    /// A gas of so many cells of the size 2 and of particles that cover so much.
+    fn gas(counts: [u32; 3], unit: f64) -> Gas {
+        Gas {
             limit: 10.0,
             counts,
             cell: 4.0,
@@ -593,11 +590,19 @@ mod tests {
             // Three cells on a side of a triangle.
             diameter: 5.0,
             simulators_per_particle: 64.0,
-            unit: 0.1,
+            unit,
             packing_fraction: 0.25,
             bounded: [false; 3],
             is_plain: true,
-        };
+        }
+    }
+
+    /// The sums along lines and across them against the plain sum over all cells around.
+    fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
+        let areas: Vec<f32> = (0..counts.iter().product())
+            .map(|i| (i * i % 5) as f32)
+            .collect();
+        let gas = gas(counts, 0.1);
         let columns = counts[0] as usize;
         for parallel in [false, true] {
             let mut density = Density::<S>::new(scheme, &gas);
@@ -646,19 +651,7 @@ mod tests {
     #[test]
     fn others_are_all_but_one() {
         let counts = [7, 6, 1];
-        let gas = Gas {
-            limit: 10.0,
-            counts,
-            cell: 4.0,
-            width: 2.0,
-            diameter: 5.0,
-            simulators_per_particle: 64.0,
-            unit: 0.1,
-            packing_fraction: 0.25,
-            bounded: [false; 3],
-            is_plain: true,
-        };
-        let mut density = Density::<Plane>::new(Scheme::CONTACT_POINT, &gas);
+        let mut density = Density::<Plane>::new(Scheme::CONTACT_POINT, &gas(counts, 0.1));
         let number = |x: i64, y: i64| (x.rem_euclid(7) + 7 * y.rem_euclid(6)) as usize;
         let held = |cell: usize| cell * cell % 5 + 1;
         density.update(false, |line, values| {
@@ -693,18 +686,7 @@ mod tests {
 
     #[test]
     fn crowded_cells_are_limited_and_say_so() {
-        let gas = Gas {
-            limit: 10.0,
-            counts: [2, 1, 1],
-            cell: 4.0,
-            width: 2.0,
-            diameter: 1.0,
-            simulators_per_particle: 1.0,
-            unit: Plane::ball(0.5),
-            packing_fraction: 0.25,
-            bounded: [false; 3],
-            is_plain: true,
-        };
+        let gas = gas([2, 1, 1], Plane::ball(0.5));
         let density = Density::<Plane>::new(Scheme::FreeVolume, &gas);
         let (chi, limited, packing) = density.contact_value([0; 3], 2.0);
         let known = std::f64::consts::FRAC_PI_4 / 2.0;

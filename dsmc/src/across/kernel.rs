@@ -192,7 +192,7 @@ where
             }
             match (kernel.density.scheme(), self.rates) {
                 (Scheme::ContactPoint { .. }, Some(rates)) => {
-                    if P::Sizes::UNIFORM && kernel.density.weighing() == Weighing::Triangle {
+                    if self.is_halfway() {
                         self.around_points::<true>(line, columns, rates, &mut search, &mut stream);
                     } else {
                         self.around_points::<false>(line, columns, rates, &mut search, &mut stream);
@@ -239,7 +239,7 @@ where
             covered::<P>(sizes, members.clone().map(|who| self.patch.tag(who)))
         };
         let mut units = kernel.density.around(at, own);
-        if P::Sizes::UNIFORM && kernel.density.weighing() == Weighing::Triangle {
+        if self.is_halfway() {
             units -= kernel.density.share_of([0; 3]);
         }
         let crowding = kernel.density.crowding(at);
@@ -427,6 +427,12 @@ where
         cell.collisions += 1;
         cell.virial += self.report.tally.virial - virial;
         Some(-apart.inner(&trial.normal) / contact)
+    }
+
+    /// Whether the density is that halfway to the contact; of unequal sizes it never is, which the compiler sees here.
+    #[inline(always)]
+    fn is_halfway(&self) -> bool {
+        P::Sizes::UNIFORM && self.kernel.density.weighing() == Weighing::Triangle
     }
 
     /// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point

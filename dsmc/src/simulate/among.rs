@@ -29,10 +29,8 @@ pub(super) enum Command {
     Advance(f64, u64, bool),
     /// The first process is to hold all.
     Unite,
-    /// All are to add what they hold to the sum of this name, empty as it is.
-    AddUp(String, Vec<u8>),
-    /// The same with neighbours up to a distance.
-    AddUpNear(f64, String, Vec<u8>),
+    /// All are to add what they hold to the sum of this name, empty as it is; with neighbours up to a distance, if there is one.
+    AddUp(Option<f64>, String, Vec<u8>),
     /// Displacements are followed from now on.
     Follow,
     /// All are to add up squared displacements.
@@ -205,6 +203,20 @@ fn all_ways<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P,
     all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
 }
 
+/// Adds what all processes hold to a sum of the first, with neighbours up to a distance, if there is one.
+fn add_all<P: Physics, F: Follow<P::Space>>(
+    cells: &Cells<P, F>,
+    reach: Option<f64>,
+    sum: &mut dyn Sum,
+    ranks: &dyn Ranks,
+) {
+    match reach {
+        Some(reach) => add_strip(cells, reach, sum, ranks),
+        None => cells.add_up(sum),
+    }
+    reduce(ranks, sum);
+}
+
 /// Deals out positions by equal strips of the first axis, one for each process, and adds those of the own strip and near it to a sum.
 fn add_strip<P: Physics, F: Follow<P::Space>>(
     cells: &Cells<P, F>,
@@ -282,17 +294,10 @@ impl Keep for Serve {
                         engine.advance(until, steps, &mut ());
                     }
                     Command::Unite => engine.unite(),
-                    Command::AddUp(name, empty) => {
+                    Command::AddUp(reach, name, empty) => {
                         let sum = make(&name, &empty);
                         let mut sum = sum.expect("a sum that this program makes");
-                        cells.add_up(&mut *sum);
-                        reduce(&*ranks, &mut *sum);
-                    }
-                    Command::AddUpNear(reach, name, empty) => {
-                        let sum = make(&name, &empty);
-                        let mut sum = sum.expect("a sum that this program makes");
-                        add_strip(&cells, reach, &mut *sum, &*ranks);
-                        reduce(&*ranks, &mut *sum);
+                        add_all(&cells, reach, &mut *sum, &*ranks);
                     }
                     Command::Follow => {
                         cells.follow_displacements();
@@ -329,6 +334,12 @@ impl<P: Physics, F: Follow<P::Space>> Among<P, F> {
     /// As it is, for what the first process knows anyway.
     fn part(&self) -> MutexGuard<'_, Cells<P, F>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Has all processes add what they hold to a sum.
+    fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn Sum) {
+        Command::AddUp(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        add_all(&self.part(), reach, sum, &*self.ranks);
     }
 
     /// With all simulators here.
@@ -391,15 +402,11 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
     }
 
     fn add_up(&self, sum: &mut dyn Sum) {
-        Command::AddUp(sum.name().to_owned(), sum.save()).give(&*self.ranks);
-        self.part().add_up(sum);
-        reduce(&*self.ranks, sum);
+        self.add_by_all(None, sum);
     }
 
     fn add_up_near(&self, reach: f64, sum: &mut dyn Sum) {
-        Command::AddUpNear(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
-        add_strip(&self.part(), reach, sum, &*self.ranks);
-        reduce(&*self.ranks, sum);
+        self.add_by_all(Some(reach), sum);
     }
 
     fn particles(&self) -> Particles {
