@@ -9,7 +9,7 @@ use stosszahl_results::Table;
 use crate::accuracy;
 use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
 use crate::measures;
-use crate::plan::{Cost, EnginePlan, Kept, Plan, PlanError, Quantity, available_memory};
+use crate::plan::{Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, available_memory};
 use crate::words::short;
 
 /// Trials for each collision from which a scheme is called slow.
@@ -132,13 +132,17 @@ impl<'a> Planned<'a> {
             [all(true), all(false)]
         };
         let kept: Vec<Kept> = self.plan.engines.iter().map(kept).collect();
-        let working = self.measures.iter().map(|one| one.working(&self.plan));
-        let figures = self.measures.iter().map(|one| one.figures(&self.plan));
-        let working = working.fold(0.0, f64::max);
-        let last = self.measures.iter();
-        let last: f64 = last.map(|one| one.kept_last_per_particle(&self.plan)).sum();
-        self.plan
-            .cost(threads, &kept, [working, last], figures.sum())
+        let (plan, measures) = (&self.plan, self.measures.iter());
+        let looks = Looks {
+            gathers: measures.clone().any(|one| one.gathers(plan)),
+            working: (measures.clone().map(|one| one.working(plan))).fold(0.0, f64::max),
+            last: measures
+                .clone()
+                .map(|one| one.kept_last_per_particle(plan))
+                .sum(),
+        };
+        let figures = measures.map(|one| one.figures(plan)).sum();
+        plan.cost(threads, &kept, &looks, figures)
     }
 
     /// What it means on this many threads, with verdicts of a chance `level` of a false alarm each.

@@ -70,6 +70,11 @@ pub trait Measure: Sync {
         0.0
     }
 
+    /// Whether it looks at all particles at once, so that they are gathered. Most add them up where they are.
+    fn gathers(&self, _plan: &Plan) -> bool {
+        false
+    }
+
     /// Memory that it takes while it looks, beside what it keeps \[bytes\].
     fn working(&self, _plan: &Plan) -> f64 {
         0.0

@@ -16,7 +16,7 @@ use crate::measure::{
     Finished, Measure, Moment, Needs, NoOptions, Probe, Recorder, Stop, described, keeps_record,
 };
 use crate::measures::ALL;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{EnginePlan, Looks, Plan};
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
 /// All that a probe can see, in numbers.
@@ -601,7 +601,12 @@ fn bundled_cases_have_plans() {
                     "{}",
                     path.display()
                 );
-                let cost = plan.cost(2, &vec![[0.0; 2]; plan.engines.len()], [0.0; 2], 0.0);
+                let cost = plan.cost(
+                    2,
+                    &vec![[0.0; 2]; plan.engines.len()],
+                    &Looks::default(),
+                    0.0,
+                );
                 assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0);
             }
         }

@@ -320,7 +320,8 @@ fn figure(rows: &[Row<'_>], target: f64) -> Table {
     let single = rows.iter().filter(shown).filter(|row| row.replicas == 1);
     let front = rows.iter().filter(shown).filter(|row| row.on_front);
     let count = front.clone().count();
-    let mut table = front::table(single.chain(front));
+    let rows: Vec<&Row<'_>> = single.chain(front).collect();
+    let mut table = front::table(rows.iter().copied());
     let first = table.rows.len() - count;
     for row in &mut table.rows[first..] {
         row[0] = Cell::Text(FRONT.to_owned());
@@ -328,14 +329,8 @@ fn figure(rows: &[Row<'_>], target: f64) -> Table {
     // Panels are named by words.
     if let Some(column) = table.find("quantity") {
         table.columns[column].name = ERROR_OF.into();
-        let kinds = Kind::ALL.map(|kind| (largest(kind), kind));
-        for row in &mut table.rows {
-            let kind = kinds
-                .iter()
-                .find(|(name, _)| row[column] == Cell::Text(name.clone()));
-            if let Some((_, kind)) = kind {
-                row[column] = Cell::Text(kind.title().to_owned());
-            }
+        for (cells, row) in table.rows.iter_mut().zip(rows) {
+            cells[column] = Cell::Text(row.quantity.kind.title().to_owned());
         }
     }
     let figure = Figure::curves(

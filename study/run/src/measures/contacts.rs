@@ -97,6 +97,10 @@ impl Measure for AtContact {
         times
     }
 
+    fn gathers(&self, _plan: &Plan) -> bool {
+        true
+    }
+
     fn kept_per_particle(&self, _plan: &Plan) -> f64 {
         BYTES_PER_SIMULATOR as f64
     }

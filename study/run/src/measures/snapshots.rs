@@ -236,6 +236,10 @@ impl Measure for Snapshots {
         LINE * self.times(plan).len() as f64
     }
 
+    fn gathers(&self, plan: &Plan) -> bool {
+        !self.times(plan).is_empty()
+    }
+
     fn kept_last_per_particle(&self, plan: &Plan) -> f64 {
         if self.times(plan).is_empty() {
             0.0

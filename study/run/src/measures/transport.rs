@@ -238,6 +238,10 @@ impl Measure for Transport {
         vec![plan.case.run.until]
     }
 
+    fn gathers(&self, _plan: &Plan) -> bool {
+        true
+    }
+
     fn kept_per_particle(&self, _plan: &Plan) -> f64 {
         Helfand::BYTES_PER_DISK as f64
     }

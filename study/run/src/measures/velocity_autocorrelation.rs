@@ -43,6 +43,10 @@ impl Measure for VelocityAutocorrelation {
         Options
     );
 
+    fn gathers(&self, _plan: &Plan) -> bool {
+        true
+    }
+
     fn kept_per_particle(&self, _plan: &Plan) -> f64 {
         size_of::<[f64; 3]>() as f64
     }

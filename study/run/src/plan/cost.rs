@@ -116,6 +116,17 @@ impl Pace {
     }
 }
 
+/// What measurements take while they look at a gas.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Looks {
+    /// Whether all particles are gathered for one.
+    pub gathers: bool,
+    /// The most that one takes beside them \[bytes\].
+    pub working: f64,
+    /// What is kept of a particle in the end, and not yet while others look \[bytes\].
+    pub last: f64,
+}
+
 impl Cost {
     /// Time on this many threads \[s\].
     pub fn seconds(&self, threads: usize) -> f64 {
@@ -124,16 +135,16 @@ impl Cost {
 }
 
 impl Plan {
-    /// Cost on this many threads, with what is kept of each engine, in their order, what a measurement takes while it looks and what of a
-    /// particle is not yet kept by then, and what the figures of the report take.
-    pub fn cost(&self, threads: usize, kept: &[Kept], working: [f64; 2], figures: f64) -> Cost {
+    /// Cost on this many threads, with what is kept of each engine, in their order, what measurements take while they look, and what the
+    /// figures of the report take.
+    pub fn cost(&self, threads: usize, kept: &[Kept], looks: &Looks, figures: f64) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
         let engines = self.engines.iter().zip(kept);
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
                 name: engine.name,
-                bytes: self.bytes(engine, kept[0], working),
+                bytes: self.bytes(engine, kept[0], looks),
                 collisions: self.collisions(engine),
                 trials_per_collision: self.trials_per_collision(engine),
             })
@@ -145,7 +156,7 @@ impl Plan {
             records += kept[0] + (replicas - 1) as f64 * kept[1];
             for replica in 0..replicas.min(threads) {
                 let kept = kept[replica.min(1)];
-                parts.push((self.bytes(engine, kept, working), kept));
+                parts.push((self.bytes(engine, kept, looks), kept));
             }
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -176,9 +187,8 @@ impl Plan {
         }
     }
 
-    /// Bytes of one engine of one replica of which so much is kept; what a measurement takes while it looks, and what of a particle is
-    /// not yet kept by then.
-    fn bytes(&self, engine: &EnginePlan, kept: f64, [working, last]: [f64; 2]) -> f64 {
+    /// Bytes of one engine of one replica of which so much is kept.
+    fn bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
         let spin = match (self.grains.rough.is_some(), self.dimension) {
@@ -190,6 +200,7 @@ impl Plan {
         let tag = if unequal { 8.0 } else { 0.0 };
         // Position and velocity.
         let moving = 2.0 * vector + spin;
+        let gathered = if looks.gathers { PARTICLE } else { 0.0 };
         let (held, saved, look) = match &engine.kind {
             EngineKind::EventDriven { .. } => (
                 104.0 + moving + 8.0 + tag + 2.0 * spin,
@@ -197,22 +208,16 @@ impl Plan {
                 PARTICLE,
             ),
             EngineKind::MonteCarlo(parameters) => {
-                // Partners across cells are looked for in a copy of what is near.
+                // With partners across cells 28 bytes more of a simulator were found in the plane.
                 let held = if parameters.scheme.is_across() {
                     3.0
                 } else {
                     2.0
                 };
-                // Others add up tile by tile, or keep what they gather.
-                let gathers = (self.case.measure).contains_key("velocity_autocorrelation");
-                let look = if gathers { PARTICLE } else { 0.0 };
-                (held * (moving + tag), moving + tag, look)
+                (held * (moving + tag), moving + tag, gathered)
             }
             EngineKind::Homogeneous(_) => {
-                // Other measures visit particles one by one.
-                let gathers = self.case.measure.contains_key("velocity_distribution");
-                let look = if gathers { PARTICLE } else { 0.0 };
-                (2.0 * (vector + 13.0), vector + 4.0, look.max(FITTING))
+                (2.0 * (vector + 13.0), vector + 4.0, gathered.max(FITTING))
             }
         };
         let paths = self.paths(engine);
@@ -230,9 +235,11 @@ impl Plan {
             0.0
         };
         // While others look, or the gas is saved, the last of what is kept is still to come.
-        let last = last * count;
+        let last = looks.last * count;
         let saving = saved * count + kept + paths - last;
-        own + (look * count).max(saving).max(working + tables - last)
+        own + (look * count)
+            .max(saving)
+            .max(looks.working + tables - last)
     }
 
     /// Bytes of whole trajectories, and of displacements, without positions.

@@ -30,7 +30,7 @@ mod start_file;
 mod theory;
 mod times;
 
-pub use cost::{Cost, EngineCost, Kept, Pace, available_memory, available_threads};
+pub use cost::{Cost, EngineCost, Kept, Looks, Pace, available_memory, available_threads};
 pub(crate) use data::in_space;
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
 pub(crate) use engines::in_cells;
