@@ -75,11 +75,6 @@ pub trait Calendar: Sized + Send + Sync {
     /// A calendar that holds the events of all disks, none of which is earlier than `now`.
     fn new(agenda: &impl Agenda, now: f64) -> Self;
 
-    /// Becomes such a calendar, in the memory that it has.
-    fn renew(&mut self, agenda: &impl Agenda, now: f64) {
-        *self = Self::new(agenda, now);
-    }
-
     /// Adds the next event of a disk, in place of the one before if that did not come up; not earlier than the last one
     /// popped. At an infinite time there is none. A disk whose event was popped gets its next one before the next pop.
     fn push(&mut self, entry: Entry);
@@ -467,11 +462,17 @@ impl Buckets {
 
 impl Calendar for Buckets {
     fn new(agenda: &impl Agenda, now: f64) -> Self {
+        let mut times = memory::reserved(agenda.disks() as usize);
+        times.extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
+        let waits = times.iter().filter(|time: &&f64| time.is_finite());
+        let waits: Vec<f64> = waits.map(|time| time - now).collect();
+        let buckets = (waits.len() / 2).next_power_of_two().max(16);
+        let rate = rate(waits);
         let mut calendar = Self {
             inverse_width: 1.0,
-            times: memory::reserved(agenda.disks() as usize),
-            ring: Vec::new(),
-            counts: Vec::new(),
+            times,
+            ring: memory::filled(Bucket([0; NAMES]), buckets),
+            counts: memory::filled(0, buckets),
             current: 0,
             soon: Soon::NOTHING,
             few: 0,
@@ -486,23 +487,8 @@ impl Calendar for Buckets {
             since: 0,
             last_time: now,
         };
-        calendar.renew(agenda, now);
+        calendar.rebuild(rate);
         calendar
-    }
-
-    fn renew(&mut self, agenda: &impl Agenda, now: f64) {
-        self.times.clear();
-        (self.times).extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
-        let waits = self.times.iter().filter(|time: &&f64| time.is_finite());
-        let rate = rate(waits.map(|time| time - now).collect());
-        let buckets = (agenda.disks() as usize / 2).next_power_of_two().max(16);
-        if self.ring.len() != buckets {
-            self.ring = memory::filled(Bucket([0; NAMES]), buckets);
-            self.counts = memory::filled(0, buckets);
-        }
-        self.plans = [Plan::NOTHING; AHEAD];
-        self.last_time = now;
-        self.rebuild(rate);
     }
 
     #[inline(always)]

@@ -130,25 +130,18 @@ impl Cells {
         }
     }
 
-    /// Takes all disks out.
-    pub(crate) fn clear(&mut self) {
-        self.firsts.fill(NONE);
-    }
-
-    /// Copies the lists of the disks of some rows from a grid like this; `number` is what a disk is called here.
-    pub(crate) fn copy_rows(&mut self, from: &Self, rows: &[u16], number: impl Fn(u32) -> u32) {
+    /// Copies where the lists of the disks of some rows begin from a grid like this.
+    pub(crate) fn copy_rows(&mut self, from: &Self, rows: impl Iterator<Item = u16>) {
         // Tile by tile, as they are in memory.
         let side = 1 << TILE;
+        let rows: Vec<u16> = rows.collect();
         for rows in rows.chunks(side) {
             for begin in (0..self.counts[0]).step_by(side) {
                 let end = self.counts[0].min(begin.saturating_add(side as u16));
                 for &row in rows {
                     for column in begin..end {
                         let place = self.place([column, row], 1, 1);
-                        let first = from.firsts[place];
-                        if first != NONE {
-                            self.firsts[place] = number(first);
-                        }
+                        self.firsts[place] = from.firsts[place];
                     }
                 }
             }

@@ -40,6 +40,23 @@ pub(crate) struct Disk {
 pub(crate) const VOID: u16 = 0;
 
 impl Disk {
+    /// In the place of a disk that is simulated elsewhere: nothing ever happens to it.
+    pub(crate) const ABSENT: Self = Self {
+        position: Vector2::new(0.0, 0.0),
+        velocity: Vector2::new(0.0, 0.0),
+        clock: f64::INFINITY,
+        contact: f64::INFINITY,
+        partner: NONE,
+        next: NONE,
+        partner_count: VOID,
+        count: VOID + 1,
+        home: [0, 0],
+    };
+
+    pub(crate) fn is_absent(&self) -> bool {
+        self.clock == f64::INFINITY
+    }
+
     pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
         Self {
             position,

@@ -328,7 +328,7 @@ where
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
-        let (stop, spread, stale) = (self.stop.clone(), self.spread, self.stale);
+        let (stop, spread, stale) = (self.stop.clone(), self.spread.clone(), self.stale);
         *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries)?;
         self.progress = progress;
         (self.stop, self.spread, self.stale) = (stop, spread, stale);

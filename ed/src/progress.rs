@@ -9,7 +9,7 @@ use crate::cells::NONE;
 const COLLAPSE: u64 = 4000;
 
 /// Collisions whose disks are called the cluster of a collapse.
-pub(crate) const RECENT: usize = 256;
+const RECENT: usize = 256;
 
 /// Collisions in a row with hardly any approach that are a collapse, if time does not advance.
 const FEW: usize = 32;

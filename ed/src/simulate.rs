@@ -223,7 +223,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
             let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
             let mut engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
-            engine.spread = self.spread;
+            engine.spread = self.spread.clone();
             self.stage = Stage::Flying(Box::new(engine));
         }
         match &mut self.stage {

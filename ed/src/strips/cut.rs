@@ -1,13 +1,15 @@
-//! Cutting a gas into strips, and putting it together again: both take disks out of other gases, with all that is known
-//! about them.
+//! Cutting a gas into strips, renewing their halos, and putting the gas together again.
+//!
+//! A disk has the same number everywhere: each strip has room for all, of which it knows some. So disks and their lists are copied
+//! as they are.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
-use stosszahl_model::{Physics, Plane, Sizes, SpinOf, memory};
+use stosszahl_model::{Field, Physics, Plane, SpinOf, memory};
 
-use super::window::Window;
-use crate::calendar::Calendar;
+use super::window::{SEAM, Window};
+use crate::calendar::{Agenda, Calendar, Entry};
 use crate::cells::NONE;
 use crate::checkpoint::Tally;
 use crate::contact::Candidates;
@@ -15,6 +17,9 @@ use crate::disk::{Disk, Disks, VOID};
 use crate::engine::Engine;
 use crate::progress::Progress;
 use crate::windings::Winding;
+
+/// Rows in a halo at the least: the seam, and as many again as wrong events may come into.
+pub(super) const LEAST_HALO: i32 = 6;
 
 /// Where the rows of cells of a strip lie.
 #[derive(Clone, Debug)]
@@ -31,329 +36,213 @@ pub(super) struct Place {
 
 impl Place {
     /// All its rows.
-    fn rows(&self) -> Vec<u16> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = u16> {
         let beyond = |side: usize| i32::from(self.neighbours[side]) * self.halo;
         let rows = self.core.start - beyond(0)..self.core.end + beyond(1);
-        rows.map(|row| self.around.map_or(row, |rows| row.rem_euclid(rows)) as u16)
-            .collect()
+        let around = self.around;
+        rows.map(move |row| around.map_or(row, |rows| row.rem_euclid(rows)) as u16)
+    }
+
+    /// Whether a row is its own.
+    pub(super) fn owns(&self, row: u16) -> bool {
+        self.core.contains(&i32::from(row))
     }
 }
 
-/// A gas that disks are taken from, in the rows where it is right.
-struct Source<'a, P: Physics<Space = Plane>, Q: Calendar> {
-    engine: &'a Engine<P, Q>,
-    /// Numbers of its disks in the whole gas; empty if it is the whole.
-    numbers: &'a [u32],
-    rows: Range<i32>,
+/// The boundaries of this many strips, equally high; `None` if the box has too few rows.
+pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
+    let strips = strips as i64;
+    let cuts: Vec<i32> = (0..=strips)
+        .map(|number| (i64::from(rows) * number / strips) as i32)
+        .collect();
+    widest_halo(&cuts).map(|_| cuts)
 }
 
-impl<P: Physics<Space = Plane>, Q: Calendar> Source<'_, P, Q> {
-    fn number(&self, disk: u32) -> u32 {
-        if self.numbers.is_empty() {
-            disk
-        } else {
-            self.numbers[disk as usize]
+/// The boundaries of strips with half of the way to equal work, if that leaves enough rows to each.
+pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
+    let each = work.iter().sum::<f64>() / work.len() as f64;
+    let mut better = cuts.to_vec();
+    let mut below = 0.0;
+    for (strip, &its) in work.iter().enumerate() {
+        let height = f64::from(cuts[strip + 1] - cuts[strip]);
+        // Boundaries that are in this strip if its work is the same in all rows.
+        for number in 1..work.len() {
+            let beyond = each * number as f64 - below;
+            if beyond >= 0.0 && beyond < its {
+                let best = f64::from(cuts[strip]) + height * beyond / its;
+                better[number] = (0.5 * (best + f64::from(cuts[number]))).round() as i32;
+            }
         }
+        below += its;
+    }
+    if widest_halo(&better).is_some() {
+        better
+    } else {
+        cuts.to_vec()
     }
 }
 
-/// The strips of a gas, or itself if there are none.
-fn sources<'a, P: Physics<Space = Plane>, Q: Calendar>(
-    whole: &'a Engine<P, Q>,
-    strips: &'a [Engine<P, Q>],
-) -> Vec<Source<'a, P, Q>> {
-    let strip = |engine: &'a Engine<P, Q>| {
-        let window = engine.window.as_ref()?;
-        Some(Source {
-            engine,
-            numbers: &window.numbers,
-            rows: window.core.clone(),
-        })
-    };
-    let mut sources: Vec<_> = strips.iter().filter_map(strip).collect();
-    if sources.is_empty() {
-        sources.push(Source {
-            engine: whole,
-            numbers: &[],
-            rows: 0..i32::from(whole.disks.cells.counts()[1]),
-        });
-    }
-    sources
+/// Rows that a halo may have, so that no row is in more than two strips, and none twice in one.
+pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
+    let least = cuts.windows(2).map(|cut| cut[1] - cut[0]).min()?;
+    let widest = least / 2 - SEAM;
+    (widest >= LEAST_HALO).then_some(widest)
 }
 
-/// Memory for what is needed while disks are taken.
-#[derive(Debug, Default)]
-pub(super) struct Scratch {
-    /// The disks that are taken from each source, in ascending order.
-    listed: Vec<Vec<u32>>,
-    /// All of them, as source and number there, in the order of their numbers in the whole gas.
-    order: Vec<(u8, u32)>,
-    /// For each disk of each source, its place in that order, or [`NONE`].
-    here: Vec<Vec<u32>>,
-}
-
-/// What a strip that is not needed any more leaves: its memory.
-pub(super) struct Spare<P: Physics<Space = Plane>> {
-    disks: Option<Disks<P::Field>>,
-    numbers: Vec<u32>,
-    scratch: Scratch,
-}
-
-impl<P: Physics<Space = Plane>> Spare<P> {
-    /// None.
-    fn nothing() -> Self {
-        Self {
-            disks: None,
-            numbers: Vec::new(),
-            scratch: Scratch::default(),
-        }
+/// Lets a disk look anew when it would touch a partner, if that is not there.
+fn leave_absent_partner(disks: &mut [Disk], number: u32) {
+    let partner = disks[number as usize].partner;
+    if disks.get(partner as usize).is_some_and(Disk::is_absent) {
+        let disk = &mut disks[number as usize];
+        (disk.partner, disk.partner_count) = (number, VOID);
     }
 }
 
-/// The disks of some rows.
-pub(super) struct Taken<P: Physics<Space = Plane>> {
-    /// Their numbers in the whole gas, in ascending order.
-    numbers: Vec<u32>,
-    scratch: Scratch,
-    disks: Disks<P::Field>,
-    tags: Vec<<P::Sizes as Sizes>::Tag>,
-    names: Vec<u32>,
+/// The disks of some rows of cells, with all that is known about them.
+pub(super) struct Parcel<P: Physics> {
+    rows: Vec<u16>,
+    /// First disk of each cell, row by row.
+    firsts: Vec<u32>,
+    disks: Vec<(u32, Disk)>,
     spins: Vec<SpinOf<P>>,
     last_contact: Vec<f64>,
     rebounds: Vec<u32>,
     windings: Vec<Winding>,
 }
 
-impl<P: Physics<Space = Plane>> Taken<P> {
-    /// Takes the disks of some rows out of the strips of a gas, or out of itself if there are none.
-    pub(super) fn new<Q: Calendar>(
-        whole: &Engine<P, Q>,
-        strips: &[Engine<P, Q>],
-        rows: &[u16],
-        spare: Spare<P>,
-    ) -> Self {
-        let sources = sources(whole, strips);
-        let Spare {
-            disks: spare,
-            mut numbers,
-            mut scratch,
-        } = spare;
-        scratch.list(&sources, rows);
-        let Scratch { order, here, .. } = &scratch;
-        numbers.clear();
-        numbers.par_extend(
-            (order.par_iter()).map(|&(source, disk)| sources[usize::from(source)].number(disk)),
-        );
-        let (mut all, mut cells) = match spare {
-            Some(Disks { all, mut cells, .. }) => {
-                cells.clear();
-                (all, cells)
+impl<P: Physics<Space = Plane>> Parcel<P> {
+    /// Some rows of a strip.
+    fn of<Q: Calendar>(from: &Engine<P, Q>, rows: Vec<u16>) -> Self {
+        let (cells, all) = (&from.disks.cells, &from.disks.all);
+        let mut firsts = Vec::with_capacity(rows.len() * usize::from(cells.counts()[0]));
+        let mut disks = Vec::with_capacity(firsts.capacity());
+        for &row in &rows {
+            for column in 0..cells.counts()[0] {
+                let mut next = cells.first(cells.place([column, row], 1, 1));
+                firsts.push(next);
+                while next != NONE {
+                    let disk = all[next as usize];
+                    disks.push((next, disk));
+                    next = disk.next;
+                }
             }
-            None => (memory::reserved(order.len()), whole.disks.cells.emptied()),
-        };
-        all.clear();
-        all.par_extend((order.par_iter().zip(0..order.len() as u32)).map(
-            |(&(source, old), new)| {
-                let source = usize::from(source);
-                moved(&sources[source], old, &here[source], &numbers, new)
-            },
-        ));
-        for (source, here) in sources.iter().zip(here) {
-            let right = |row: &&u16| source.rows.contains(&i32::from(**row));
-            let rows: Vec<u16> = rows.iter().filter(right).copied().collect();
-            let number = |disk: u32| here[disk as usize];
-            cells.copy_rows(&source.engine.disks.cells, &rows, number);
         }
-        let origins = Origins {
-            sources: &sources,
-            order,
-        };
         Self {
-            disks: Disks::of(all, whole.disks.motion, cells),
-            tags: origins.gather(true, |engine, disk| engine.tags[disk]),
-            names: origins.gather(true, |engine, disk| engine.names[disk]),
-            spins: origins.gather(!whole.spins.is_empty(), |engine, disk| engine.spins[disk]),
-            last_contact: origins.gather(!whole.last_contact.is_empty(), |engine, disk| {
-                engine.last_contact[disk]
-            }),
-            rebounds: origins.gather(!whole.rebounds.is_empty(), |engine, disk| {
-                engine.rebounds[disk]
-            }),
-            windings: origins.gather(!whole.windings.is_empty(), |engine, disk| {
-                engine.windings[disk]
-            }),
-            numbers,
-            scratch,
+            spins: of_each(&disks, &from.spins),
+            last_contact: of_each(&disks, &from.last_contact),
+            rebounds: of_each(&disks, &from.rebounds),
+            windings: of_each(&disks, &from.windings),
+            rows,
+            firsts,
+            disks,
         }
+    }
+
+    /// Adds it to a strip.
+    fn put_into<Q: Calendar>(&self, strip: &mut Engine<P, Q>) {
+        let mut firsts = self.firsts.iter();
+        for &row in &self.rows {
+            for column in 0..strip.disks.cells.counts()[0] {
+                let place = strip.disks.cells.place([column, row], 1, 1);
+                strip
+                    .disks
+                    .cells
+                    .set_first(place, *firsts.next().unwrap_or(&NONE));
+            }
+        }
+        for &(number, disk) in &self.disks {
+            strip.disks.all[number as usize] = disk;
+            let time = strip.disks.time(number);
+            strip.calendar.push(Entry { time, disk: number });
+        }
+        give(&self.disks, &self.spins, &mut strip.spins);
+        give(&self.disks, &self.last_contact, &mut strip.last_contact);
+        give(&self.disks, &self.rebounds, &mut strip.rebounds);
+        give(&self.disks, &self.windings, &mut strip.windings);
     }
 }
 
-/// Where disks are taken from, in order.
-struct Origins<'a, P: Physics<Space = Plane>, Q: Calendar> {
-    sources: &'a [Source<'a, P, Q>],
-    order: &'a [(u8, u32)],
+/// Something of each of some disks, if there is such a thing.
+fn of_each<T: Copy>(disks: &[(u32, Disk)], all: &[T]) -> Vec<T> {
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let its = |&(number, _): &(u32, Disk)| all[number as usize];
+    disks.iter().map(its).collect()
 }
 
-impl<P: Physics<Space = Plane>, Q: Calendar> Origins<'_, P, Q> {
-    /// Something of each disk, if there is such a thing.
-    fn gather<T: Send>(
-        &self,
-        is_there: bool,
-        of: impl Fn(&Engine<P, Q>, usize) -> T + Send + Sync,
-    ) -> Vec<T> {
-        if !is_there {
-            return Vec::new();
-        }
-        let each = self.order.par_iter();
-        each.map(|&(source, disk)| of(self.sources[usize::from(source)].engine, disk as usize))
-            .collect()
+/// The other way round.
+fn give<T: Copy>(disks: &[(u32, Disk)], some: &[T], all: &mut [T]) {
+    for (&(number, _), &its) in disks.iter().zip(some) {
+        all[number as usize] = its;
     }
 }
 
-impl Scratch {
-    /// Lists and orders the disks of some rows.
-    fn list<P: Physics<Space = Plane>, Q: Calendar>(
-        &mut self,
-        sources: &[Source<'_, P, Q>],
-        rows: &[u16],
-    ) {
-        self.listed.resize_with(sources.len(), Vec::new);
-        self.here.resize_with(sources.len(), Vec::new);
-        for (source, listed) in sources.iter().zip(&mut self.listed) {
-            listed.clear();
-            let mut wanted = vec![false; usize::from(source.engine.disks.cells.counts()[1])];
-            let right = |row: &u16| source.rows.contains(&i32::from(*row));
-            for row in rows.iter().copied().filter(right) {
-                wanted[usize::from(row)] = true;
-            }
-            if wanted.contains(&true) {
-                let disks = source.engine.disks.all.iter().zip(0..);
-                let disks = disks.filter(|(disk, _)| wanted[usize::from(disk.home[1])]);
-                listed.extend(disks.map(|(_, number)| number));
-            }
-        }
-        self.put_in_order(sources);
-        for ((source, here), listed) in sources.iter().zip(&mut self.here).zip(&self.listed) {
-            let disks = if listed.is_empty() {
-                0
-            } else {
-                source.engine.disks.all.len()
+/// Takes the disks of a row out of a strip.
+fn forget<F: Field<Plane>>(disks: &mut Disks<F>, row: u16) {
+    for column in 0..disks.cells.counts()[0] {
+        let place = disks.cells.place([column, row], 1, 1);
+        let mut next = disks.cells.set_first(place, NONE);
+        while next != NONE {
+            let disk = &mut disks.all[next as usize];
+            next = disk.next;
+            // By its count, those that it has left behind know that it will not come.
+            *disk = Disk {
+                count: disk.count,
+                ..Disk::ABSENT
             };
-            here.clear();
-            here.resize(disks, NONE);
-        }
-        for (&(source, old), new) in self.order.iter().zip(0..) {
-            self.here[usize::from(source)][old as usize] = new;
-        }
-    }
-
-    fn put_in_order<P: Physics<Space = Plane>, Q: Calendar>(
-        &mut self,
-        sources: &[Source<'_, P, Q>],
-    ) {
-        let listed = &self.listed;
-        self.order.clear();
-        self.order.reserve(listed.iter().map(Vec::len).sum());
-        let number = |source: usize, at: usize| {
-            let disk = listed[source].get(at);
-            disk.map_or(u32::MAX, |&disk| sources[source].number(disk))
-        };
-        let mut heads: Vec<(u32, usize, usize)> = (0..listed.len())
-            .map(|source| (number(source, 0), source, 0))
-            .collect();
-        loop {
-            heads.sort_unstable();
-            let (first, source, mut at) = heads[0];
-            if first == u32::MAX {
-                return;
-            }
-            // Disks that follow each other are mostly in the same strip.
-            let until = heads.get(1).map_or(u32::MAX, |next| next.0);
-            let mut next = first;
-            while next < until {
-                self.order.push((source as u8, listed[source][at]));
-                at += 1;
-                next = number(source, at);
-            }
-            heads[0] = (next, source, at);
         }
     }
 }
 
-/// A disk of a source with the numbers that it and others have among those that are taken.
-fn moved<P: Physics<Space = Plane>, Q: Calendar>(
-    source: &Source<'_, P, Q>,
-    old: u32,
-    here: &[u32],
-    numbers: &[u32],
-    new: u32,
-) -> Disk {
-    let all = &source.engine.disks.all;
-    let mut disk = all[old as usize];
-    if disk.next != NONE {
-        disk.next = here[disk.next as usize];
-        debug_assert!(disk.next != NONE, "a list of disks lies in one source");
+/// Lets the disks of a row look anew when they would touch a partner that is not there.
+fn leave_absent_partners<F: Field<Plane>>(disks: &mut Disks<F>, row: u16) {
+    for column in 0..disks.cells.counts()[0] {
+        let mut next = disks.cells.first(disks.cells.place([column, row], 1, 1));
+        while next != NONE {
+            leave_absent_partner(&mut disks.all, next);
+            next = disks.all[next as usize].next;
+        }
     }
-    let known = all.len() as u32;
-    if disk.partner == NONE {
-        return disk;
-    }
-    if disk.partner >= known {
-        disk.partner = disk.partner - known + numbers.len() as u32;
-    } else if here[disk.partner as usize] != NONE {
-        disk.partner = here[disk.partner as usize];
-    } else if let Ok(place) = numbers.binary_search(&source.number(disk.partner)) {
-        disk.partner = place as u32;
-    } else {
-        // The partner is beyond: the disk looks anew when they would touch.
-        (disk.partner, disk.partner_count) = (new, VOID);
-    }
-    disk
 }
 
-/// Cuts a strip out of a gas, which may be in strips already. It goes on from an own time, and stops when so many events
-/// or contacts are logged. A `spare` strip gives its memory.
+/// Cuts a strip out of a gas. It goes on from an own time.
 pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &Engine<P, Q>,
-    strips: &[Engine<P, Q>],
     place: &Place,
     now: f64,
-    most: [u64; 2],
-    spare: Option<Engine<P, Q>>,
 ) -> Engine<P, Q> {
-    let mut old = Spare::nothing();
-    let (mut calendar, mut log) = (None, Vec::new());
-    if let Some(spare) = spare {
-        old.disks = Some(spare.disks);
-        calendar = Some(spare.calendar);
-        if let Some(window) = spare.window {
-            (old.numbers, old.scratch) = (window.numbers, window.scratch);
-            log = window.contacts;
-        }
+    let mut rows = vec![false; usize::from(whole.disks.cells.counts()[1])];
+    for row in place.rows() {
+        rows[usize::from(row)] = true;
     }
-    let taken = Taken::new(whole, strips, &place.rows(), old);
-    let calendar = match calendar {
-        Some(mut calendar) => {
-            calendar.renew(&taken.disks, now);
-            calendar
+    let all = &whole.disks.all;
+    let mut disks = memory::reserved(all.len());
+    disks.extend(all.iter().map(|disk| {
+        if rows[usize::from(disk.home[1])] {
+            *disk
+        } else {
+            Disk::ABSENT
         }
-        None => Q::new(&taken.disks, now),
-    };
-    let rows = whole.disks.cells.counts()[1];
-    let mut window = Window::new(taken.numbers, place, rows, most, log);
-    window.scratch = taken.scratch;
+    }));
+    for number in 0..all.len() as u32 {
+        leave_absent_partner(&mut disks, number);
+    }
+    let mut cells = whole.disks.cells.emptied();
+    cells.copy_rows(&whole.disks.cells, place.rows());
+    let disks = Disks::of(disks, whole.disks.motion, cells);
     Engine {
         scene: whole.scene.clone(),
         dissipation: whole.dissipation,
         domain: whole.domain,
-        calendar,
-        disks: taken.disks,
-        tags: taken.tags,
-        names: taken.names,
-        spins: taken.spins,
-        last_contact: taken.last_contact,
-        rebounds: taken.rebounds,
-        windings: taken.windings,
+        calendar: Q::new(&disks, now),
+        disks,
+        tags: whole.tags.clone(),
+        names: whole.names.clone(),
+        spins: whole.spins.clone(),
+        last_contact: whole.last_contact.clone(),
+        rebounds: whole.rebounds.clone(),
+        windings: whole.windings.clone(),
         surroundings: whole.surroundings.clone(),
         ledgers: Vec::new(),
         candidates: Candidates::new(),
@@ -369,26 +258,104 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         unit: whole.unit,
         stop: whole.stop.clone(),
         spread: super::Spread::default(),
-        window: Some(Box::new(window)),
+        window: Some(Box::new(Window::new(place, rows.len()))),
     }
+}
+
+/// Gives new places to strips: of its old rows each keeps those of its core, and the others come from the strip in whose core they were.
+pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
+    strips: &mut [Engine<P, Q>],
+    places: &[Place],
+) {
+    let windows = strips.iter().filter_map(|strip| strip.window.as_ref());
+    let old: Vec<Place> = windows.map(|window| window.place.clone()).collect();
+    let from = &*strips;
+    let parcels = |(number, place): (usize, &Place)| -> Vec<Parcel<P>> {
+        let others = from.iter().zip(&old).enumerate();
+        let others = others.filter(|(its, _)| *its != number);
+        let rows_of = |its: &Place| place.rows().filter(|row| its.owns(*row)).collect();
+        others
+            .map(|(_, (from, its))| Parcel::of(from, rows_of(its)))
+            .collect()
+    };
+    let parcels: Vec<_> = places.par_iter().enumerate().map(parcels).collect();
+    let renewed = strips
+        .par_iter_mut()
+        .zip(&parcels)
+        .zip(places.par_iter().zip(&old));
+    renewed.for_each(|((strip, parcels), (place, old))| {
+        if let Some(window) = &mut strip.window {
+            // Rows of its own that it gives away.
+            for row in old.core.clone() {
+                window.is_foreign[row as usize] = true;
+            }
+            for row in place.rows().filter(|row| old.owns(*row)) {
+                window.is_foreign[usize::from(row)] = false;
+            }
+            for (row, _) in (0..).zip(&window.is_foreign).filter(|(_, its)| **its) {
+                forget(&mut strip.disks, row);
+            }
+        }
+        for parcel in parcels {
+            parcel.put_into(strip);
+        }
+        for row in place.rows() {
+            // Within the core of both, all partners stay.
+            if !(old.owns(row) && place.owns(row)) {
+                leave_absent_partners(&mut strip.disks, row);
+            }
+        }
+        strip.tally = Tally::default();
+        if let Some(window) = &mut strip.window {
+            window.renew(place);
+        }
+    });
 }
 
 /// Puts a gas together from its strips, without its calendar.
 pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &mut Engine<P, Q>,
-    strips: Vec<Engine<P, Q>>,
+    strips: &[Engine<P, Q>],
 ) {
-    let rows: Vec<u16> = (0..whole.disks.cells.counts()[1]).collect();
-    let taken = Taken::new(whole, &strips, &rows, Spare::nothing());
-    drop(strips);
-    whole.disks = taken.disks;
-    (whole.tags, whole.names) = (taken.tags, taken.names);
-    (whole.spins, whole.last_contact) = (taken.spins, taken.last_contact);
-    (whole.rebounds, whole.windings) = (taken.rebounds, taken.windings);
+    let owns = |strip: &Engine<P, Q>, disk: usize| {
+        let disk = &strip.disks.all[disk];
+        let window = strip.window.as_ref();
+        !disk.is_absent() && window.is_some_and(|window| window.place.owns(disk.home[1]))
+    };
+    let owner = |disk: usize| strips.iter().position(|strip| owns(strip, disk));
+    let owners: Vec<u8> = (0..whole.disks.all.len())
+        .into_par_iter()
+        .map(|disk| owner(disk).unwrap_or_default() as u8)
+        .collect();
+    debug_assert!((0..owners.len()).all(|disk| owns(&strips[usize::from(owners[disk])], disk)));
+    gather(&owners, strips, &mut whole.disks.all, |strip| {
+        &strip.disks.all
+    });
+    gather(&owners, strips, &mut whole.spins, |strip| &strip.spins);
+    gather(&owners, strips, &mut whole.last_contact, |strip| {
+        &strip.last_contact
+    });
+    gather(&owners, strips, &mut whole.rebounds, |strip| {
+        &strip.rebounds
+    });
+    gather(&owners, strips, &mut whole.windings, |strip| {
+        &strip.windings
+    });
+    for strip in strips {
+        if let Some(window) = &strip.window {
+            let rows = window.place.core.clone().map(|row| row as u16);
+            whole.disks.cells.copy_rows(&strip.disks.cells, rows);
+        }
+    }
 }
 
-/// Frees what the strips have of a gas now.
-pub(super) fn empty<P: Physics<Space = Plane>, Q: Calendar>(whole: &mut Engine<P, Q>) {
-    whole.forget_events();
-    whole.disks.all = Vec::new();
+/// Something of each disk, from the strip that owns it, if there is such a thing.
+fn gather<E: Sync, T: Copy + Send + Sync>(
+    owners: &[u8],
+    strips: &[E],
+    all: &mut [T],
+    of: impl Fn(&E) -> &[T] + Sync,
+) {
+    let each = all.par_iter_mut().zip(owners).enumerate();
+    each.for_each(|(disk, (its, owner))| *its = of(&strips[usize::from(*owner)])[disk]);
 }

@@ -6,7 +6,7 @@ use super::window::{Contact, Edge, SEAM, Window};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
 use crate::engine::Engine;
-use crate::progress::{Latest, PATIENCE, RECENT};
+use crate::progress::{Latest, PATIENCE};
 
 /// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
@@ -19,34 +19,32 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
 }
 
 /// The contacts of all strips, with the number of the strip, in the order of time; simultaneous ones by their disks.
-struct InTime<'a, P: Physics> {
-    windows: &'a [&'a Window<P>],
+struct InTime<'a> {
     next: Vec<std::slice::Iter<'a, Contact>>,
 }
 
-impl<'a, P: Physics> InTime<'a, P> {
-    fn new(windows: &'a [&'a Window<P>]) -> Self {
+impl<'a> InTime<'a> {
+    fn new<P: Physics>(windows: &[&'a Window<P>]) -> Self {
         let next = windows
             .iter()
             .map(|window| window.contacts.iter())
             .collect();
-        Self { windows, next }
+        Self { next }
     }
 }
 
-impl<'a, P: Physics> Iterator for InTime<'a, P> {
+impl<'a> Iterator for InTime<'a> {
     type Item = (usize, &'a Contact);
 
     fn next(&mut self) -> Option<Self::Item> {
-        let number = |strip: usize, contact: &Contact| self.windows[strip].number(contact.pair[0]);
         let mut first: Option<(usize, &Contact)> = None;
         for (strip, next) in self.next.iter().enumerate() {
             let Some(contact) = next.as_slice().first() else {
                 continue;
             };
-            let is_first = first.is_none_or(|(its, best)| {
+            let is_first = first.is_none_or(|(_, best)| {
                 contact.now < best.now
-                    || (contact.now == best.now && number(strip, contact) < number(its, best))
+                    || (contact.now == best.now && contact.pair[0] < best.pair[0])
             });
             if is_first {
                 first = Some((strip, contact));
@@ -79,22 +77,14 @@ where
             return false;
         }
         let contacts = || InTime::new(&windows);
-        let all: usize = windows.iter().map(|window| window.contacts.len()).sum();
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
         let mut last = None;
         for (number, (strip, contact)) in contacts().enumerate() {
             let [one, other] = contact.pair;
-            let tags = &strips[strip].tags;
-            let radius = |disk: u32| self.scene.sizes().radius(tags[disk as usize]);
-            // Only the last are remembered.
-            let pair = if all - number <= RECENT {
-                contact.pair.map(|disk| windows[strip].number(disk))
-            } else {
-                contact.pair
-            };
+            let radius = |disk: u32| self.scene.sizes().radius(self.tags[disk as usize]);
             let latest = Latest {
-                pair,
+                pair: contact.pair,
                 now: contact.now,
                 age: self.epoch * self.speed + contact.now,
                 approach: contact.approach,
@@ -145,11 +135,7 @@ where
 }
 
 /// Shows the collisions of all strips to an observer.
-fn observe<P: Physics<Space = Plane>>(
-    contacts: InTime<'_, P>,
-    observed: &[Vec<Collision>],
-    recorder: &mut Recorder<'_>,
-) {
+fn observe(contacts: InTime<'_>, observed: &[Vec<Collision>], recorder: &mut Recorder<'_>) {
     let mut next: Vec<_> = observed.iter().map(|strip| strip.iter()).collect();
     for (strip, contact) in contacts {
         if contact.pair[1] != NONE

@@ -24,24 +24,30 @@ mod merge;
 mod window;
 
 use rayon::prelude::*;
+use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Collision, Observer, Physics, Plane, Recorder};
 
 use crate::calendar::{Calendar, rate};
+use crate::checkpoint::Tally;
 use crate::engine::Engine;
 use crate::events::Goal;
-use cut::Place;
+use crate::progress::Progress;
+use cut::{LEAST_HALO, Place};
 use window::SEAM;
 pub(crate) use window::{Given, Window};
 
-/// Rows in a halo at the least: the seam, and as many again as wrong events may come into.
-const LEAST_HALO: i32 = 6;
+/// Cost of a window, in collisions of each disk: halos, logs, and that threads wait for each other.
+const COST: f64 = 0.02;
 
-/// Cost of a window, in collisions of each disk: cutting, logs, calendars.
-const COST: f64 = 0.06;
-
-/// Collisions of each disk in a window, for each row of the halo beyond the seam: the first guess, and the least that pays in all.
+/// Collisions of each disk in a window, for each row of the halo beyond the seam: the first guess.
 const FIRST_REACH: f64 = 0.02;
-const WORTH: f64 = 0.08;
+
+/// Collisions of each disk that are the least that pays: for a gas to be cut into strips, and for one more window.
+const WORTH_STRIPS: f64 = 0.08;
+const WORTH: f64 = 0.03;
+
+/// Windows after which the gas is put together: what it goes back to if a later one is wrong.
+const MOST_BEHIND: u64 = 16;
 
 /// Share of these rows that wrong events may enter; most growth from a window to the next.
 const ENTERED: f64 = 0.6;
@@ -60,7 +66,7 @@ const AIM: f64 = 0.99;
 const DEVIATIONS: f64 = 5.0;
 
 /// How a gas is spread over threads, and what came of it. Nothing in a result depends on it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Spread {
     /// Strips, each for a thread; fewer than two are none.
     pub strips: usize,
@@ -76,6 +82,34 @@ pub struct Spread {
     pub lost: u64,
     /// Collisions of each disk that a window may have for each row of the halo beyond the seam; 0 if not known yet.
     reach: f64,
+    /// Rows of cells at which strips begin, and where the last ends; none if not known yet.
+    cuts: Vec<i32>,
+}
+
+/// Where the gas itself is, while its strips are ahead of it.
+struct Behind {
+    /// Windows that the strips are ahead.
+    windows: u64,
+    /// Whether it knows its events.
+    has_calendar: bool,
+    now: f64,
+    tally: Tally,
+    ledgers: Vec<Ledger<Plane>>,
+    progress: Progress,
+}
+
+impl Behind {
+    /// There are no strips yet.
+    fn new<P: Physics<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
+        Self {
+            windows: 0,
+            has_calendar: true,
+            now: engine.now,
+            tally: engine.tally,
+            ledgers: engine.ledgers.clone(),
+            progress: engine.progress.clone(),
+        }
+    }
 }
 
 /// What came of a window.
@@ -114,120 +148,191 @@ where
     /// Spreads the gas over this many strips, one for each thread of the present thread pool, if it is large enough. The bytes of
     /// all results are those of one strip.
     pub fn spread_over(&mut self, strips: usize) {
+        if strips != self.spread.strips {
+            self.spread.cuts.clear();
+        }
         self.spread.strips = strips;
     }
 
     /// What spreading has cost so far.
     pub fn spread(&self) -> Spread {
-        self.spread
+        self.spread.clone()
     }
 
-    /// The rows of each strip, if the box has enough. The wider the halo, the longer a window may be, and the more is done twice: the
+    /// The rows of each strip between boundaries. The wider the halo, the longer a window may be, and the more is done twice: the
     /// cost 2 h/H + c/(k (h - s)) of strips of H rows is least at h = s + sqrt(c H/2k).
-    fn places(&self) -> Option<Vec<Place>> {
+    fn places(&self, cuts: &[i32]) -> Vec<Place> {
         let cells = &self.disks.cells;
         let rows = i32::from(cells.counts()[1]);
-        let strips = self.spread.strips.min(usize::from(u8::MAX)) as i32;
-        if self.disks.hierarchical() || cells.narrow() {
-            return None;
-        }
-        let least = rows / strips;
-        let best = (COST * f64::from(least) / (2.0 * self.spread.reach)).sqrt();
-        // No row is in more than two strips, and none twice in one.
-        let most = least / 2 - SEAM;
-        if most < LEAST_HALO {
-            return None;
-        }
-        let halo = (SEAM + best.min(1e6) as i32).clamp(LEAST_HALO, most);
+        let strips = cuts.len() - 1;
+        let height = f64::from(rows) / strips as f64;
+        let best = (COST * height / (2.0 * self.spread.reach)).sqrt();
+        let widest = cut::widest_halo(cuts).unwrap_or(LEAST_HALO);
+        let halo = (SEAM + best.min(1e6) as i32).clamp(LEAST_HALO, widest);
         let around = cells.is_periodic(1).then_some(rows);
-        let place = |number: i32| {
-            let edge =
-                |number: i32| (i64::from(rows) * i64::from(number) / i64::from(strips)) as i32;
+        let place = |number: usize| {
             let has = |side: bool| around.is_some() || side;
             Place {
-                core: edge(number)..edge(number + 1),
+                core: cuts[number]..cuts[number + 1],
                 halo,
                 neighbours: [has(number > 0), has(number < strips - 1)],
                 around,
             }
         };
-        Some((0..strips).map(place).collect())
+        (0..strips).map(place).collect()
+    }
+
+    /// Boundaries of strips, if the gas can be cut into them.
+    fn cuts(&self) -> Option<Vec<i32>> {
+        let cells = &self.disks.cells;
+        if self.disks.hierarchical() || cells.narrow() {
+            return None;
+        }
+        let rows = i32::from(cells.counts()[1]);
+        if self.spread.cuts.last() == Some(&rows) {
+            return Some(self.spread.cuts.clone());
+        }
+        cut::equal_cuts(rows, self.spread.strips.min(usize::from(u8::MAX)))
     }
 
     /// Goes towards a goal in strips, as far as that pays.
     pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) {
-        if ((goal.last - self.tally.collisions) as f64) < WORTH * self.names.len() as f64 {
+        let disks = self.names.len() as f64;
+        let worth = WORTH_STRIPS * disks;
+        if ((goal.last - self.tally.collisions) as f64) < worth {
             return;
         }
+        let Some(mut cuts) = self.cuts() else {
+            return;
+        };
         if self.spread.reach == 0.0 {
             self.spread.reach = FIRST_REACH;
         }
         let end = goal.end.min(self.horizon.next_down());
         let mut rate = self.rate_to_come();
+        // The rate is known within a factor of two.
+        if (end - self.now) * rate < 0.5 * worth {
+            return;
+        }
         let mut strips: Vec<Self> = Vec::new();
-        let mut spare: Vec<Self> = Vec::new();
         let (mut now, mut retries) = (self.now, 0);
-        while retries < MOST_RETRIES
-            && now < end
-            && let Some(places) = self.places()
-            && let Some(window) = self.window(&places[0], goal.last, rate, end - now, recorder)
-        {
+        let mut behind = Behind::new(self);
+        while retries < MOST_RETRIES && now < end {
+            let places = self.places(&cuts);
+            let window = self.window(&places[0], goal.last, rate, end - now, recorder);
+            let Some(window) = window else {
+                break;
+            };
             let until = if window < end - now {
                 now + window
             } else {
                 end
             };
             let left = goal.last - self.tally.collisions;
-            let most = [self.most_events(places.len()), left];
-            let looks = recorder.looks();
-            let mut old: Vec<Option<Self>> = spare.drain(..).map(Some).collect();
-            old.resize_with(places.len(), || None);
-            let run = |(place, spare): (&Place, Option<Self>)| {
-                let mut keep = Keep {
-                    looks,
-                    all: Vec::new(),
-                };
-                let mut strip = cut::strip(&*self, &strips, place, now, most, spare);
-                let goal = Goal {
-                    end: until,
-                    ends: goal.ends,
-                    last: u64::MAX,
-                };
-                let ended = strip.run(&goal, &mut Recorder::new(&mut keep));
-                let ended = ended.unwrap_or(false) || strip.has_most_contacts();
-                ((strip, keep.all), ended)
-            };
-            let done: Vec<_> = places.par_iter().zip(old).map(run).collect();
-            let (done, ended): (Vec<_>, Vec<bool>) = done.into_iter().unzip();
-            let (done, observed): (Vec<_>, Vec<_>) = done.into_iter().unzip();
-            let outcome = if ended.contains(&false) {
-                Outcome::Unusual
+            if strips.is_empty() {
+                let whole = &*self;
+                strips = (places.par_iter())
+                    .map(|place| cut::strip(whole, place, now))
+                    .collect();
             } else {
-                Self::examine(&done, left)
+                cut::renew(&mut strips, &places);
+            }
+            let most = [self.most_events(places.len()), left];
+            let to = Goal {
+                end: until,
+                ends: goal.ends,
+                last: u64::MAX,
+            };
+            let (ended, observed) = Self::run_all(&mut strips, &to, most, recorder.looks());
+            let outcome = if ended {
+                Self::examine(&strips, left)
+            } else {
+                Outcome::Unusual
             };
             rate = self
-                .learn(&outcome, &done, [now, until], places[0].halo)
+                .learn(&outcome, &strips, [now, until], places[0].halo)
                 .unwrap_or(rate);
             match outcome {
-                Outcome::Kept(_) if self.merge(&done, &observed, goal.ends, recorder) => {
-                    if strips.is_empty() {
-                        cut::empty(self);
+                Outcome::Kept(_) if self.merge(&strips, &observed, goal.ends, recorder) => {
+                    behind.windows += 1;
+                    if std::mem::take(&mut behind.has_calendar) {
+                        self.forget_events();
                     }
-                    spare = std::mem::replace(&mut strips, done);
                     (now, retries) = (until, 0);
+                    let work = strips.iter().filter_map(|strip| strip.window.as_ref());
+                    let work: Vec<f64> = work.map(|window| window.events as f64).collect();
+                    cuts = cut::better_cuts(&cuts, &work);
+                    if behind.windows == MOST_BEHIND {
+                        cut::join(self, &strips);
+                        behind = Behind {
+                            has_calendar: false,
+                            ..Behind::new(self)
+                        };
+                    }
                 }
-                Outcome::Wrong | Outcome::TooMany => {
-                    spare = done;
+                outcome => {
+                    strips.clear();
+                    self.catch_up(&behind, now, goal.ends);
+                    behind = Behind::new(self);
                     retries += 1;
+                    if !matches!(outcome, Outcome::Wrong | Outcome::TooMany) {
+                        break;
+                    }
                 }
-                _ => break,
             }
         }
-        drop(spare);
-        if !strips.is_empty() {
-            cut::join(self, strips);
+        if behind.windows > 0 {
+            cut::join(self, &strips);
+        }
+        drop(strips);
+        if !behind.has_calendar {
             self.calendar = Q::new(&self.disks, now);
         }
+        self.spread.cuts = cuts;
+    }
+    /// Runs all strips to an own time, each on a thread. Whether they came there, and what an observer looks at.
+    fn run_all(
+        strips: &mut [Self],
+        goal: &Goal,
+        most: [u64; 2],
+        looks: bool,
+    ) -> (bool, Vec<Vec<Collision>>) {
+        let run = |strip: &mut Self| {
+            if let Some(window) = &mut strip.window {
+                window.most = most;
+            }
+            let mut keep = Keep {
+                looks,
+                all: Vec::new(),
+            };
+            let ended = strip.run(goal, &mut Recorder::new(&mut keep));
+            let ended = ended.unwrap_or(false) || strip.has_most_contacts();
+            (ended, keep.all)
+        };
+        let (ended, observed): (Vec<_>, Vec<_>) = strips.par_iter_mut().map(run).unzip();
+        (!ended.contains(&false), observed)
+    }
+
+    /// Does windows that are known to be right once more, alone, with the same events: the gas is then where strips were that have
+    /// gone wrong since.
+    fn catch_up(&mut self, behind: &Behind, now: f64, ends: bool) {
+        self.calendar = Q::new(&self.disks, behind.now);
+        let done = (self.now, self.tally.contacts());
+        self.now = behind.now;
+        self.tally = behind.tally;
+        self.ledgers.clone_from(&behind.ledgers);
+        self.progress = behind.progress.clone();
+        let goal = Goal {
+            end: now,
+            ends,
+            last: u64::MAX,
+        };
+        // Observers have seen them all.
+        let stop = std::mem::take(&mut self.stop);
+        let reached = self.run(&goal, &mut Recorder::new(&mut ()));
+        self.stop = stop;
+        debug_assert!(matches!(reached, Ok(true)), "{reached:?}");
+        debug_assert_eq!((self.now, self.tally.contacts()), done);
     }
 
     /// Events of a strip that are too many for a gas that goes on as usual.

@@ -1,14 +1,13 @@
 //! What a strip writes down while it runs alone: what others need to count and to check.
 
-use std::ops::Range;
-
 use nalgebra::Vector2;
 use stosszahl_model::{Physics, Plane, SpinOf};
 
-use super::cut::{Place, Scratch};
+use super::cut::Place;
 use crate::calendar::Calendar;
 use crate::cells::{Cell, NONE};
 use crate::checkpoint::Tally;
+use crate::disk::{Disk, VOID};
 use crate::engine::Engine;
 use crate::progress::Latest;
 
@@ -37,7 +36,7 @@ pub(super) struct Trace<S> {
     velocity: Vector2<f64>,
     spin: S,
     contact: f64,
-    partner: Option<u32>,
+    partner: u32,
     partner_count: u16,
 }
 
@@ -48,8 +47,7 @@ pub(super) struct Contact {
     pub(super) now: f64,
     /// Speed of approach.
     pub(super) approach: f64,
-    /// The disk whose event it was, and the other or [`NONE`], by their numbers in the strip: to look up others would take
-    /// longer than all else here.
+    /// The disk whose event it was, and the other or [`NONE`].
     pub(super) pair: [u32; 2],
 }
 
@@ -64,16 +62,8 @@ pub(crate) struct Given {
 /// The log of a strip.
 #[derive(Debug)]
 pub(crate) struct Window<P: Physics> {
-    /// Number in the whole gas of each disk here, in ascending order.
-    pub(super) numbers: Vec<u32>,
-    /// For the next window.
-    pub(super) scratch: Scratch,
-    /// Rows whose events count here; those around them are simulated twice.
-    pub(super) core: Range<i32>,
-    /// Rows around the core on each side.
-    halo: i32,
-    /// Rows in the box, if it is periodic across the strips.
-    around: Option<i32>,
+    /// Events in the rows of its core count here; those in its halos are simulated twice.
+    pub(super) place: Place,
     /// The lower and the upper edge of the core, where there is a neighbour.
     pub(super) edges: [Option<Edge<SpinOf<P>>>; 2],
     pub(super) contacts: Vec<Contact>,
@@ -91,6 +81,8 @@ pub(crate) struct Window<P: Physics> {
     pub(super) most: [u64; 2],
     /// Whether the events of a row can be of interest to neighbours.
     is_near: Vec<bool>,
+    /// Whether a disk in a row may not be right: in halos, and in the empty rows beyond that disks have flown to.
+    pub(super) is_foreign: Vec<bool>,
     /// Whether those of the present row can; then, before its event: the row, whether it counts here, and what was done.
     near: bool,
     row: i32,
@@ -99,44 +91,28 @@ pub(crate) struct Window<P: Physics> {
 }
 
 impl<P: Physics<Space = Plane>> Window<P> {
-    pub(super) fn new(
-        numbers: Vec<u32>,
-        place: &Place,
-        rows_in_box: u16,
-        most: [u64; 2],
-        mut contacts: Vec<Contact>,
-    ) -> Self {
-        contacts.clear();
-        let Place {
-            core,
-            halo,
-            neighbours,
-            around,
-        } = place.clone();
-        let rows = [core.start, core.end];
+    pub(super) fn new(place: &Place, rows_in_box: usize) -> Self {
+        let rows = [place.core.start, place.core.end];
         let edge = |side: usize| {
-            neighbours[side].then(|| Edge {
+            place.neighbours[side].then(|| Edge {
                 row: rows[side],
                 seam: Vec::new(),
-                rows: vec![0; 2 * halo as usize],
+                rows: vec![0; 2 * place.halo as usize],
             })
         };
         let mut window = Self {
-            numbers,
-            scratch: Scratch::default(),
             edges: [edge(0), edge(1)],
-            core,
-            halo,
-            around,
-            contacts,
+            place: place.clone(),
+            contacts: Vec::new(),
             given: Vec::new(),
             idle: Vec::new(),
             idled: 0,
             events: 0,
             twice: 0,
             latest: f64::NEG_INFINITY,
-            most,
+            most: [u64::MAX; 2],
             is_near: Vec::new(),
+            is_foreign: vec![false; rows_in_box],
             near: false,
             row: 0,
             owns: true,
@@ -145,11 +121,25 @@ impl<P: Physics<Space = Plane>> Window<P> {
         let is_near = |row: i32| {
             let mut edges = window.edges.iter().flatten();
             // A partner is in the next row at the most.
-            edges.any(|edge| above(row, edge.row, around).abs() <= halo + 1)
-                || !window.core.contains(&row)
+            edges.any(|edge| above(row, edge.row, place.around).abs() <= place.halo + 1)
+                || !place.core.contains(&row)
         };
-        window.is_near = (0..i32::from(rows_in_box)).map(is_near).collect();
+        window.is_near = (0..rows_in_box as i32).map(is_near).collect();
+        for row in place.rows().filter(|row| !place.owns(*row)) {
+            window.is_foreign[usize::from(row)] = true;
+        }
         window
+    }
+
+    /// Becomes the empty log of another place.
+    pub(super) fn renew(&mut self, place: &Place) {
+        let rows_in_box = self.is_near.len();
+        let mut contacts = std::mem::take(&mut self.contacts);
+        contacts.clear();
+        *self = Self {
+            contacts,
+            ..Self::new(place, rows_in_box)
+        };
     }
 
     /// Whether the present event counts here.
@@ -200,7 +190,7 @@ where
             if window.near {
                 window.tally = self.tally;
                 window.row = i32::from(row);
-                window.owns = window.core.contains(&window.row);
+                window.owns = window.place.owns(row);
             }
         }
     }
@@ -231,11 +221,15 @@ where
             self.tally = window.tally;
             window.twice += 1;
         }
-        let who = window.numbers[changed[0] as usize];
+        let who = changed[0];
         let changed = changed.into_iter().filter(|&disk| disk != NONE);
+        for disk in changed.clone() {
+            let row = self.disks.home(disk)[1];
+            window.is_foreign[usize::from(row)] |= !window.place.owns(row);
+        }
         for edge in window.edges.iter_mut().flatten() {
-            let above = |row: i32| above(row, edge.row, window.around);
-            if let Ok(place) = usize::try_from(above(window.row) + window.halo)
+            let above = |row: i32| above(row, edge.row, window.place.around);
+            if let Ok(place) = usize::try_from(above(window.row) + window.place.halo)
                 && let Some(sum) = edge.rows.get_mut(place)
             {
                 *sum = mixed(mixed(*sum, self.now.to_bits()), u64::from(who));
@@ -243,10 +237,8 @@ where
             let within = |row: i32| (-SEAM..SEAM).contains(&above(row));
             let row_of = |disk: u32| i32::from(self.disks.home(disk)[1]);
             if within(window.row) || changed.clone().any(|disk| within(row_of(disk))) {
-                let traces = changed
-                    .clone()
-                    .map(|disk| self.trace(disk, &window.numbers));
-                edge.seam.extend(traces);
+                edge.seam
+                    .extend(changed.clone().map(|disk| self.trace(disk)));
             }
         }
         self.window = Some(window);
@@ -290,37 +282,32 @@ where
         }
     }
 
-    /// What is now known of a disk, by numbers in the whole gas.
-    fn trace(&self, who: u32, numbers: &[u32]) -> Trace<SpinOf<P>> {
+    /// What is now known of a disk.
+    fn trace(&self, who: u32) -> Trace<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
-        let disks = numbers.len() as u32;
-        // What stands in the box has numbers that no disk has.
-        let partner = match disk.partner {
-            NONE => None,
-            partner if partner < disks => Some(numbers[partner as usize]),
-            what => Some(NONE - 1 - (what - disks)),
+        // One that has collided since may be anywhere, and is as good as none.
+        let is_lost = |partner: &Disk| partner.count != disk.partner_count;
+        let partner = self.disks.all.get(disk.partner as usize);
+        let (partner, partner_count) = if partner.is_some_and(is_lost) {
+            (NONE, VOID)
+        } else {
+            (disk.partner, disk.partner_count)
         };
         Trace {
             time: self.now,
-            disk: numbers[who as usize],
+            disk: who,
             home: disk.home,
             position: disk.position,
             velocity: disk.velocity,
             spin: self.spin(who),
             contact: disk.contact,
             partner,
-            partner_count: disk.partner_count,
+            partner_count,
         }
     }
 }
 
 impl<P: Physics> Window<P> {
-    /// Number in the whole gas of a disk, or [`NONE`].
-    pub(super) fn number(&self, disk: u32) -> u32 {
-        let number = self.numbers.get(disk as usize);
-        number.copied().unwrap_or(NONE)
-    }
-
     fn log(&mut self, latest: &Latest) {
         self.contacts.push(Contact {
             now: latest.now,
