@@ -48,6 +48,7 @@ pub(crate) struct Progress {
 }
 
 /// A collision, and the gas it happens in.
+#[derive(Clone, Copy)]
 pub(crate) struct Latest {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
@@ -62,6 +63,23 @@ pub(crate) struct Latest {
     pub(crate) disks: usize,
     /// Whether they fly straight.
     pub(crate) straight: bool,
+}
+
+impl Latest {
+    /// Whether disks hardly approached, if there is a time to compare with.
+    #[inline(always)]
+    pub(crate) fn is_feeble(&self) -> Option<bool> {
+        let way = self.approach.abs() * self.age.abs();
+        (way > 0.0).then_some(way < FEEBLE * self.diameter)
+    }
+
+    /// Advance of time that is none. Legs end, and epochs move, but a collapse does not: its collisions are counted across
+    /// legs, and time is measured against its absolute value.
+    #[inline(always)]
+    fn resolution(&self) -> f64 {
+        let fine = if self.straight { FINE } else { COARSE };
+        fine * (self.age.abs() + self.unit)
+    }
 }
 
 impl Progress {
@@ -131,31 +149,35 @@ impl Progress {
     /// One more contact of this many; true if that is a collapse. With a wall, the partner is [`NONE`].
     #[inline(always)]
     pub(crate) fn collision(&mut self, number: u64, latest: &Latest) -> bool {
+        let feeble = latest.is_feeble();
+        self.feeble = feeble.map_or(self.feeble, |its| if its { self.feeble + 1 } else { 0 });
+        let is_collapse = self.usual_collision(number, latest);
+        if feeble.is_some() && self.feeble >= FEW {
+            let before = self.recent[(number as usize + RECENT - FEW) % RECENT].1;
+            return latest.now - before <= latest.resolution();
+        }
+        is_collapse
+    }
+
+    /// The same for a contact that is not feeble, after others that were not.
+    #[inline(always)]
+    pub(crate) fn usual_collision(&mut self, number: u64, latest: &Latest) -> bool {
         if latest.pair[1] != NONE {
             self.idle = 0;
         }
-        let place = number as usize % RECENT;
-        self.recent[place] = (latest.pair, latest.now);
-        // Legs end, and epochs move, but a collapse does not: its collisions are counted across legs, and time
-        // is measured against its absolute value.
-        let fine = if latest.straight { FINE } else { COARSE };
-        let resolution = fine * (latest.age.abs() + latest.unit);
-        let way = latest.approach.abs() * latest.age.abs();
-        if way > 0.0 {
-            let feeble = way < FEEBLE * latest.diameter;
-            self.feeble = if feeble { self.feeble + 1 } else { 0 };
-            if self.feeble >= FEW {
-                let before = self.recent[(place + RECENT - FEW) % RECENT].1;
-                return latest.now - before <= resolution;
-            }
-        }
+        self.recent[number as usize % RECENT] = (latest.pair, latest.now);
         if !number.is_multiple_of(1024) {
             return false;
         }
-        if latest.now - self.time > resolution {
+        if latest.now - self.time > latest.resolution() {
             (self.time, self.collisions) = (latest.now, number);
         }
         self.stalled(number) > COLLAPSE + 8 * latest.disks as u64
+    }
+
+    /// Whether the last contact was feeble.
+    pub(crate) fn is_feeble(&self) -> bool {
+        self.feeble > 0
     }
 
     /// The disks of the last collisions.

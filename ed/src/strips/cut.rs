@@ -103,7 +103,8 @@ pub(super) struct Parcel<P: Physics> {
     rows: Vec<u16>,
     /// First disk of each cell, row by row.
     firsts: Vec<u32>,
-    disks: Vec<(u32, Disk)>,
+    numbers: Vec<u32>,
+    disks: Vec<Disk>,
     spins: Vec<SpinOf<P>>,
     last_contact: Vec<f64>,
     rebounds: Vec<u32>,
@@ -115,25 +116,27 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
     fn of<Q: Calendar>(from: &Engine<P, Q>, rows: Vec<u16>) -> Self {
         let (cells, all) = (&from.disks.cells, &from.disks.all);
         let mut firsts = Vec::with_capacity(rows.len() * usize::from(cells.counts()[0]));
-        let mut disks = Vec::with_capacity(firsts.capacity());
+        let (mut numbers, mut disks) = (Vec::new(), Vec::new());
         for &row in &rows {
             for column in 0..cells.counts()[0] {
                 let mut next = cells.first(cells.place([column, row], 1, 1));
                 firsts.push(next);
                 while next != NONE {
                     let disk = all[next as usize];
-                    disks.push((next, disk));
+                    numbers.push(next);
+                    disks.push(disk);
                     next = disk.next;
                 }
             }
         }
         Self {
-            spins: of_each(&disks, &from.spins),
-            last_contact: of_each(&disks, &from.last_contact),
-            rebounds: of_each(&disks, &from.rebounds),
-            windings: of_each(&disks, &from.windings),
+            spins: of_each(&numbers, &from.spins),
+            last_contact: of_each(&numbers, &from.last_contact),
+            rebounds: of_each(&numbers, &from.rebounds),
+            windings: of_each(&numbers, &from.windings),
             rows,
             firsts,
+            numbers,
             disks,
         }
     }
@@ -150,31 +153,30 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
                     .set_first(place, *firsts.next().unwrap_or(&NONE));
             }
         }
-        for &(number, disk) in &self.disks {
-            strip.disks.all[number as usize] = disk;
-            let time = strip.disks.time(number);
-            strip.calendar.push(Entry { time, disk: number });
+        give(&self.numbers, &self.disks, &mut strip.disks.all);
+        give(&self.numbers, &self.spins, &mut strip.spins);
+        give(&self.numbers, &self.last_contact, &mut strip.last_contact);
+        give(&self.numbers, &self.rebounds, &mut strip.rebounds);
+        give(&self.numbers, &self.windings, &mut strip.windings);
+        for &disk in &self.numbers {
+            let time = strip.disks.time(disk);
+            strip.calendar.push(Entry { time, disk });
         }
-        give(&self.disks, &self.spins, &mut strip.spins);
-        give(&self.disks, &self.last_contact, &mut strip.last_contact);
-        give(&self.disks, &self.rebounds, &mut strip.rebounds);
-        give(&self.disks, &self.windings, &mut strip.windings);
     }
 }
 
 /// Something of each of some disks, if there is such a thing.
-fn of_each<T: Copy>(disks: &[(u32, Disk)], all: &[T]) -> Vec<T> {
+fn of_each<T: Copy>(disks: &[u32], all: &[T]) -> Vec<T> {
     if all.is_empty() {
         return Vec::new();
     }
-    let its = |&(number, _): &(u32, Disk)| all[number as usize];
-    disks.iter().map(its).collect()
+    disks.iter().map(|&disk| all[disk as usize]).collect()
 }
 
 /// The other way round.
-fn give<T: Copy>(disks: &[(u32, Disk)], some: &[T], all: &mut [T]) {
-    for (&(number, _), &its) in disks.iter().zip(some) {
-        all[number as usize] = its;
+fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
+    for (&disk, &its) in disks.iter().zip(some) {
+        all[disk as usize] = its;
     }
 }
 

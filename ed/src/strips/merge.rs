@@ -1,6 +1,6 @@
 //! What depends on the order of all events, from the logs of strips.
 
-use stosszahl_model::{Collision, Field, Physics, Plane, Recorder, Sizes};
+use stosszahl_model::{Collision, Field, Physics, Plane, Recorder};
 
 use super::window::{Contact, Edge, SEAM, Window};
 use crate::calendar::Calendar;
@@ -81,22 +81,21 @@ where
         let before = self.tally.contacts();
         let mut last = None;
         for (number, (strip, contact)) in contacts().enumerate() {
-            let [one, other] = contact.pair;
-            let radius = |disk: u32| self.scene.sizes().radius(self.tags[disk as usize]);
             let latest = Latest {
                 pair: contact.pair,
                 now: contact.now,
                 age: self.epoch * self.speed + contact.now,
-                approach: contact.approach,
-                diameter: radius(one) + radius(if other == NONE { one } else { other }),
+                // What is feeble is left to an engine alone.
+                approach: f64::INFINITY,
+                diameter: 0.0,
                 unit: self.unit,
                 disks: self.names.len(),
                 straight: P::Field::FREE,
             };
-            if progress.collision(before + number as u64 + 1, &latest) {
+            if progress.usual_collision(before + number as u64 + 1, &latest) {
                 return false;
             }
-            if ends || other != NONE {
+            if ends || contact.pair[1] != NONE {
                 last = Some((strip, contact.now));
             }
         }

@@ -23,6 +23,8 @@ mod cut;
 mod merge;
 mod window;
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Collision, Observer, Physics, Plane, Recorder};
@@ -46,11 +48,17 @@ const FIRST_REACH: f64 = 0.02;
 const WORTH_STRIPS: f64 = 0.08;
 const WORTH: f64 = 0.03;
 
-/// Windows after which the gas is put together: what it goes back to if a later one is wrong.
+/// Windows after which the gas is put together: what it goes back to if a later one is wrong. The most, and after one that was.
 const MOST_BEHIND: u64 = 16;
+const BEHIND_AFTER_WRONG: u64 = 4;
 
-/// Share of these rows that wrong events may enter; most growth from a window to the next.
+/// Share of these rows that wrong events may enter, at the most; what a window that was wrong leaves of it, and how it grows with others: so
+/// that one in some hundreds is.
 const ENTERED: f64 = 0.6;
+const ENTERED_AFTER_WRONG: f64 = 0.6;
+const ENTERED_GROWTH: f64 = 1.002;
+
+/// Most growth from a window to the next.
 const GROWTH: f64 = 1.3;
 
 /// What is left of it after a window that was wrong, and how many of these in a row are enough.
@@ -82,6 +90,10 @@ pub struct Spread {
     pub lost: u64,
     /// Collisions of each disk that a window may have for each row of the halo beyond the seam; 0 if not known yet.
     reach: f64,
+    /// Share of these rows that wrong events may enter.
+    entered: f64,
+    /// Windows after which the gas is put together.
+    behind: u64,
     /// Rows of cells at which strips begin, and where the last ends; none if not known yet.
     cuts: Vec<i32>,
 }
@@ -202,11 +214,17 @@ where
         if ((goal.last - self.tally.collisions) as f64) < worth {
             return;
         }
+        // Whether feeble contacts are a collapse depends on their order.
+        if self.progress.is_feeble() {
+            return;
+        }
         let Some(mut cuts) = self.cuts() else {
             return;
         };
         if self.spread.reach == 0.0 {
             self.spread.reach = FIRST_REACH;
+            self.spread.entered = ENTERED;
+            self.spread.behind = MOST_BEHIND;
         }
         let end = goal.end.min(self.horizon.next_down());
         let mut rate = self.rate_to_come();
@@ -260,9 +278,10 @@ where
                     }
                     (now, retries) = (until, 0);
                     let work = strips.iter().filter_map(|strip| strip.window.as_ref());
-                    let work: Vec<f64> = work.map(|window| window.events as f64).collect();
+                    let work: Vec<f64> = work.map(|window| window.seconds).collect();
                     cuts = cut::better_cuts(&cuts, &work);
-                    if behind.windows == MOST_BEHIND {
+                    if behind.windows >= self.spread.behind {
+                        self.spread.behind = MOST_BEHIND.min(2 * self.spread.behind);
                         cut::join(self, &strips);
                         behind = Behind {
                             has_calendar: false,
@@ -305,7 +324,11 @@ where
                 looks,
                 all: Vec::new(),
             };
+            let began = Instant::now();
             let ended = strip.run(goal, &mut Recorder::new(&mut keep));
+            if let Some(window) = &mut strip.window {
+                window.seconds = began.elapsed().as_secs_f64();
+            }
             let ended = ended.unwrap_or(false) || strip.has_most_contacts();
             (ended, keep.all)
         };
@@ -380,7 +403,8 @@ where
             .iter()
             .filter_map(|strip| strip.window.as_deref())
             .collect();
-        if strips.iter().any(|strip| strip.disks.recounts > 0) {
+        let recounts = |strip: &Self| strip.disks.recounts > 0;
+        if strips.iter().any(recounts) || windows.iter().any(|window| window.is_feeble) {
             return Outcome::Unusual;
         }
         if strips.iter().any(Self::has_most_contacts) {
@@ -433,17 +457,72 @@ where
                 spread.windows += 1;
                 spread.events += events - twice;
                 spread.twice += twice;
-                let reach = collisions / f64::from(halo - SEAM) * ENTERED / entered.max(1e-3);
+                let reach =
+                    collisions / f64::from(halo - SEAM) * spread.entered / entered.max(1e-3);
                 spread.reach = reach.min(GROWTH * spread.reach);
+                spread.entered = ENTERED.min(ENTERED_GROWTH * spread.entered);
             }
             Outcome::Wrong => {
                 spread.retries += 1;
                 spread.lost += events;
                 let reach = collisions / f64::from(halo - SEAM);
                 spread.reach = AFTER_WRONG * reach.min(spread.reach);
+                spread.entered *= ENTERED_AFTER_WRONG;
+                spread.behind = BEHIND_AFTER_WRONG;
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
         }
         (!matches!(outcome, Outcome::Unusual)).then_some(rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stosszahl_model::EachCollision;
+
+    use super::*;
+    use crate::Buckets;
+    use crate::disk::tests::lattice;
+
+    /// Where windows grow until one is wrong, after others that were right, the gas goes back to these and observers see each
+    /// collision once.
+    #[test]
+    fn a_wrong_window_leaves_no_trace() {
+        let run = |strips: usize| {
+            let mut engine = lattice::<Buckets>(100);
+            let disordered = engine.advance(f64::INFINITY, 20_000, &mut ());
+            assert!(!disordered.expect("time"));
+            engine.spread_over(strips);
+            (engine.spread.reach, engine.spread.entered) = (FIRST_REACH, 10.0);
+            engine.spread.behind = MOST_BEHIND;
+            let mut seen = Vec::new();
+            let mut observer = EachCollision(|collision: &Collision| seen.push(*collision));
+            engine
+                .advance(f64::INFINITY, 150_000, &mut observer)
+                .expect("time");
+            let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
+            (bytes, seen, engine.spread())
+        };
+        let alone = run(1);
+        let shared = run(2);
+        let Spread {
+            windows, retries, ..
+        } = shared.2;
+        assert!(retries > 0 && windows > retries, "{windows} {retries}");
+        assert!(shared.0 == alone.0);
+        assert!(shared.1 == alone.1);
+    }
+
+    /// Boundaries move half of the way to where work would be equal, and not so far that a strip is too low for its halos.
+    #[test]
+    fn boundaries_follow_the_work() {
+        let cuts = cut::equal_cuts(300, 3).expect("cuts");
+        assert_eq!(cuts, [0, 100, 200, 300]);
+        assert_eq!(cut::better_cuts(&cuts, &[1.0, 1.0, 1.0]), cuts);
+        // Two thirds of the work are in the first strip, so that the best boundaries are at 50 and 100.
+        assert_eq!(cut::better_cuts(&cuts, &[4.0, 1.0, 1.0]), [0, 75, 150, 300]);
+        let low = cut::equal_cuts(48, 3).expect("cuts");
+        assert_eq!(cut::better_cuts(&low, &[4.0, 1.0, 1.0]), low);
+        assert_eq!(cut::equal_cuts(47, 3), None);
     }
 }

@@ -45,8 +45,6 @@ pub(super) struct Trace<S> {
 pub(super) struct Contact {
     /// Own time of the engine.
     pub(super) now: f64,
-    /// Speed of approach.
-    pub(super) approach: f64,
     /// The disk whose event it was, and the other or [`NONE`].
     pub(super) pair: [u32; 2],
 }
@@ -75,6 +73,10 @@ pub(crate) struct Window<P: Physics> {
     /// Events in all, and those that count elsewhere.
     pub(super) events: u64,
     pub(super) twice: u64,
+    /// Time that it took, which decides where the strips of the next one meet.
+    pub(super) seconds: f64,
+    /// Whether disks hardly approached in some contact.
+    pub(super) is_feeble: bool,
     /// Time of the last event that counts.
     pub(super) latest: f64,
     /// Events, contacts that count, at which the log is full.
@@ -109,6 +111,8 @@ impl<P: Physics<Space = Plane>> Window<P> {
             idled: 0,
             events: 0,
             twice: 0,
+            seconds: 0.0,
+            is_feeble: false,
             latest: f64::NEG_INFINITY,
             most: [u64::MAX; 2],
             is_near: Vec::new(),
@@ -311,8 +315,8 @@ impl<P: Physics> Window<P> {
     fn log(&mut self, latest: &Latest) {
         self.contacts.push(Contact {
             now: latest.now,
-            approach: latest.approach,
             pair: latest.pair,
         });
+        self.is_feeble |= latest.is_feeble().unwrap_or(false);
     }
 }
