@@ -1,17 +1,18 @@
 //! One gas on many processors, with the bytes of one.
 //!
 //! The box is cut into strips of rows of cells. Each thread simulates one strip and a halo of rows on each side, alone, for a window of
-//! time, from a copy. What comes in through the outer edge of a halo is missing, so that its events are wrong, first
+//! time. What comes in through the outer edge of a halo is missing, so that its events are wrong, first
 //! there, then farther in. When all strips have reached the end of the window, the histories of neighbours are compared event by event in a seam
 //! of four rows at the edge between them. Where they agree, the events of the rows below the edge in one strip and above it in the other
-//! together are those of one engine for the whole gas; where they do not, the window is done again, shorter.
+//! together are those of one engine for the whole gas, and each strip gets its halos anew from its neighbours. Where they do not agree, the gas goes
+//! back to where it was put together last, does the windows since then alone, and the wrong one again in strips, shorter.
 //!
 //! *Why that is exact.* An event changes and reads disks at most two rows from its own, as a disk looks for partners in the
 //! cells next to its own and next to those of the partner that it has just met. Join the lower strip's history below the seam, that of
 //! both in it, and the upper strip's above it. Each event in this whole was computed by a strip from what the whole has in the rows that
 //! the event read: below the seam and in its lower half by the lower strip, which has these rows right if it has the seam right, and above that by
-//! the upper one. So the first event at which the whole could part from the history of one engine does not exist. Disks keep their order
-//! in each strip, so that simultaneous events come in the same order.
+//! the upper one. So the first event at which the whole could part from the history of one engine does not exist. A disk has the same number
+//! in all strips, so that simultaneous events come in the same order.
 //!
 //! What depends on the order of all events (observers, accounts of walls, signs of collapse) is fed from logs that are merged by time.
 //! Whatever is unusual in a window, be it an error, an interrupt or the end of a budget, makes the engine drop the window and go on alone.
@@ -294,7 +295,8 @@ where
                     self.catch_up(&behind, now, goal.ends);
                     behind = Behind::new(self);
                     retries += 1;
-                    if !matches!(outcome, Outcome::Wrong | Outcome::TooMany) {
+                    let again = matches!(outcome, Outcome::Wrong | Outcome::TooMany);
+                    if !again || self.stop.has_ended() {
                         break;
                     }
                 }
@@ -337,7 +339,7 @@ where
     }
 
     /// Does windows that are known to be right once more, alone, with the same events: the gas is then where strips were that have
-    /// gone wrong since.
+    /// gone wrong since. Who interrupts does not wait for that: the gas then is as it was some windows ago.
     fn catch_up(&mut self, behind: &Behind, now: f64, ends: bool) {
         self.calendar = Q::new(&self.disks, behind.now);
         let done = (self.now, self.tally.contacts());
@@ -345,6 +347,9 @@ where
         self.tally = behind.tally;
         self.ledgers.clone_from(&behind.ledgers);
         self.progress = behind.progress.clone();
+        if self.stop.ends() {
+            return;
+        }
         let goal = Goal {
             end: now,
             ends,
