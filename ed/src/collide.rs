@@ -74,22 +74,27 @@ where
             self.record([first, second], relative, line, restitution, recorder);
         }
         self.predict_both(first, second);
-        let latest = Latest {
-            pair: [first, second],
-            now,
-            age: self.epoch * self.speed + now,
-            approach,
-            diameter: distance,
-            unit: self.unit,
-            disks: self.names.len(),
-            straight: P::Field::FREE,
-        };
+        let latest = self.latest([first, second], now);
+        let is_feeble = latest.is_feeble(approach, distance);
         if self.window.is_some() {
-            self.log_contact(&latest);
-        } else if self.progress.collision(self.tally.contacts(), &latest) {
+            self.log_contact(&latest, is_feeble);
+        } else if (self.progress).collision(self.tally.contacts(), &latest, is_feeble) {
             return Err(self.collapse(latest.pair));
         }
         Ok(())
+    }
+
+    /// A contact at an own time.
+    #[inline(always)]
+    pub(crate) fn latest(&self, pair: [u32; 2], now: f64) -> Latest {
+        Latest {
+            pair,
+            now,
+            age: self.epoch * self.speed + now,
+            unit: self.unit,
+            disks: self.names.len(),
+            straight: P::Field::FREE,
+        }
     }
 
     /// Records a collision. Never inlined: the loop over events keeps its registers where nobody looks.

@@ -1,6 +1,7 @@
 //! The disks in their cells: where they are, and what happens to each next.
 
 use std::hint::select_unpredictable;
+use std::iter::successors;
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::{Domain, Field, Plane, Sizes, memory};
@@ -40,23 +41,6 @@ pub(crate) struct Disk {
 pub(crate) const VOID: u16 = 0;
 
 impl Disk {
-    /// In the place of a disk that is simulated elsewhere: nothing ever happens to it.
-    pub(crate) const ABSENT: Self = Self {
-        position: Vector2::new(0.0, 0.0),
-        velocity: Vector2::new(0.0, 0.0),
-        clock: f64::INFINITY,
-        contact: f64::INFINITY,
-        partner: NONE,
-        next: NONE,
-        partner_count: VOID,
-        count: VOID + 1,
-        home: [0, 0],
-    };
-
-    pub(crate) fn is_absent(&self) -> bool {
-        self.clock == f64::INFINITY
-    }
-
     pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
         Self {
             position,
@@ -69,6 +53,20 @@ impl Disk {
             count: VOID + 1,
             home,
         }
+    }
+
+    /// In the place of a disk that is simulated elsewhere: nothing ever happens to it. By its count, those that it has left behind
+    /// know that it will not come.
+    pub(crate) fn absent(count: u16) -> Self {
+        Self {
+            clock: f64::INFINITY,
+            count,
+            ..Self::new([0; 2], Vector2::zeros(), Vector2::zeros())
+        }
+    }
+
+    pub(crate) fn is_absent(&self) -> bool {
+        self.clock == f64::INFINITY
     }
 }
 
@@ -190,6 +188,17 @@ impl<F: Field<Plane>> Disks<F> {
             before = self.all[before as usize].next;
         }
         self.all[before as usize].next = next;
+    }
+
+    /// The disks in a row of cells, from list to list, if there is one grid.
+    pub(crate) fn in_row(&self, row: u16) -> impl Iterator<Item = u32> {
+        let is_disk = |disk: u32| (disk != NONE).then_some(disk);
+        (0..self.cells.counts()[0]).flat_map(move |column| {
+            let first = self.cells.first(self.cells.place([column, row], 1, 1));
+            successors(is_disk(first), move |&disk| {
+                is_disk(self.all[disk as usize].next)
+            })
+        })
     }
 
     /// Moves a disk into the next cell along an axis at the given time; whether it went forward, and across the

@@ -47,17 +47,13 @@ pub(crate) struct Progress {
     idle: u64,
 }
 
-/// A collision, and the gas it happens in.
-#[derive(Clone, Copy)]
+/// A contact, and the gas it happens in.
 pub(crate) struct Latest {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
     /// The same in absolute time.
     pub(crate) age: f64,
-    /// Speed of approach.
-    pub(crate) approach: f64,
-    /// Diameter of a disk, and the time in which a typical disk moves by it.
-    pub(crate) diameter: f64,
+    /// Time in which a typical disk moves by its diameter.
     pub(crate) unit: f64,
     /// How many disks there are.
     pub(crate) disks: usize,
@@ -66,11 +62,11 @@ pub(crate) struct Latest {
 }
 
 impl Latest {
-    /// Whether disks hardly approached, if there is a time to compare with.
+    /// Whether the disks, or one and a wall, hardly approached at this speed for their diameter; `None` if there is no time to compare with.
     #[inline(always)]
-    pub(crate) fn is_feeble(&self) -> Option<bool> {
-        let way = self.approach.abs() * self.age.abs();
-        (way > 0.0).then_some(way < FEEBLE * self.diameter)
+    pub(crate) fn is_feeble(&self, approach: f64, diameter: f64) -> Option<bool> {
+        let way = approach.abs() * self.age.abs();
+        (way > 0.0).then_some(way < FEEBLE * diameter)
     }
 
     /// Advance of time that is none. Legs end, and epochs move, but a collapse does not: its collisions are counted across
@@ -146,26 +142,43 @@ impl Progress {
         self.crossing(disks)
     }
 
-    /// One more contact of this many; true if that is a collapse. With a wall, the partner is [`NONE`].
+    /// One more contact of this many, [`Latest::is_feeble`] or not; true if that is a collapse. With a wall, the partner is [`NONE`].
     #[inline(always)]
-    pub(crate) fn collision(&mut self, number: u64, latest: &Latest) -> bool {
-        let feeble = latest.is_feeble();
-        self.feeble = feeble.map_or(self.feeble, |its| if its { self.feeble + 1 } else { 0 });
-        let is_collapse = self.usual_collision(number, latest);
-        if feeble.is_some() && self.feeble >= FEW {
-            let before = self.recent[(number as usize + RECENT - FEW) % RECENT].1;
-            return latest.now - before <= latest.resolution();
+    pub(crate) fn collision(
+        &mut self,
+        number: u64,
+        latest: &Latest,
+        is_feeble: Option<bool>,
+    ) -> bool {
+        self.remember(number, latest);
+        if let Some(is_feeble) = is_feeble {
+            self.feeble = if is_feeble { self.feeble + 1 } else { 0 };
+            if self.feeble >= FEW {
+                let before = self.recent[(number as usize + RECENT - FEW) % RECENT].1;
+                return latest.now - before <= latest.resolution();
+            }
         }
-        is_collapse
+        self.has_stopped(number, latest)
     }
 
     /// The same for a contact that is not feeble, after others that were not.
     #[inline(always)]
     pub(crate) fn usual_collision(&mut self, number: u64, latest: &Latest) -> bool {
+        self.remember(number, latest);
+        self.has_stopped(number, latest)
+    }
+
+    #[inline(always)]
+    fn remember(&mut self, number: u64, latest: &Latest) {
         if latest.pair[1] != NONE {
             self.idle = 0;
         }
         self.recent[number as usize % RECENT] = (latest.pair, latest.now);
+    }
+
+    /// Whether time has not advanced for too many contacts; looked at once in a while.
+    #[inline(always)]
+    fn has_stopped(&mut self, number: u64, latest: &Latest) -> bool {
         if !number.is_multiple_of(1024) {
             return false;
         }

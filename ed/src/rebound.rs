@@ -10,7 +10,6 @@ use crate::cells::NONE;
 use crate::checkpoint::Dissipation;
 use crate::engine::Engine;
 use crate::error::{EngineError, Touchable};
-use crate::progress::Latest;
 use crate::strips::Given;
 use crate::surroundings::Touched;
 
@@ -71,18 +70,10 @@ where
         }
         self.predict(who);
 
-        let latest = Latest {
-            pair: [who, NONE],
-            now,
-            age: self.epoch * speed + now,
-            approach: approach / speed,
-            diameter: 2.0 * radius,
-            unit: self.unit,
-            disks: self.names.len(),
-            straight: P::Field::FREE,
-        };
+        let latest = self.latest([who, NONE], now);
+        let is_feeble = latest.is_feeble(approach / speed, 2.0 * radius);
         if self.window.is_some() {
-            self.log_rebound(&latest, ends, given);
+            self.log_rebound(&latest, is_feeble, ends, given);
             return Ok(());
         }
         self.account_for(&given);
@@ -93,7 +84,7 @@ where
                 crossings,
             });
         }
-        if self.progress.collision(self.tally.contacts(), &latest) {
+        if (self.progress).collision(self.tally.contacts(), &latest, is_feeble) {
             return Err(self.wall_collapse(who, &touched));
         }
         Ok(())

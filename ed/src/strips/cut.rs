@@ -98,11 +98,8 @@ fn leave_absent_partner(disks: &mut [Disk], number: u32) {
     }
 }
 
-/// The disks of some rows of cells, with all that is known about them.
-pub(super) struct Parcel<P: Physics> {
-    rows: Vec<u16>,
-    /// First disk of each cell, row by row.
-    firsts: Vec<u32>,
+/// The disks of some rows of cells, in the order of their lists, with all that is known about them.
+struct Parcel<P: Physics> {
     numbers: Vec<u32>,
     disks: Vec<Disk>,
     spins: Vec<SpinOf<P>>,
@@ -113,52 +110,29 @@ pub(super) struct Parcel<P: Physics> {
 
 impl<P: Physics<Space = Plane>> Parcel<P> {
     /// Some rows of a strip.
-    fn of<Q: Calendar>(from: &Engine<P, Q>, rows: Vec<u16>) -> Self {
-        let (cells, all) = (&from.disks.cells, &from.disks.all);
-        let mut firsts = Vec::with_capacity(rows.len() * usize::from(cells.counts()[0]));
-        let (mut numbers, mut disks) = (Vec::new(), Vec::new());
-        for &row in &rows {
-            for column in 0..cells.counts()[0] {
-                let mut next = cells.first(cells.place([column, row], 1, 1));
-                firsts.push(next);
-                while next != NONE {
-                    let disk = all[next as usize];
-                    numbers.push(next);
-                    disks.push(disk);
-                    next = disk.next;
-                }
-            }
-        }
+    fn of<Q: Calendar>(from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) -> Self {
+        let numbers: Vec<u32> = rows.flat_map(|row| from.disks.in_row(row)).collect();
         Self {
+            disks: of_each(&numbers, &from.disks.all),
             spins: of_each(&numbers, &from.spins),
             last_contact: of_each(&numbers, &from.last_contact),
             rebounds: of_each(&numbers, &from.rebounds),
             windings: of_each(&numbers, &from.windings),
-            rows,
-            firsts,
             numbers,
-            disks,
         }
     }
 
-    /// Adds it to a strip.
+    /// Adds it to a strip that knows no disk in these rows.
     fn put_into<Q: Calendar>(&self, strip: &mut Engine<P, Q>) {
-        let mut firsts = self.firsts.iter();
-        for &row in &self.rows {
-            for column in 0..strip.disks.cells.counts()[0] {
-                let place = strip.disks.cells.place([column, row], 1, 1);
-                strip
-                    .disks
-                    .cells
-                    .set_first(place, *firsts.next().unwrap_or(&NONE));
-            }
-        }
         give(&self.numbers, &self.disks, &mut strip.disks.all);
         give(&self.numbers, &self.spins, &mut strip.spins);
         give(&self.numbers, &self.last_contact, &mut strip.last_contact);
         give(&self.numbers, &self.rebounds, &mut strip.rebounds);
         give(&self.numbers, &self.windings, &mut strip.windings);
-        for &disk in &self.numbers {
+        // The first of each list comes last.
+        for &disk in self.numbers.iter().rev() {
+            let place = strip.disks.cells.place(strip.disks.home(disk), 1, 1);
+            strip.disks.cells.set_first(place, disk);
             let time = strip.disks.time(disk);
             strip.calendar.push(Entry { time, disk });
         }
@@ -180,31 +154,13 @@ fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     }
 }
 
-/// Takes the disks of a row out of a strip.
-fn forget<F: Field<Plane>>(disks: &mut Disks<F>, row: u16) {
-    for column in 0..disks.cells.counts()[0] {
-        let place = disks.cells.place([column, row], 1, 1);
-        let mut next = disks.cells.set_first(place, NONE);
-        while next != NONE {
-            let disk = &mut disks.all[next as usize];
-            next = disk.next;
-            // By its count, those that it has left behind know that it will not come.
-            *disk = Disk {
-                count: disk.count,
-                ..Disk::ABSENT
-            };
-        }
-    }
-}
-
-/// Lets the disks of a row look anew when they would touch a partner that is not there.
-fn leave_absent_partners<F: Field<Plane>>(disks: &mut Disks<F>, row: u16) {
-    for column in 0..disks.cells.counts()[0] {
-        let mut next = disks.cells.first(disks.cells.place([column, row], 1, 1));
-        while next != NONE {
-            leave_absent_partner(&mut disks.all, next);
-            next = disks.all[next as usize].next;
-        }
+/// Takes disks out of a strip, all those of their cells.
+fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
+    for &number in numbers {
+        let place = disks.cells.place(disks.home(number), 1, 1);
+        disks.cells.set_first(place, NONE);
+        let disk = &mut disks.all[number as usize];
+        *disk = Disk::absent(disk.count);
     }
 }
 
@@ -224,7 +180,7 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         if rows[usize::from(disk.home[1])] {
             *disk
         } else {
-            Disk::ABSENT
+            Disk::absent(disk.count)
         }
     }));
     for number in 0..all.len() as u32 {
@@ -275,9 +231,8 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     let parcels = |(number, place): (usize, &Place)| -> Vec<Parcel<P>> {
         let others = from.iter().zip(&old).enumerate();
         let others = others.filter(|(its, _)| *its != number);
-        let rows_of = |its: &Place| place.rows().filter(|row| its.owns(*row)).collect();
         others
-            .map(|(_, (from, its))| Parcel::of(from, rows_of(its)))
+            .map(|(_, (from, its))| Parcel::of(from, place.rows().filter(|row| its.owns(*row))))
             .collect()
     };
     let parcels: Vec<_> = places.par_iter().enumerate().map(parcels).collect();
@@ -294,18 +249,18 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
             for row in place.rows().filter(|row| old.owns(*row)) {
                 window.is_foreign[usize::from(row)] = false;
             }
-            for (row, _) in (0..).zip(&window.is_foreign).filter(|(_, its)| **its) {
-                forget(&mut strip.disks, row);
-            }
+            let rows = (0..).zip(&window.is_foreign).filter(|(_, its)| **its);
+            let gone: Vec<u32> = rows.flat_map(|(row, _)| strip.disks.in_row(row)).collect();
+            forget(&mut strip.disks, &gone);
         }
         for parcel in parcels {
             parcel.put_into(strip);
         }
-        for row in place.rows() {
-            // Within the core of both, all partners stay.
-            if !(old.owns(row) && place.owns(row)) {
-                leave_absent_partners(&mut strip.disks, row);
-            }
+        // Within the core of both, all partners stay.
+        let rows = (place.rows()).filter(|&row| !(old.owns(row) && place.owns(row)));
+        let may_miss: Vec<u32> = rows.flat_map(|row| strip.disks.in_row(row)).collect();
+        for disk in may_miss {
+            leave_absent_partner(&mut strip.disks.all, disk);
         }
         strip.tally = Tally::default();
         if let Some(window) = &mut strip.window {

@@ -1,12 +1,12 @@
 //! What depends on the order of all events, from the logs of strips.
 
-use stosszahl_model::{Collision, Field, Physics, Plane, Recorder};
+use stosszahl_model::{Collision, Physics, Plane, Recorder};
 
 use super::window::{Contact, Edge, SEAM, Window};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
 use crate::engine::Engine;
-use crate::progress::{Latest, PATIENCE};
+use crate::progress::PATIENCE;
 
 /// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
@@ -81,17 +81,8 @@ where
         let before = self.tally.contacts();
         let mut last = None;
         for (number, (strip, contact)) in contacts().enumerate() {
-            let latest = Latest {
-                pair: contact.pair,
-                now: contact.now,
-                age: self.epoch * self.speed + contact.now,
-                // What is feeble is left to an engine alone.
-                approach: f64::INFINITY,
-                diameter: 0.0,
-                unit: self.unit,
-                disks: self.names.len(),
-                straight: P::Field::FREE,
-            };
+            // What is feeble is left to an engine alone.
+            let latest = self.latest(contact.pair, contact.now);
             if progress.usual_collision(before + number as u64 + 1, &latest) {
                 return false;
             }

@@ -75,7 +75,7 @@ const AIM: f64 = 0.99;
 const DEVIATIONS: f64 = 5.0;
 
 /// How a gas is spread over threads, and what came of it. Nothing in a result depends on it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Spread {
     /// Strips, each for a thread; fewer than two are none.
     pub strips: usize,
@@ -89,22 +89,37 @@ pub struct Spread {
     pub twice: u64,
     /// Events in windows that were not kept.
     pub lost: u64,
-    /// Collisions of each disk that a window may have for each row of the halo beyond the seam; 0 if not known yet.
+    /// Collisions of each disk that a window may have for each row of the halo beyond the seam.
     reach: f64,
     /// Share of these rows that wrong events may enter.
     entered: f64,
     /// Windows after which the gas is put together.
-    behind: u64,
+    most_behind: u64,
     /// Rows of cells at which strips begin, and where the last ends; none if not known yet.
     cuts: Vec<i32>,
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self {
+            strips: 0,
+            windows: 0,
+            retries: 0,
+            events: 0,
+            twice: 0,
+            lost: 0,
+            reach: FIRST_REACH,
+            entered: ENTERED,
+            most_behind: MOST_BEHIND,
+            cuts: Vec::new(),
+        }
+    }
 }
 
 /// Where the gas itself is, while its strips are ahead of it.
 struct Behind {
     /// Windows that the strips are ahead.
     windows: u64,
-    /// Whether it knows its events.
-    has_calendar: bool,
     now: f64,
     tally: Tally,
     ledgers: Vec<Ledger<Plane>>,
@@ -116,7 +131,6 @@ impl Behind {
     fn new<P: Physics<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
         Self {
             windows: 0,
-            has_calendar: true,
             now: engine.now,
             tally: engine.tally,
             ledgers: engine.ledgers.clone(),
@@ -222,11 +236,6 @@ where
         let Some(mut cuts) = self.cuts() else {
             return;
         };
-        if self.spread.reach == 0.0 {
-            self.spread.reach = FIRST_REACH;
-            self.spread.entered = ENTERED;
-            self.spread.behind = MOST_BEHIND;
-        }
         let end = goal.end.min(self.horizon.next_down());
         let mut rate = self.rate_to_come();
         // The rate is known within a factor of two.
@@ -249,6 +258,8 @@ where
             };
             let left = goal.last - self.tally.collisions;
             if strips.is_empty() {
+                // As long as there are strips, the gas itself knows no events.
+                self.forget_events();
                 let whole = &*self;
                 strips = (places.par_iter())
                     .map(|place| cut::strip(whole, place, now))
@@ -274,20 +285,14 @@ where
             match outcome {
                 Outcome::Kept(_) if self.merge(&strips, &observed, goal.ends, recorder) => {
                     behind.windows += 1;
-                    if std::mem::take(&mut behind.has_calendar) {
-                        self.forget_events();
-                    }
                     (now, retries) = (until, 0);
                     let work = strips.iter().filter_map(|strip| strip.window.as_ref());
                     let work: Vec<f64> = work.map(|window| window.seconds).collect();
                     cuts = cut::better_cuts(&cuts, &work);
-                    if behind.windows >= self.spread.behind {
-                        self.spread.behind = MOST_BEHIND.min(2 * self.spread.behind);
+                    if behind.windows >= self.spread.most_behind {
+                        self.spread.most_behind = MOST_BEHIND.min(2 * self.spread.most_behind);
                         cut::join(self, &strips);
-                        behind = Behind {
-                            has_calendar: false,
-                            ..Behind::new(self)
-                        };
+                        behind = Behind::new(self);
                     }
                 }
                 outcome => {
@@ -302,15 +307,14 @@ where
                 }
             }
         }
-        if behind.windows > 0 {
+        if !strips.is_empty() {
             cut::join(self, &strips);
-        }
-        drop(strips);
-        if !behind.has_calendar {
+            drop(strips);
             self.calendar = Q::new(&self.disks, now);
         }
         self.spread.cuts = cuts;
     }
+
     /// Runs all strips to an own time, each on a thread. Whether they came there, and what an observer looks at.
     fn run_all(
         strips: &mut [Self],
@@ -473,7 +477,7 @@ where
                 let reach = collisions / f64::from(halo - SEAM);
                 spread.reach = AFTER_WRONG * reach.min(spread.reach);
                 spread.entered *= ENTERED_AFTER_WRONG;
-                spread.behind = BEHIND_AFTER_WRONG;
+                spread.most_behind = BEHIND_AFTER_WRONG;
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
         }
@@ -498,8 +502,7 @@ mod tests {
             let disordered = engine.advance(f64::INFINITY, 20_000, &mut ());
             assert!(!disordered.expect("time"));
             engine.spread_over(strips);
-            (engine.spread.reach, engine.spread.entered) = (FIRST_REACH, 10.0);
-            engine.spread.behind = MOST_BEHIND;
+            engine.spread.entered = 10.0;
             let mut seen = Vec::new();
             let mut observer = EachCollision(|collision: &Collision| seen.push(*collision));
             engine

@@ -261,18 +261,24 @@ where
 
     /// A collision.
     #[cold]
-    pub(crate) fn log_contact(&mut self, latest: &Latest) {
+    pub(crate) fn log_contact(&mut self, latest: &Latest, is_feeble: Option<bool>) {
         if let Some(window) = &mut self.window
             && window.owns
         {
             window.idle.clear();
-            window.log(latest);
+            window.log(latest, is_feeble);
         }
     }
 
     /// A contact with a wall, which is a sign of progress if there is a time to be reached.
     #[cold]
-    pub(crate) fn log_rebound(&mut self, latest: &Latest, ends: bool, given: Given) {
+    pub(crate) fn log_rebound(
+        &mut self,
+        latest: &Latest,
+        is_feeble: Option<bool>,
+        ends: bool,
+        given: Given,
+    ) {
         if let Some(window) = &mut self.window
             && window.owns
         {
@@ -281,7 +287,7 @@ where
             }
             window.idle.push(latest.now);
             window.idled += 1;
-            window.log(latest);
+            window.log(latest, is_feeble);
             window.given.push(given);
         }
     }
@@ -312,11 +318,11 @@ where
 }
 
 impl<P: Physics> Window<P> {
-    fn log(&mut self, latest: &Latest) {
+    fn log(&mut self, latest: &Latest, is_feeble: Option<bool>) {
         self.contacts.push(Contact {
             now: latest.now,
             pair: latest.pair,
         });
-        self.is_feeble |= latest.is_feeble().unwrap_or(false);
+        self.is_feeble |= is_feeble.unwrap_or(false);
     }
 }
