@@ -4,6 +4,7 @@ use std::hint::select_unpredictable;
 use std::iter::successors;
 
 use nalgebra::{Vector2, vector};
+use rayon::prelude::*;
 use stosszahl_model::{Domain, Field, Plane, Sizes, memory};
 
 use crate::calendar::Agenda;
@@ -92,7 +93,7 @@ impl<F: Field<Plane>> Disks<F> {
         domain: &Domain<Plane>,
         largest_radius: f64,
         count: usize,
-        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64),
+        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Sync,
         unequal: bool,
         motion: Motion<F>,
     ) -> (Self, Vec<u32>) {
@@ -107,9 +108,10 @@ impl<F: Field<Plane>> Disks<F> {
             cells.place(cell, 1, 1) as u32
         };
         let mut order: Vec<(u32, u32)> = (0..count)
+            .into_par_iter()
             .map(|index| (place(index), index as u32))
             .collect();
-        order.sort_unstable();
+        order.par_sort_unstable();
         // Within a cell by position, so that nothing depends on how the bodies are numbered.
         for cell in order.chunk_by_mut(|a, b| a.0 == b.0) {
             cell.sort_by(|a, b| {
@@ -128,11 +130,14 @@ impl<F: Field<Plane>> Disks<F> {
             levels,
             recounts: 0,
         };
-        for &(_, index) in &order {
+        let disk = |&(_, index): &(u32, u32)| {
             let (position, velocity, _) = body(index as usize);
             let (cell, offset) = disks.cells.locate(position);
-            disks.all.push(Disk::new(cell, offset, velocity));
-            disks.enter(disks.all.len() as u32 - 1);
+            Disk::new(cell, offset, velocity)
+        };
+        order.par_iter().map(disk).collect_into_vec(&mut disks.all);
+        for who in 0..count as u32 {
+            disks.enter(who);
         }
         (disks, order.into_iter().map(|(_, index)| index).collect())
     }

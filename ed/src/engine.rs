@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Vector2;
+use rayon::prelude::*;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
@@ -57,6 +58,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Box crossings along each axis, by disk; empty unless requested.
     pub(crate) windings: Vec<Winding>,
     pub(crate) calendar: Q,
+    /// Whether the calendar holds the events of all disks; else they are filed before the next one.
+    pub(crate) knows_events: bool,
     pub(crate) candidates: Candidates,
     /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
     /// speeds neither overflow nor underflow.
@@ -143,6 +146,7 @@ where
         };
         // In the order of the state, whatever the order in memory.
         let first = (0..disks)
+            .into_par_iter()
             .filter(|&who| depth(who) > most)
             .min_by_key(|&who| self.names[who as usize]);
         let Some(first) = first else { return Ok(()) };
@@ -238,6 +242,7 @@ where
             dissipation,
             domain,
             calendar: Q::new(&NoEvents, 0.0),
+            knows_events: false,
             disks,
             spins,
             names,
@@ -265,10 +270,6 @@ where
             engine.look_around(disk);
         }
         engine.tally.pushes += count as u64;
-        // A single disk that flies straight meets no other, however far it flies.
-        if count > 1 || bounded || !P::Field::FREE {
-            engine.calendar = Q::new(&engine.disks, 0.0);
-        }
         Ok(engine)
     }
 
@@ -366,6 +367,19 @@ where
     /// Frees the calendar, before something else needs memory.
     pub(crate) fn forget_events(&mut self) {
         self.calendar = Q::new(&NoEvents, 0.0);
+        self.knows_events = false;
+    }
+
+    /// Files the events of all disks, if they are not known.
+    pub(crate) fn recall_events(&mut self) {
+        if self.knows_events {
+            return;
+        }
+        self.knows_events = true;
+        // A single disk that flies straight meets no other, however far it flies.
+        if self.names.len() > 1 || !self.surroundings.is_empty() || !P::Field::FREE {
+            self.calendar = Q::new(&self.disks, self.now);
+        }
     }
 
     /// Everything needed to go on from here.

@@ -59,6 +59,7 @@ where
         goal: &Goal,
         recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
+        self.recall_events();
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
@@ -175,6 +176,7 @@ mod tests {
         either
             .run(&goal, &mut Recorder::new(&mut ()))
             .expect("time");
+        plain.recall_events();
         plain
             .events(&goal, &mut Recorder::new(&mut ()))
             .expect("time");

@@ -194,6 +194,7 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         dissipation: whole.dissipation,
         domain: whole.domain,
         calendar: Q::new(&disks, now),
+        knows_events: true,
         disks,
         tags: whole.tags.clone(),
         names: whole.names.clone(),

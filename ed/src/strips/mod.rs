@@ -5,7 +5,7 @@
 //! there, then farther in. When all strips have reached the end of the window, the histories of neighbours are compared event by event in a seam
 //! of four rows at the edge between them. Where they agree, the events of the rows below the edge in one strip and above it in the other
 //! together are those of one engine for the whole gas, and each strip gets its halos anew from its neighbours. Where they do not agree, the gas goes
-//! back to where it was put together last, does the windows since then alone, and the wrong one again in strips, shorter.
+//! back to where it was put together last, does the windows since then once more, in the same strips, and the wrong one again, shorter.
 //!
 //! *Why that is exact.* An event changes and reads disks at most two rows from its own, as a disk looks for partners in the
 //! cells next to its own and next to those of the partner that it has just met. Join the lower strip's history below the seam, that of
@@ -49,9 +49,8 @@ const FIRST_REACH: f64 = 0.02;
 const WORTH_STRIPS: f64 = 0.08;
 const WORTH: f64 = 0.03;
 
-/// Windows after which the gas is put together: what it goes back to if a later one is wrong. The most, and after one that was.
-const MOST_BEHIND: u64 = 16;
-const BEHIND_AFTER_WRONG: u64 = 4;
+/// Windows after which the gas is put together: what it goes back to if a later one is wrong.
+const MOST_BEHIND: usize = 16;
 
 /// Share of these rows that wrong events may enter, at the most; what a window that was wrong leaves of it, and how it grows with others: so
 /// that one in some hundreds is.
@@ -93,8 +92,6 @@ pub struct Spread {
     reach: f64,
     /// Share of these rows that wrong events may enter.
     entered: f64,
-    /// Windows after which the gas is put together.
-    most_behind: u64,
     /// Rows of cells at which strips begin, and where the last ends; none if not known yet.
     cuts: Vec<i32>,
 }
@@ -110,7 +107,6 @@ impl Default for Spread {
             lost: 0,
             reach: FIRST_REACH,
             entered: ENTERED,
-            most_behind: MOST_BEHIND,
             cuts: Vec::new(),
         }
     }
@@ -118,8 +114,8 @@ impl Default for Spread {
 
 /// Where the gas itself is, while its strips are ahead of it.
 struct Behind {
-    /// Windows that the strips are ahead.
-    windows: u64,
+    /// The windows since then: the strips of each, and when it ended.
+    windows: Vec<(Vec<Place>, f64)>,
     now: f64,
     tally: Tally,
     ledgers: Vec<Ledger<Plane>>,
@@ -127,10 +123,10 @@ struct Behind {
 }
 
 impl Behind {
-    /// There are no strips yet.
+    /// Strips are where the gas is, or there are none.
     fn new<P: Physics<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
         Self {
-            windows: 0,
+            windows: Vec::new(),
             now: engine.now,
             tally: engine.tally,
             ledgers: engine.ledgers.clone(),
@@ -257,16 +253,7 @@ where
                 end
             };
             let left = goal.last - self.tally.collisions;
-            if strips.is_empty() {
-                // As long as there are strips, the gas itself knows no events.
-                self.forget_events();
-                let whole = &*self;
-                strips = (places.par_iter())
-                    .map(|place| cut::strip(whole, place, now))
-                    .collect();
-            } else {
-                cut::renew(&mut strips, &places);
-            }
+            self.cut(&mut strips, &places, now);
             let most = [self.most_events(places.len()), left];
             let to = Goal {
                 end: until,
@@ -284,35 +271,44 @@ where
                 .unwrap_or(rate);
             match outcome {
                 Outcome::Kept(_) if self.merge(&strips, &observed, goal.ends, recorder) => {
-                    behind.windows += 1;
+                    behind.windows.push((places, until));
                     (now, retries) = (until, 0);
                     let work = strips.iter().filter_map(|strip| strip.window.as_ref());
                     let work: Vec<f64> = work.map(|window| window.seconds).collect();
                     cuts = cut::better_cuts(&cuts, &work);
-                    if behind.windows >= self.spread.most_behind {
-                        self.spread.most_behind = MOST_BEHIND.min(2 * self.spread.most_behind);
+                    if behind.windows.len() >= MOST_BEHIND {
                         cut::join(self, &strips);
                         behind = Behind::new(self);
                     }
                 }
                 outcome => {
                     strips.clear();
-                    self.catch_up(&behind, now, goal.ends);
+                    self.catch_up(&mut strips, behind, goal.ends);
                     behind = Behind::new(self);
                     retries += 1;
                     let again = matches!(outcome, Outcome::Wrong | Outcome::TooMany);
-                    if !again || self.stop.has_ended() {
+                    if !again || self.stop.ends() {
                         break;
                     }
                 }
             }
         }
-        if !strips.is_empty() {
+        if !behind.windows.is_empty() {
             cut::join(self, &strips);
-            drop(strips);
-            self.calendar = Q::new(&self.disks, now);
         }
         self.spread.cuts = cuts;
+    }
+
+    /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
+    fn cut(&mut self, strips: &mut Vec<Self>, places: &[Place], now: f64) {
+        if strips.is_empty() {
+            self.forget_events();
+            let whole = &*self;
+            let strip = |place| cut::strip(whole, place, now);
+            places.par_iter().map(strip).collect_into_vec(strips);
+        } else {
+            cut::renew(strips, places);
+        }
     }
 
     /// Runs all strips to an own time, each on a thread. Whether they came there, and what an observer looks at.
@@ -342,29 +338,32 @@ where
         (!ended.contains(&false), observed)
     }
 
-    /// Does windows that are known to be right once more, alone, with the same events: the gas is then where strips were that have
+    /// Does windows that are known to be right once more, with the same events: the gas and new strips are then where those were that have
     /// gone wrong since. Who interrupts does not wait for that: the gas then is as it was some windows ago.
-    fn catch_up(&mut self, behind: &Behind, now: f64, ends: bool) {
-        self.calendar = Q::new(&self.disks, behind.now);
-        let done = (self.now, self.tally.contacts());
-        self.now = behind.now;
-        self.tally = behind.tally;
-        self.ledgers.clone_from(&behind.ledgers);
-        self.progress = behind.progress.clone();
-        if self.stop.ends() {
-            return;
+    fn catch_up(&mut self, strips: &mut Vec<Self>, behind: Behind, ends: bool) {
+        let mut now = behind.now;
+        for (places, until) in &behind.windows {
+            self.cut(strips, places, now);
+            let goal = Goal {
+                end: *until,
+                ends,
+                last: u64::MAX,
+            };
+            // Observers have seen them all.
+            if !Self::run_all(strips, &goal, [u64::MAX; 2], false).0 {
+                debug_assert!(self.stop.ends());
+                strips.clear();
+                self.now = behind.now;
+                self.tally = behind.tally;
+                self.ledgers = behind.ledgers;
+                self.progress = behind.progress;
+                return;
+            }
+            now = *until;
         }
-        let goal = Goal {
-            end: now,
-            ends,
-            last: u64::MAX,
-        };
-        // Observers have seen them all.
-        let stop = std::mem::take(&mut self.stop);
-        let reached = self.run(&goal, &mut Recorder::new(&mut ()));
-        self.stop = stop;
-        debug_assert!(matches!(reached, Ok(true)), "{reached:?}");
-        debug_assert_eq!((self.now, self.tally.contacts()), done);
+        if !strips.is_empty() {
+            cut::join(self, strips);
+        }
     }
 
     /// Events of a strip that are too many for a gas that goes on as usual.
@@ -477,7 +476,6 @@ where
                 let reach = collisions / f64::from(halo - SEAM);
                 spread.reach = AFTER_WRONG * reach.min(spread.reach);
                 spread.entered *= ENTERED_AFTER_WRONG;
-                spread.most_behind = BEHIND_AFTER_WRONG;
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
         }
