@@ -34,14 +34,14 @@ pub(crate) struct Constants {
 }
 
 /// Finds the places of simulators in a state, one after the other: blocks of like ones follow each other.
-struct Places {
+pub(crate) struct Places {
     /// The next place of each block; empty where there are none.
     next: Vec<usize>,
 }
 
 impl Places {
     /// The place of the simulator that comes `order`-th.
-    fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
+    pub(crate) fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
         match self.next.get_mut(sizes.block(tag) as usize) {
             Some(next) => {
                 *next += 1;
@@ -116,7 +116,7 @@ where
     }
 
     /// The places of simulators in [`Engine::state`].
-    fn places(&self) -> Places {
+    pub(crate) fn places(&self) -> Places {
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
             for simulator in self.ordered() {
@@ -165,43 +165,6 @@ where
                 each(position, velocity, simulator.spin, simulator.tag, weight);
             }
         }
-    }
-
-    /// Shows each simulator and the number of particles that it stands for, in the order of the numbers of their cells.
-    pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
-        for cell in self.cells_in_order() {
-            let (tile, local) = self.grid.locate(cell);
-            let weight = self.weight_in(self.grid.number(cell));
-            for simulator in self.tiles[tile].members(local) {
-                look(simulator, weight);
-            }
-        }
-    }
-
-    /// The numbers of the tiles that this process holds.
-    pub(crate) fn tiles_here(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.tiles.len()).filter(|&tile| self.tiles[tile].is_here)
-    }
-
-    /// The same of one tile.
-    pub(crate) fn each_in(&self, tile: usize, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
-        let tile = &self.tiles[tile];
-        for local in 0..tile.cells() {
-            let weight = self.weight_in(self.grid.number(tile.cell_at(local)));
-            for simulator in tile.members(local) {
-                look(simulator, weight);
-            }
-        }
-    }
-
-    /// The same of all, with the place of each in [`Engine::state`].
-    pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
-        let (mut places, mut order) = (self.places(), 0);
-        self.each(|simulator, weight| {
-            let index = places.index(self.scene.sizes(), simulator.tag, order);
-            look(index, simulator, weight);
-            order += 1;
-        });
     }
 
     /// Multiplies all velocities.

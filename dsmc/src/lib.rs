@@ -75,6 +75,8 @@ mod grid;
 mod parameters;
 mod regions;
 mod share;
+// Unit tests are of the parts: without all kinds of gases they compile faster.
+#[cfg(not(test))]
 mod simulate;
 mod simulator;
 mod start;
@@ -91,6 +93,7 @@ pub use engine::Engine;
 pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
 pub use share::{Beside, Ranks, from_first, gather_from_all, shard_name};
+#[cfg(not(test))]
 pub use simulate::{BALANCE, Gas, Left, resume, resume_among, serve, simulate, simulate_among};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
 pub use start::Checkpoint;
