@@ -34,14 +34,14 @@ pub(crate) struct Constants {
 }
 
 /// Finds the places of simulators in a state, one after the other: blocks of like ones follow each other.
-pub(crate) struct Places {
+struct Places {
     /// The next place of each block; empty where there are none.
     next: Vec<usize>,
 }
 
 impl Places {
     /// The place of the simulator that comes `order`-th.
-    pub(crate) fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
+    fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
         match self.next.get_mut(sizes.block(tag) as usize) {
             Some(next) => {
                 *next += 1;
@@ -99,15 +99,13 @@ where
     pub fn state(&self) -> State<P> {
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![Body::new(origin, origin); self.simulators];
-        let mut places = self.places();
-        for (order, simulator) in self.ordered().enumerate() {
-            let index = places.index(self.scene.sizes(), simulator.tag, order);
+        self.each_in_place(|index, simulator, _| {
             bodies[index] = Body {
                 position: simulator.position,
                 velocity: simulator.velocity,
                 spin: simulator.spin,
             };
-        }
+        });
         State {
             time: self.time,
             domain: *self.grid.domain(),
@@ -116,7 +114,7 @@ where
     }
 
     /// The places of simulators in [`Engine::state`].
-    pub(crate) fn places(&self) -> Places {
+    fn places(&self) -> Places {
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
             for simulator in self.ordered() {
@@ -157,14 +155,31 @@ where
         &self,
         mut each: impl FnMut(VectorOf<P>, VectorOf<P>, SpinOf<P>, <P::Sizes as Sizes>::Tag, f64),
     ) {
+        self.each(|simulator, weight| {
+            let (position, velocity) = (simulator.position, simulator.velocity);
+            each(position, velocity, simulator.spin, simulator.tag, weight);
+        });
+    }
+
+    /// Shows each simulator and the number of particles that it stands for, in the order of the numbers of their cells.
+    pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         for cell in self.cells_in_order() {
             let (tile, local) = self.grid.locate(cell);
             let weight = self.weight_in(self.grid.number(cell));
             for simulator in self.tiles[tile].members(local) {
-                let (position, velocity) = (simulator.position, simulator.velocity);
-                each(position, velocity, simulator.spin, simulator.tag, weight);
+                look(simulator, weight);
             }
         }
+    }
+
+    /// The same, with the place of each in [`Engine::state`].
+    pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
+        let (mut places, mut order) = (self.places(), 0);
+        self.each(|simulator, weight| {
+            let index = places.index(self.scene.sizes(), simulator.tag, order);
+            look(index, simulator, weight);
+            order += 1;
+        });
     }
 
     /// Multiplies all velocities.
@@ -205,11 +220,7 @@ where
     /// the scheme counts.
     pub fn displacements(&self) -> Vec<VectorOf<P>> {
         let mut ways = vec![VectorOf::<P>::default(); self.simulators];
-        let mut places = self.places();
-        for (order, simulator) in self.ordered().enumerate() {
-            let index = places.index(self.scene.sizes(), simulator.tag, order);
-            ways[index] = F::way(simulator.mark);
-        }
+        self.each_in_place(|index, simulator, _| ways[index] = F::way(simulator.mark));
         ways
     }
 

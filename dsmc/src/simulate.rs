@@ -1,7 +1,7 @@
 //! The engine behind the common interface: chosen at run time, for any grains of the model.
 
 mod among;
-mod look;
+mod tiles;
 
 use std::sync::Arc;
 

@@ -83,19 +83,34 @@ pub(crate) struct Disks<F> {
     pub(crate) recounts: u64,
 }
 
+/// Fills an empty vector with what is made of each number below a count, by this thread or by all of the present pool.
+fn fill<T: Send>(
+    empty: &mut Vec<T>,
+    count: usize,
+    shared: bool,
+    make: impl Fn(usize) -> T + Send + Sync,
+) {
+    if shared {
+        (0..count).into_par_iter().map(make).collect_into_vec(empty);
+    } else {
+        empty.extend((0..count).map(make));
+    }
+}
+
 /// Disks that fit into a second-level cache of today, at a cache line each.
 const NEAR: usize = 20_000;
 
 impl<F: Field<Plane>> Disks<F> {
     /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
-    /// the body that each disk is. `unequal` disks may get several grids.
+    /// the body that each disk is. `unequal` disks may get several grids. `shared`: by all threads of the present pool.
     pub(crate) fn new(
         domain: &Domain<Plane>,
         largest_radius: f64,
         count: usize,
-        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Sync,
+        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Send + Sync,
         unequal: bool,
         motion: Motion<F>,
+        shared: bool,
     ) -> (Self, Vec<u32>) {
         let (lengths, periodic) = (
             domain.lengths(),
@@ -107,11 +122,15 @@ impl<F: Field<Plane>> Disks<F> {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32
         };
-        let mut order: Vec<(u32, u32)> = (0..count)
-            .into_par_iter()
-            .map(|index| (place(index), index as u32))
-            .collect();
-        order.par_sort_unstable();
+        let mut order = Vec::new();
+        fill(&mut order, count, shared, |index| {
+            (place(index), index as u32)
+        });
+        if shared {
+            order.par_sort_unstable();
+        } else {
+            order.sort_unstable();
+        }
         // Within a cell by position, so that nothing depends on how the bodies are numbered.
         for cell in order.chunk_by_mut(|a, b| a.0 == b.0) {
             cell.sort_by(|a, b| {
@@ -130,12 +149,11 @@ impl<F: Field<Plane>> Disks<F> {
             levels,
             recounts: 0,
         };
-        let disk = |&(_, index): &(u32, u32)| {
-            let (position, velocity, _) = body(index as usize);
+        fill(&mut disks.all, count, shared, |who| {
+            let (position, velocity, _) = body(order[who].1 as usize);
             let (cell, offset) = disks.cells.locate(position);
             Disk::new(cell, offset, velocity)
-        };
-        order.par_iter().map(disk).collect_into_vec(&mut disks.all);
+        });
         for who in 0..count as u32 {
             disks.enter(who);
         }

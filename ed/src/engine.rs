@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use nalgebra::Vector2;
-use rayon::prelude::*;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
@@ -128,7 +127,8 @@ where
         )?;
         check_overlaps(&scene, &start.state, boundaries)?;
         let fresh = start.tally == Tally::default();
-        let engine = Self::from_checkpoint(scene, dissipation, start, boundaries.clone())?;
+        let spread = Spread::default();
+        let engine = Self::from_checkpoint(scene, dissipation, start, boundaries.clone(), spread)?;
         // Contacts leave pairs apart by rounding, so only a start can have others.
         if fresh {
             engine.check_pairs(ROUNDING * diameter)?;
@@ -146,7 +146,6 @@ where
         };
         // In the order of the state, whatever the order in memory.
         let first = (0..disks)
-            .into_par_iter()
             .filter(|&who| depth(who) > most)
             .min_by_key(|&who| self.names[who as usize]);
         let Some(first) = first else { return Ok(()) };
@@ -171,6 +170,7 @@ where
         dissipation: Dissipation,
         start: Checkpoint<P>,
         boundaries: Boundaries,
+        spread: Spread,
     ) -> Result<Self, EngineError> {
         let Checkpoint {
             state,
@@ -196,7 +196,9 @@ where
         let unequal = !P::Sizes::UNIFORM;
         let motion = Motion::new(scene.field(), speed);
         let largest = sizes.largest_radius();
-        let (disks, names) = Disks::new(&state.domain, largest, count, body, unequal, motion);
+        let shared = spread.strips > 1;
+        let (disks, names) =
+            Disks::new(&state.domain, largest, count, body, unequal, motion, shared);
         let epoch = state.time;
         let units = Units { speed, epoch };
         let surroundings =
@@ -263,7 +265,7 @@ where
             stale: 0,
             rebounds,
             stop: Interruption::default(),
-            spread: Spread::default(),
+            spread,
             window: None,
         };
         for disk in 0..count as u32 {
@@ -326,13 +328,14 @@ where
         self.forget_events();
         let checkpoint = self.checkpoint();
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
-        self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, self.disks.motion).0;
+        let motion = self.disks.motion;
+        self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, motion, false).0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
-        let (stop, spread, stale) = (self.stop.clone(), self.spread.clone(), self.stale);
-        *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries)?;
+        let (stop, spread, stale) = (self.stop.clone(), self.spread(), self.stale);
+        *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries, spread)?;
         self.progress = progress;
-        (self.stop, self.spread, self.stale) = (stop, spread, stale);
+        (self.stop, self.stale) = (stop, stale);
         Ok(())
     }
 

@@ -197,7 +197,16 @@ mod tests {
             let velocity = vector![angle.sin(), angle.cos()];
             (Vector2::from(lengths).component_mul(&place), velocity, 0.5)
         };
-        Disks::new(&domain, 0.5, 200, body, false, Motion::new(&Free, 1.0)).0
+        Disks::new(
+            &domain,
+            0.5,
+            200,
+            body,
+            false,
+            Motion::new(&Free, 1.0),
+            false,
+        )
+        .0
     }
 
     /// Boxes of one and two columns, and with walls, too.

@@ -222,8 +222,8 @@ impl<P: Physics<Space = Plane>> Disks<P> {
             let nowhere = Checkpoint::nowhere(gas);
             let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
-            let mut engine = Engine::from_checkpoint(scene, self.dissipation, gas, boundaries)?;
-            engine.spread = self.spread.clone();
+            let (dissipation, spread) = (self.dissipation, self.spread.clone());
+            let engine = Engine::from_checkpoint(scene, dissipation, gas, boundaries, spread)?;
             self.stage = Stage::Flying(Box::new(engine));
         }
         match &mut self.stage {

@@ -253,7 +253,7 @@ where
                 end
             };
             let left = goal.last - self.tally.collisions;
-            self.cut(&mut strips, &places, now);
+            self.give_places(&mut strips, &places, now);
             let most = [self.most_events(places.len()), left];
             let to = Goal {
                 end: until,
@@ -283,7 +283,7 @@ where
                 }
                 outcome => {
                     strips.clear();
-                    self.catch_up(&mut strips, behind, goal.ends);
+                    strips = self.catch_up(behind, goal.ends);
                     behind = Behind::new(self);
                     retries += 1;
                     let again = matches!(outcome, Outcome::Wrong | Outcome::TooMany);
@@ -300,7 +300,7 @@ where
     }
 
     /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
-    fn cut(&mut self, strips: &mut Vec<Self>, places: &[Place], now: f64) {
+    fn give_places(&mut self, strips: &mut Vec<Self>, places: &[Place], now: f64) {
         if strips.is_empty() {
             self.forget_events();
             let whole = &*self;
@@ -338,32 +338,39 @@ where
         (!ended.contains(&false), observed)
     }
 
-    /// Does windows that are known to be right once more, with the same events: the gas and new strips are then where those were that have
-    /// gone wrong since. Who interrupts does not wait for that: the gas then is as it was some windows ago.
-    fn catch_up(&mut self, strips: &mut Vec<Self>, behind: Behind, ends: bool) {
-        let mut now = behind.now;
+    /// Does windows that are known to be right once more, in strips, with the same events: the gas is then where those were that have gone
+    /// wrong since. The strips that it then has, if there were such windows. Who interrupts does not wait for that: the gas then is as it
+    /// was some windows ago.
+    fn catch_up(&mut self, behind: Behind, ends: bool) -> Vec<Self> {
+        let mut strips = Vec::new();
+        let (mut now, mut contacts) = (behind.now, behind.tally.contacts());
         for (places, until) in &behind.windows {
-            self.cut(strips, places, now);
             let goal = Goal {
                 end: *until,
                 ends,
                 last: u64::MAX,
             };
-            // Observers have seen them all.
-            if !Self::run_all(strips, &goal, [u64::MAX; 2], false).0 {
-                debug_assert!(self.stop.ends());
-                strips.clear();
+            let is_done = !self.stop.ends() && {
+                self.give_places(&mut strips, places, now);
+                // Observers have seen them all.
+                Self::run_all(&mut strips, &goal, [u64::MAX; 2], false).0
+            };
+            if !is_done {
+                debug_assert!(self.stop.ends(), "only an interrupt is in the way");
                 self.now = behind.now;
                 self.tally = behind.tally;
                 self.ledgers = behind.ledgers;
                 self.progress = behind.progress;
-                return;
+                return Vec::new();
             }
             now = *until;
+            contacts += strips.iter().map(|its| its.tally.contacts()).sum::<u64>();
         }
+        debug_assert_eq!(contacts, self.tally.contacts());
         if !strips.is_empty() {
-            cut::join(self, strips);
+            cut::join(self, &strips);
         }
+        strips
     }
 
     /// Events of a strip that are too many for a gas that goes on as usual.

@@ -1,0 +1,28 @@
+//! Simulators tile by tile, for sums that processes make of what each of them holds.
+
+use stosszahl_model::Physics;
+
+use crate::engine::Engine;
+use crate::simulator::{Follow, SimulatorOf};
+
+impl<P, F> Engine<P, F>
+where
+    P: Physics,
+    F: Follow<P::Space>,
+{
+    /// The numbers of the tiles that this process holds.
+    pub(super) fn tiles_here(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.tiles.len()).filter(|&tile| self.tiles[tile].is_here)
+    }
+
+    /// Shows each simulator of a tile and the number of particles that it stands for.
+    pub(super) fn each_in(&self, tile: usize, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
+        let tile = &self.tiles[tile];
+        for local in 0..tile.cells() {
+            let weight = self.weight_in(self.grid.number(tile.cell_at(local)));
+            for simulator in tile.members(local) {
+                look(simulator, weight);
+            }
+        }
+    }
+}
