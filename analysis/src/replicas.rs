@@ -161,18 +161,32 @@ const SPREADS: usize = 400;
 /// assert!((power(1.0, 10, 0.05) - 0.803).abs() < 2e-3);
 /// ```
 pub fn power(effect: f64, replicas: usize, level: f64) -> f64 {
+    power_within(&limits(replicas, level), effect, replicas)
+}
+
+/// How far from zero Student's test at `level` wants a mean, in true standard errors, for each spread that may be found, all equally
+/// likely.
+fn limits(replicas: usize, level: f64) -> Vec<f64> {
     let freedom = replicas.saturating_sub(1);
-    let (Ok(squares), Ok(normal)) = (ChiSquared::new(freedom as f64), Normal::new(0.0, 1.0)) else {
-        return 0.0;
+    let Ok(squares) = ChiSquared::new(freedom as f64) else {
+        return Vec::new();
     };
     let far = quantile(level, Some(freedom));
-    let shift = effect.abs() * (replicas as f64).sqrt();
     let at = |point: usize| {
         let share = (point as f64 + 0.5) / SPREADS as f64;
-        let limit = far * (squares.inverse_cdf(share) / freedom as f64).sqrt();
-        normal.sf(limit - shift) + normal.sf(limit + shift)
+        far * (squares.inverse_cdf(share) / freedom as f64).sqrt()
     };
-    (0..SPREADS).map(at).sum::<f64>() / SPREADS as f64
+    (0..SPREADS).map(at).collect()
+}
+
+/// [`power`] for these [`limits`], which cost far more than the rest.
+fn power_within(limits: &[f64], effect: f64, replicas: usize) -> f64 {
+    let Ok(normal) = Normal::new(0.0, 1.0) else {
+        return 0.0;
+    };
+    let shift = effect.abs() * (replicas as f64).sqrt();
+    let found = |limit: &f64| normal.sf(limit - shift) + normal.sf(limit + shift);
+    limits.iter().map(found).sum::<f64>() / SPREADS as f64
 }
 
 /// The smallest effect, in standard deviations of one replica, that [`power`] finds with the chance `found`; infinite for
@@ -181,14 +195,16 @@ pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
     if replicas < 2 {
         return f64::INFINITY;
     }
+    let limits = limits(replicas, level);
+    let power = |effect| power_within(&limits, effect, replicas);
     let mut high = 1.0;
-    while power(high, replicas, level) < found {
+    while power(high) < found {
         high *= 2.0;
     }
     let mut low = 0.0;
     while high - low > 1e-4 * high {
         let middle = 0.5 * (low + high);
-        if power(middle, replicas, level) < found {
+        if power(middle) < found {
             low = middle;
         } else {
             high = middle;
@@ -211,14 +227,21 @@ pub const MOST_REPLICAS: usize = 1_000_000;
 /// ```
 pub fn replicas_needed(effect: f64, level: f64, found: f64) -> usize {
     let enough = |replicas: usize| power(effect, replicas, level) >= found;
-    let mut high = 2;
+    // Gauss's law says how many if the spread is known; that it is found too costs a few more.
+    let reach = quantile(level, None) + quantile(2.0 * (1.0 - found), None);
+    let known = (reach / effect).powi(2).min(MOST_REPLICAS as f64) as usize;
+    let mut low = known.saturating_sub(1).max(1);
+    if enough(low) {
+        low = 1;
+    }
+    let (mut high, mut step) = (low + 1, 1);
     while !enough(high) {
         if high >= MOST_REPLICAS {
             return MOST_REPLICAS;
         }
-        high *= 2;
+        step *= 2;
+        (low, high) = (high, high + step);
     }
-    let mut low = high / 2;
     while high - low > 1 {
         let middle = usize::midpoint(low, high);
         if enough(middle) {
@@ -227,7 +250,7 @@ pub fn replicas_needed(effect: f64, level: f64, found: f64) -> usize {
             low = middle;
         }
     }
-    high
+    high.min(MOST_REPLICAS)
 }
 
 /// Means of the first `orders` polynomials of the number of the bin, orthonormal where the bins have the chances `chances`. All are
@@ -275,6 +298,25 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_distr::StandardNormal;
     use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// Against counting one by one; where hardly anything is needed, and where far more than is counted to.
+    #[test]
+    fn the_fewest_replicas_are_those_of_a_plain_count() {
+        for (effect, level, found) in [
+            (0.5, 0.01, 0.9),
+            (1.0, 1e-4, 0.5),
+            (3.0, 0.05, 0.99),
+            (2.0, 0.5, 0.51),
+            (50.0, 0.1, 0.6),
+        ] {
+            let plain = (2..100).find(|&count| power(effect, count, level) >= found);
+            let fast = replicas_needed(effect, level, found);
+            assert_eq!(Some(fast), plain, "{effect} {level} {found}");
+        }
+        for effect in [0.0, 1e-5, f64::NAN] {
+            assert_eq!(replicas_needed(effect, 0.01, 0.9), MOST_REPLICAS);
+        }
+    }
 
     /// Within four binomial errors of a chance, which fails by chance once in 16 000 seeds.
     fn assert_rate(found: usize, of: usize, chance: f64) {
