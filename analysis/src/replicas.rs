@@ -240,7 +240,7 @@ pub fn replicas_needed(effect: f64, level: f64, found: f64) -> usize {
             return MOST_REPLICAS;
         }
         step *= 2;
-        (low, high) = (high, high + step);
+        (low, high) = (high, (high + step).min(MOST_REPLICAS));
     }
     while high - low > 1 {
         let middle = usize::midpoint(low, high);
@@ -250,7 +250,7 @@ pub fn replicas_needed(effect: f64, level: f64, found: f64) -> usize {
             low = middle;
         }
     }
-    high.min(MOST_REPLICAS)
+    high
 }
 
 /// Means of the first `orders` polynomials of the number of the bin, orthonormal where the bins have the chances `chances`. All are

@@ -10,7 +10,7 @@ const FACTOR: f64 = 1.3;
 const MIB: f64 = 1_048_576.0;
 
 /// Disks that are written after every leg.
-const EXACT: &str = "[gas]\nnumber = 100000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+const EXACT: &str = "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
                      [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n[engine.ed]\n";
 const CONTACT_POINT: &str = "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
                              [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n\
@@ -22,16 +22,16 @@ const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700
 /// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
 /// that it is run with, and the case.
 const LARGE: [(&str, &[[usize; 2]], &str); 8] = [
-    ("exact dynamics", &[[1, 1], [2, 1], [6, 3]], EXACT),
+    ("exact dynamics", &[[1, 1], [3, 1], [6, 3]], EXACT),
     (
         "lattices of a wide box",
-        &[[2, 1]],
+        &[[3, 1]],
         "[gas]\nnumber = 20000\nrestitution = 0.9\n[box]\npacking_fraction = 0.001\n[start]\nequilibration = 0\n\
          [run]\nuntil = 0.001\n[engine.ed]\n",
     ),
     (
         "several simulators for each particle",
-        &[[1, 1], [3, 3]],
+        &[[1, 1], [6, 3]],
         CONTACT_POINT,
     ),
     (
@@ -57,7 +57,7 @@ const LARGE: [(&str, &[[usize; 2]], &str); 8] = [
     ("a flow with fields", &[[1, 1]], FLOW),
     (
         "displacements without positions",
-        &[[1, 1], [2, 2]],
+        &[[1, 1], [3, 2]],
         "[gas]\ndimension = 3\nnumber = 250000\nvolume = 5e6\nrestitution = 0.9\n\
          [run]\nuntil = 20\nfirst_sample = 5\ncheckpoint_seconds = 0.001\n[measure.displacement]\n",
     ),
