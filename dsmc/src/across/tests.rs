@@ -317,7 +317,7 @@ fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [
     let temperature = state.temperature(&equal(1.0));
     let mut engine =
         Engine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
-    engine.advance(12.0 / theory, u64::MAX, &mut ());
+    engine.advance(30.0 / theory, u64::MAX, &mut ());
     let (before, from) = (engine.tally(), engine.time());
     engine.advance(from + 20.0 / theory, u64::MAX, &mut ());
     let (after, duration) = (engine.tally(), engine.time() - from);
@@ -338,12 +338,12 @@ fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [
 fn elastic_rate_and_pressure_are_enskogs() {
     for (simulators, disks, gases, packing, cell_size, bars) in [
         (1, 6000, 6, 0.1, Some(2.0), [0.01, 0.02]),
-        (1, 6000, 9, 0.4, Some(2.0), [0.01, 0.02]),
-        (8, 1500, 8, 0.1, Some(2.0), [0.005, 0.01]),
-        (8, 1500, 6, 0.4, Some(2.0), [0.005, 0.01]),
+        (1, 6000, 6, 0.4, Some(2.0), [0.01, 0.02]),
+        (8, 1500, 12, 0.1, Some(2.0), [0.005, 0.01]),
+        (8, 1500, 12, 0.4, Some(2.0), [0.005, 0.01]),
         (1, 9000, 9, 0.01, None, [0.0075, 0.01]),
         (4, 2250, 6, 0.01, None, [0.01, 0.01]),
-        (4, 1500, 5, 0.1, Some(0.6), [0.01, 0.01]),
+        (4, 1500, 9, 0.1, Some(0.6), [0.01, 0.01]),
         (16, 750, 6, 0.25, None, [0.005, 0.01]),
         (16, 750, 6, 0.5, None, [0.005, 0.01]),
     ] {
