@@ -15,6 +15,7 @@
 //! (1981), doi:10.1214/aos/1176345462), as the estimate is a ratio.
 
 use crate::Error;
+use crate::replicas::of_sums;
 use crate::statistics::Estimate;
 
 /// The estimate that a function of sums over replicas makes, and its jackknife error: `sums` has for each replica the
@@ -34,29 +35,19 @@ pub fn jackknife<const N: usize>(
     sums: &[[f64; N]],
     value: impl Fn([f64; N]) -> f64,
 ) -> Option<Estimate> {
-    let count = sums.len();
-    if count == 0 {
-        return None;
-    }
-    let total_without = |left_out: usize| {
-        let mut total = [0.0; N];
-        for (_, terms) in sums.iter().enumerate().filter(|(who, _)| *who != left_out) {
-            for (sum, term) in total.iter_mut().zip(terms) {
-                *sum += term;
-            }
+    let replicas = sums.len();
+    let total = sums.iter().copied().reduce(|mut total, terms| {
+        for (sum, term) in total.iter_mut().zip(terms) {
+            *sum += term;
         }
         total
-    };
-    let standard_error = (count > 1).then(|| {
-        let partial: Vec<f64> = (0..count).map(|who| value(total_without(who))).collect();
-        let mean = partial.iter().sum::<f64>() / count as f64;
-        let squares: f64 = partial.iter().map(|value| (value - mean).powi(2)).sum();
-        (squares * (count - 1) as f64 / count as f64).sqrt()
-    });
+    })?;
+    // The mean of the pseudo-values is the value without its bias of order 1/R; their standard error is the jackknife's.
+    let pseudo = Estimate::over_replicas(&of_sums(sums, &value));
     Some(Estimate {
-        value: value(total_without(count)),
-        standard_error,
-        replicas: count,
+        value: value(total),
+        standard_error: pseudo.and_then(|of| of.standard_error),
+        replicas,
     })
 }
 

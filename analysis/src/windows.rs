@@ -243,29 +243,20 @@ impl Windows {
     }
 }
 
-/// One window of all replicas together, or without one of them; `None` of no replicas.
-pub fn merged(windows: &[&Window], without: Option<usize>) -> Option<Window> {
-    let kept = windows.iter().enumerate();
-    let mut kept = kept
-        .filter(|(index, _)| Some(*index) != without)
-        .map(|(_, one)| *one);
-    let mut sum = kept.next()?.clone();
-    kept.for_each(|one| sum.merge(one));
+/// One window of all replicas together; `None` of no replicas.
+pub fn merged(windows: &[&Window]) -> Option<Window> {
+    let (first, rest) = windows.split_first()?;
+    let mut sum = (*first).clone();
+    rest.iter().for_each(|one| sum.merge(one));
     Some(sum)
 }
 
-/// Pseudo-values ([`crate::replicas::pseudo_values`]) of a number that follows from one window of all replicas; those without it
-/// are left out.
+/// Pseudo-values ([`pseudo_values`]) of a number that follows from one window of all replicas; those without it are left out.
 pub fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Vec<f64> {
-    let known: Vec<&Window> = windows
-        .iter()
-        .copied()
-        .filter(|one| of(one).is_some())
-        .collect();
-    pseudo_values(known.len(), |without| {
-        merged(&known, without)
-            .and_then(|window| of(&window))
-            .unwrap_or(f64::NAN)
+    let known = windows.iter().filter(|one| of(one).is_some());
+    let known: Vec<Window> = known.map(|one| (*one).clone()).collect();
+    pseudo_values(&known, Window::merge, |window| {
+        of(window).unwrap_or(f64::NAN)
     })
 }
 

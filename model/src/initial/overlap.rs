@@ -1,7 +1,7 @@
 //! The overlap check: parry finds candidates and measures their distance.
 
 use nalgebra::Vector2;
-use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::{Pose, Vector};
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d_f64::query::details::contact_ball_ball;
@@ -41,6 +41,10 @@ pub fn first_overlap(
         .enumerate()
         .map(|(index, &centre)| around(centre, radius(index)))
         .collect();
+    let all = leaves.iter().fold(Aabb::new_invalid(), |mut all, one| {
+        all.merge(one);
+        all
+    });
     let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves);
     let mut found: Option<Overlap> = None;
     for (first, &centre) in positions.iter().enumerate() {
@@ -54,7 +58,11 @@ pub fn first_overlap(
             for shift_y in [-1.0, 0.0, 1.0] {
                 let shifted = centre + Vector2::new(shift_x * lengths[0], shift_y * lengths[1]);
                 let image = shift_x != 0.0 || shift_y != 0.0;
-                for candidate in tree.intersect_aabb(&around(shifted, own)) {
+                let bounds = around(shifted, own);
+                if !all.intersects(&bounds) {
+                    continue;
+                }
+                for candidate in tree.intersect_aabb(&bounds) {
                     let second = candidate as usize;
                     if second < first || (second == first && !image) {
                         continue;

@@ -84,6 +84,9 @@ pub struct Control<'a, T> {
     content: PhantomData<fn(T)>,
 }
 
+/// A finished part that took less since its last checkpoint is not saved by itself.
+const WORTH_SAVING: Duration = Duration::from_secs(1);
+
 /// What to roll back to is kept at most so often \[s\], and so that keeping it takes at most this share of the time.
 const ROLLBACK_SECONDS: f64 = 1.0;
 const ROLLBACK_SHARE: f64 = 0.02;
@@ -160,10 +163,20 @@ impl<'a, T: Content> Control<'a, T> {
             return Ok(());
         };
         snapshot::write(path, &self.fingerprint, content)?;
-        let old = Set::ALL
-            .into_iter()
-            .filter(|set| content.set() != Some(*set));
-        old.for_each(|set| remove_shards(path, set));
+        remove_shards(path, content.set());
+        Ok(())
+    }
+
+    /// Of a finished part: writes its checkpoint if the run is asked to stop, or if it took a while to come here from the last one. What
+    /// is done again in a moment is not worth a file, of which thousands of short replicas would make thousands.
+    ///
+    /// # Errors
+    /// As [`Self::save`].
+    pub fn finish(&self, content: &T) -> Result<(), SnapshotError> {
+        let since = (self.last.lock()).unwrap_or_else(std::sync::PoisonError::into_inner);
+        if self.stop.is_raised() || since.elapsed() >= self.interval.min(WORTH_SAVING) {
+            self.save(content)?;
+        }
         Ok(())
     }
 
@@ -264,18 +277,22 @@ impl<'a, T: Content> Control<'a, T> {
     }
 }
 
-/// Removes the shards of a set that belong to a checkpoint no more. What cannot be removed is written over, or goes with the run.
-fn remove_shards(checkpoint: &Path, set: Set) {
+/// Removes the shards that belong to a checkpoint no more: those of the sets but one. What cannot be removed is written over, or goes
+/// with the run.
+fn remove_shards(checkpoint: &Path, kept: Option<Set>) {
     let (Some(folder), Some(name)) = (checkpoint.parent(), checkpoint.file_name()) else {
         return;
     };
-    let stem = set.stem(&name.to_string_lossy());
+    let old = Set::ALL.into_iter().filter(|set| kept != Some(*set));
+    let stems: Vec<String> = old.map(|set| set.stem(&name.to_string_lossy())).collect();
     let ours = |name: &str| {
         // A kill may have left one that is not whole.
         let name = name.strip_suffix(".partial").unwrap_or(name);
-        let rank = name.strip_prefix(&stem);
-        let rank = rank.and_then(|rest| rest.strip_suffix(".shard"));
-        rank.is_some_and(|rank| rank.parse::<usize>().is_ok())
+        stems.iter().any(|stem| {
+            let rank = name.strip_prefix(stem.as_str());
+            let rank = rank.and_then(|rest| rest.strip_suffix(".shard"));
+            rank.is_some_and(|rank| rank.parse::<usize>().is_ok())
+        })
     };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(ours) {

@@ -19,6 +19,7 @@ use stosszahl_dsmc::Ranks;
 
 use crate::check::Planned;
 use crate::holders::Holders;
+use crate::journal::Journal;
 use crate::pieces::{Desk, Piece, Replica, record, seconds};
 use crate::point::Job;
 use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, require_memory};
@@ -92,8 +93,67 @@ struct State {
 /// A point on its way.
 struct Point {
     began: Option<Instant>,
+    /// None of a point that was complete before.
+    journal: Option<Journal>,
     replicas: Vec<Option<Result<Replica, RunError>>>,
     summary: Option<PointSummary>,
+}
+
+impl Point {
+    /// What is there of a point from a run before.
+    fn new(job: &Job<'_>) -> Result<Self, RunError> {
+        if let Some(summary) = job.complete()? {
+            return Ok(Self {
+                began: None,
+                journal: None,
+                replicas: Vec::new(),
+                summary: Some(summary),
+            });
+        }
+        let (journal, mut there) = job.journal()?;
+        let mut point = Self {
+            began: None,
+            journal: Some(journal),
+            replicas: job
+                .pieces()
+                .map(|piece| there.remove(&piece.replica).map(Ok))
+                .collect(),
+            summary: None,
+        };
+        point.finish_if_whole(job)?;
+        Ok(point)
+    }
+
+    /// Takes what a piece left. Of a piece that was done twice, the first counts; a finished point has let go of all.
+    fn take(
+        &mut self,
+        job: &Job<'_>,
+        piece: Piece,
+        left: Result<Replica, RunError>,
+    ) -> Result<(), RunError> {
+        let Some(place @ None) = self.replicas.get_mut(piece.replica as usize) else {
+            return Ok(());
+        };
+        if let Err(error) = &left
+            && !error.is_of_gas()
+        {
+            return left.map(drop);
+        }
+        if let Some(journal) = &self.journal {
+            job.keep(journal, piece, &left)?;
+        }
+        *place = Some(left);
+        self.finish_if_whole(job)
+    }
+
+    fn finish_if_whole(&mut self, job: &Job<'_>) -> Result<(), RunError> {
+        if self.replicas.iter().all(Option::is_some) {
+            let all = self.replicas.drain(..).flatten().collect();
+            let began = self.began.unwrap_or_else(Instant::now);
+            self.summary = Some(job.finish(all, began)?);
+        }
+        Ok(())
+    }
 }
 
 impl<'a> Board<'a> {
@@ -101,16 +161,10 @@ impl<'a> Board<'a> {
         let mut waiting = Vec::new();
         let mut points = Vec::new();
         for job in jobs {
-            let summary = job.complete()?;
-            if summary.is_none() {
-                waiting.extend(job.pieces());
-            }
-            let replicas = job.pieces().map(|_| None).collect();
-            points.push(Point {
-                began: None,
-                replicas,
-                summary,
-            });
+            let point = Point::new(job)?;
+            let left = job.pieces().zip(&point.replicas);
+            waiting.extend(left.filter_map(|(piece, left)| left.is_none().then_some(piece)));
+            points.push(point);
         }
         let cost = |piece: &Piece| seconds(&jobs[piece.point].planned.plan);
         waiting.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
@@ -160,34 +214,12 @@ impl<'a> Board<'a> {
         })
     }
 
-    /// Takes what a piece left, and finishes its point if it was the last. Of a piece that was done twice, the first counts.
+    /// Takes what a piece left, and finishes its point if it was the last.
     fn put(&self, piece: Piece, left: Result<Replica, RunError>) {
         let mut state = self.state();
-        let point = &mut state.points[piece.point];
-        // A finished point has let go of them.
-        let Some(place) = point.replicas.get_mut(piece.replica as usize) else {
-            return;
-        };
-        if place.is_some() {
-            return;
-        }
-        match left {
-            Err(error) if !error.is_of_gas() => {
-                state.failure.get_or_insert(error);
-                return;
-            }
-            left => *place = Some(left),
-        }
-        if point.replicas.iter().any(Option::is_none) {
-            return;
-        }
-        let all = point.replicas.drain(..).flatten().collect();
-        let began = point.began.unwrap_or_else(Instant::now);
-        match self.jobs[piece.point].finish(all, began) {
-            Ok(summary) => point.summary = Some(summary),
-            Err(error) => {
-                state.failure.get_or_insert(error);
-            }
+        let job = &self.jobs[piece.point];
+        if let Err(error) = state.points[piece.point].take(job, piece, left) {
+            state.failure.get_or_insert(error);
         }
     }
 

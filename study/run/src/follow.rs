@@ -52,8 +52,8 @@ pub fn prepare(
         }
         control.pause(&mut rollback, || Ok::<_, PartError>(start.clone()))?;
     }
-    control.save(&start)?;
     control.tell(1.0, 0);
+    control.finish(&start)?;
     let report = start.report().cloned().unwrap_or_default();
     Ok((report, start.particles(plan, streams)?))
 }
@@ -225,8 +225,8 @@ impl Part<'_> {
         }
         course.lap();
         let saved = course.save(None)?;
-        control.save(&saved)?;
         control.tell(1.0, 0);
+        control.finish(&saved)?;
         Ok(saved.finished(course.probes))
     }
 }

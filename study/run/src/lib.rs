@@ -15,6 +15,7 @@ pub mod follow;
 pub mod frontier;
 mod gauge;
 pub mod holders;
+mod journal;
 pub mod judge;
 mod kicks;
 pub mod measure;

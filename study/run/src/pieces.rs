@@ -6,7 +6,7 @@
 //! both can be sent as bytes ([`record`], [`Desk::restore`]). Whoever holds the results folder puts them together.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ pub(crate) struct Desk<'a> {
     /// The point.
     pub planned: &'a Planned<'a>,
     /// Its folder.
-    pub folder: &'a std::path::Path,
+    pub folder: &'a Path,
     /// Hash of all that decides the numbers.
     pub fingerprint: &'a [u8; 32],
     /// Its number, for the progress.
@@ -102,6 +102,15 @@ pub(crate) fn claim(
     Ok(())
 }
 
+/// Removes the checkpoints of a piece that is finished. What cannot be removed goes with the run.
+pub(crate) fn forget(folder: &Path, plan: &Plan, piece: Piece) {
+    for attempt in 0..=piece.attempt {
+        for part in parts(plan) {
+            let _ = fs::remove_file(folder.join(checkpoint(Piece { attempt, ..piece }, part)));
+        }
+    }
+}
+
 /// Computing time of a replica, about \[s\].
 pub(crate) fn seconds(plan: &Plan) -> f64 {
     plan.engines.iter().map(|engine| plan.seconds(engine)).sum()
@@ -149,7 +158,7 @@ impl Desk<'_> {
             part: part.to_owned(),
             source: Box::new(source),
         };
-        let first = piece.replica as usize * (plan.engines.len() + 1);
+        let first = self.numbers(piece).start;
         let (report, start) = if is_prepared(plan) {
             let made = self.start(piece, first);
             let (report, start) = made.map_err(|error| failed("start", error))?;
@@ -178,6 +187,13 @@ impl Desk<'_> {
         };
         runs.sort_by_key(|(index, _)| *index);
         Ok((report, runs.into_iter().map(|(_, run)| run).collect()))
+    }
+
+    /// The numbers of the parts of a piece in the progress: its start, then its engines.
+    pub(crate) fn numbers(&self, piece: Piece) -> std::ops::Range<usize> {
+        let parts = self.planned.plan.engines.len() + 1;
+        let first = piece.replica as usize * parts;
+        first..first + parts
     }
 
     /// The checkpoint of a part. A piece that is begun again goes on from a copy of what was left.
@@ -245,7 +261,7 @@ impl Desk<'_> {
         }
     }
 
-    /// What a piece left elsewhere, from its bytes.
+    /// What a piece left, here before or elsewhere, from its bytes.
     ///
     /// # Errors
     /// Why the piece failed, or that its record cannot be read.

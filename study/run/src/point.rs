@@ -17,6 +17,7 @@ use stosszahl_results::{
 use crate::check::Planned;
 use crate::follow::PartError;
 use crate::gauge::Gauge;
+use crate::journal::{self, Journal};
 use crate::judge;
 use crate::measure::{Finished, Runs};
 use crate::pieces::{self, Desk, Piece, Replica};
@@ -131,12 +132,66 @@ impl Job<'_> {
         self.begin();
         let folder = self.place.path();
         let desk = self.desk(&folder);
-        let all: Vec<Piece> = self.pieces().collect();
-        let replicas = all.into_par_iter().map(|piece| {
+        let (journal, mut there) = self.journal()?;
+        let all: Vec<(Piece, Option<Replica>)> = self
+            .pieces()
+            .map(|piece| (piece, there.remove(&piece.replica)))
+            .collect();
+        let replicas = all.into_par_iter().map(|(piece, left)| {
+            if let Some(left) = left {
+                return Ok(left);
+            }
             self.claim(piece, 0)?;
-            desk.work(piece)
+            let left = desk.work(piece);
+            self.keep(&journal, piece, &left)?;
+            left
         });
         self.finish(replicas.collect(), began)
+    }
+
+    /// The journal of finished replicas, and those that are in it.
+    ///
+    /// # Errors
+    /// [`RunError`] if it cannot be read or written.
+    pub(crate) fn journal(&self) -> Result<(Journal, BTreeMap<u64, Replica>), RunError> {
+        let plan = &self.planned.plan;
+        let path = self.place.claim(&journal::name())?;
+        let interval = plan.case.run.checkpoint_seconds;
+        let (journal, entries) = Journal::open(&path, self.place.fingerprint(), interval)?;
+        let folder = self.place.path();
+        let desk = self.desk(&folder);
+        let mut there = BTreeMap::new();
+        for (replica, bytes) in entries {
+            let piece = Piece {
+                point: self.number,
+                replica,
+                attempt: 0,
+            };
+            there.insert(replica, desk.restore(piece, &bytes)?);
+            for part in desk.numbers(piece) {
+                self.options.progress.tell(self.number, part, 1.0, 0);
+            }
+        }
+        Ok((journal, there))
+    }
+
+    /// Keeps what a piece left in the journal, if it is finished; its checkpoints are not needed any more then.
+    ///
+    /// # Errors
+    /// [`RunError`] if it cannot be written.
+    pub(crate) fn keep(
+        &self,
+        journal: &Journal,
+        piece: Piece,
+        left: &Result<Replica, RunError>,
+    ) -> Result<(), RunError> {
+        if left.is_ok() {
+            let bytes = pieces::record(left)
+                .map_err(|error| RunError::Crew(format!("the record of a piece: {error}")))?;
+            journal.add(piece.replica, &bytes)?;
+            pieces::forget(&self.place.path(), &self.planned.plan, piece);
+        }
+        Ok(())
     }
 
     fn summary(

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use stosszahl_case::format::Placement;
 use stosszahl_case::{CaseError, CaseFile};
 use stosszahl_model::Interrupt;
+use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::{
     Existing, FORMAT, Folder, Keys, ResultsError, RunId, Sweep, SweepPoint, Verdict,
 };
@@ -89,6 +90,9 @@ pub enum RunError {
     /// The results folder.
     #[error(transparent)]
     Results(#[from] ResultsError),
+    /// The journal of finished replicas cannot be written or read.
+    #[error(transparent)]
+    Journal(#[from] SnapshotError),
     /// No such number of threads.
     #[error("{found} threads; allowed: from 1 to {MOST_THREADS}")]
     Threads {

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use stosszahl_analysis::contacts::{
     BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN, NEAR, ORDERS, Sums,
 };
-use stosszahl_analysis::replicas::pseudo_values;
+use stosszahl_analysis::replicas::of_sums;
 use stosszahl_case::Kind;
 use stosszahl_model::Observer;
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
@@ -283,14 +283,7 @@ fn pseudo(all: &[(Sums, f64)], sums: &Pick<'_>, of: fn(f64) -> f64) -> Vec<Optio
         .map(sums)
         .filter(|[_, below]| *below > 0.0)
         .collect();
-    let values = pseudo_values(each.len(), |without| {
-        let kept = each
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| Some(*index) != without);
-        let [above, below] = kept.fold([0.0; 2], |[a, b], (_, [x, y])| [a + x, b + y]);
-        of(above / below)
-    });
+    let values = of_sums(&each, |[above, below]| of(above / below));
     values.into_iter().map(Some).collect()
 }
 

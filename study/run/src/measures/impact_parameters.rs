@@ -257,7 +257,7 @@ fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Estimate 
 
 /// Chi-squared of the collisions of all replicas against chaos, as if they were independent.
 fn against_chaos(windows: &[&Window]) -> Option<ChiSquaredTest> {
-    let all = merged(windows, None)?;
+    let all = merged(windows)?;
     let observed: Vec<f64> = all.bins.iter().map(|&count| count as f64).collect();
     let chances = all.chances().into_iter();
     let expected = chances.map(|chance| chance * all.collisions as f64);
@@ -335,7 +335,7 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
             }
             let mean = pooled(&windows, Window::mean_impact).value;
             let pearson = against_chaos(&windows);
-            let alone = merged(&windows, None).and_then(|window| window.slope_error());
+            let alone = merged(&windows).and_then(|window| window.slope_error());
             let dispersion = one
                 .slope
                 .standard_error
@@ -427,15 +427,21 @@ fn split(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]], engines: [usize; 2]) 
     let records = engines.map(|engine| runs.records::<Record>(engine));
     let windows = [window(&records[0], number), window(&records[1], number)];
     let replicas = windows[0].len().min(windows[1].len());
+    let both: Vec<[Window; 2]> = (0..replicas)
+        .map(|replica| [0, 1].map(|engine| windows[engine][replica].clone()))
+        .collect();
+    let add = |sum: &mut [Window; 2], both: &[Window; 2]| {
+        for (sum, one) in sum.iter_mut().zip(both) {
+            sum.merge(one);
+        }
+    };
     let quotient = |index: usize| {
-        let of = |windows: &[&Window], without| {
-            let known = known_factors(plan, &merged(windows, without)?)?;
-            Some(FACTORS[index](&known))
-        };
-        let value = |without| Some(of(&windows[0], without)? / of(&windows[1], without)?);
-        value(None)?;
-        let values = pseudo_values(replicas, |without| value(without).unwrap_or(f64::NAN));
-        Some(judge::in_units(&over(values.into_iter().map(Some)), 1.0))
+        let of = |window: &Window| Some(FACTORS[index](&known_factors(plan, window)?));
+        let value = |[one, other]: &[Window; 2]| Some(of(one)? / of(other)?);
+        let values = pseudo_values(&both, add, |both| value(both).unwrap_or(f64::NAN));
+        let known = values.iter().all(|value| !value.is_nan());
+        (known && !values.is_empty())
+            .then(|| judge::in_units(&over(values.into_iter().map(Some)), 1.0))
     };
     let [a, b] = engines.map(|engine| title(plan.engines[engine].name));
     let [start, end] = spans[number].map(judge::short);

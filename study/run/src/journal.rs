@@ -1,0 +1,250 @@
+//! The replicas of a point that are finished: one file, to which each is added, so that thousands of short replicas are not thousands
+//! of files.
+//!
+//! Layout, little-endian: 8 bytes magic, fingerprint of the run (32 bytes); then for each replica the length of what it left (u64), its
+//! number (u64), BLAKE3 hash of both and of what it left (32 bytes), what it left. A kill may cut the last one short: that replica is done
+//! again.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use stosszahl_model::snapshot::{Fingerprint, SnapshotError};
+use stosszahl_results::CHECKPOINTS;
+
+const MAGIC: &[u8; 8] = b"STOSSZJ1";
+const HEADER: usize = 8 + 32;
+/// Before what a replica left.
+const FRAME: usize = 8 + 8 + 32;
+
+/// Its name in the folder of a point.
+pub(crate) fn name() -> String {
+    format!("{CHECKPOINTS}/replicas.journal")
+}
+
+/// A replica, and what it left.
+pub(crate) type Entry = (u64, Vec<u8>);
+
+/// The journal of a point, open to be added to.
+pub(crate) struct Journal {
+    path: PathBuf,
+    file: Mutex<Open>,
+    /// Between two moments at which the system must have written it.
+    interval: Duration,
+}
+
+struct Open {
+    file: File,
+    /// Where the last entry ends.
+    end: u64,
+    written: Instant,
+}
+
+/// Hash of a replica, and what stands before it.
+fn frame(replica: u64, left: &[u8]) -> [u8; FRAME] {
+    let mut frame = [0; FRAME];
+    frame[..8].copy_from_slice(&(left.len() as u64).to_le_bytes());
+    frame[8..16].copy_from_slice(&replica.to_le_bytes());
+    let mut hash = blake3::Hasher::new();
+    hash.update(&frame[..16]).update(left);
+    frame[16..].copy_from_slice(hash.finalize().as_bytes());
+    frame
+}
+
+fn word(bytes: &[u8]) -> u64 {
+    let bytes = bytes.iter().rev();
+    bytes.fold(0, |word, &byte| word << 8 | u64::from(byte))
+}
+
+/// The entries of a file, and where the last whole one ends; or what is wrong.
+fn entries(bytes: &[u8], run: &Fingerprint) -> Result<(Vec<Entry>, usize), Wrong> {
+    let mut all = Vec::new();
+    // A kill may have cut the header short.
+    if bytes.len() < HEADER {
+        return Ok((all, 0));
+    }
+    if &bytes[..8] != MAGIC {
+        return Err(Wrong::Mark);
+    }
+    if &bytes[8..HEADER] != run {
+        return Err(Wrong::Run);
+    }
+    let mut end = HEADER;
+    while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
+        let length = usize::try_from(word(&head[..8])).unwrap_or(usize::MAX);
+        let Some(left) = rest.get(..length) else {
+            break;
+        };
+        let replica = word(&head[8..16]);
+        if head != frame(replica, left) {
+            return Err(Wrong::Hash(all.len()));
+        }
+        all.push((replica, left.to_vec()));
+        end += FRAME + length;
+    }
+    Ok((all, end))
+}
+
+/// What may be wrong with a journal.
+#[derive(Debug, PartialEq)]
+enum Wrong {
+    Mark,
+    Run,
+    Hash(usize),
+}
+
+impl Journal {
+    /// Opens the journal of a run, and makes it if there is none; with what is in it.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the file cannot be read or written, is damaged, or of another run.
+    pub(crate) fn open(
+        path: &Path,
+        run: &Fingerprint,
+        interval: f64,
+    ) -> Result<(Self, Vec<Entry>), SnapshotError> {
+        let failed = |source| of_file(path, source);
+        let damaged = |found: String, expected| SnapshotError::Damaged {
+            path: path.to_owned(),
+            found,
+            expected,
+        };
+        let open = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path);
+        let mut file = open.map_err(failed)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        let (all, end) = entries(&bytes, run).map_err(|wrong| match wrong {
+            Wrong::Mark => damaged(
+                format!("{} bytes without its mark", bytes.len()),
+                "finished replicas",
+            ),
+            Wrong::Run => SnapshotError::Foreign {
+                path: path.to_owned(),
+            },
+            Wrong::Hash(number) => damaged(
+                format!("another hash of entry {number}, from 0"),
+                "unchanged entries",
+            ),
+        })?;
+        file.set_len(end as u64).map_err(failed)?;
+        if end == 0 {
+            file.rewind().map_err(failed)?;
+            let header = [MAGIC, &run[..]].concat();
+            file.write_all(&header).map_err(failed)?;
+        }
+        let journal = Self {
+            path: path.to_owned(),
+            file: Mutex::new(Open {
+                file,
+                end: end.max(HEADER) as u64,
+                written: Instant::now(),
+            }),
+            interval: Duration::from_secs_f64(interval.clamp(0.0, 1e9)),
+        };
+        Ok((journal, all))
+    }
+
+    /// Adds a replica.
+    ///
+    /// # Errors
+    /// [`SnapshotError::File`].
+    pub(crate) fn add(&self, replica: u64, left: &[u8]) -> Result<(), SnapshotError> {
+        let bytes = [&frame(replica, left), left].concat();
+        let mut open = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        // Not behind half of one, which a full disk may have left.
+        let place = SeekFrom::Start(open.end);
+        let written = (open.file.seek(place)).and_then(|_| open.file.write_all(&bytes));
+        let written = written.and_then(|()| {
+            open.end += bytes.len() as u64;
+            if open.written.elapsed() < self.interval {
+                return Ok(());
+            }
+            open.written = Instant::now();
+            open.file.sync_data()
+        });
+        written.map_err(|source| of_file(&self.path, source))
+    }
+}
+
+fn of_file(path: &Path, source: io::Error) -> SnapshotError {
+    SnapshotError::File {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    const RUN: Fingerprint = [7; 32];
+
+    /// What was added comes back, also when the file is cut anywhere: then all that were whole.
+    #[test]
+    fn a_cut_loses_the_last_replica_only() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.journal");
+        let (journal, before) = Journal::open(&path, &RUN, 1e9).expect("made");
+        assert!(before.is_empty());
+        let wanted: Vec<Entry> = vec![(3, vec![1; 5]), (0, Vec::new()), (9, vec![2; 90])];
+        let mut ends = vec![HEADER];
+        for (replica, left) in &wanted {
+            journal.add(*replica, left).expect("added");
+            ends.push(fs::read(&path).expect("bytes").len());
+        }
+        drop(journal);
+        let whole = fs::read(&path).expect("bytes");
+        for cut in 0..=whole.len() {
+            fs::write(&path, &whole[..cut]).expect("written");
+            let (journal, found) = Journal::open(&path, &RUN, 1e9).expect("opened");
+            let kept = ends[1..].iter().filter(|&&end| end <= cut).count();
+            assert_eq!(found, wanted[..kept], "{cut}");
+            // And it is whole again.
+            for (replica, left) in &wanted[kept..] {
+                journal.add(*replica, left).expect("added");
+            }
+            assert_eq!(fs::read(&path).expect("bytes"), whole, "{cut}");
+        }
+    }
+
+    /// A changed bit is found, whereever it is, or cuts off what follows; nothing wrong is read.
+    #[test]
+    fn a_changed_bit_is_never_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.journal");
+        let wanted: Vec<Entry> = vec![(3, vec![1; 5]), (4, vec![2; 7])];
+        let (journal, _) = Journal::open(&path, &RUN, 0.0).expect("made");
+        for (replica, left) in &wanted {
+            journal.add(*replica, left).expect("added");
+        }
+        let whole = fs::read(&path).expect("bytes");
+        let mut named = 0;
+        for bit in 0..8 * whole.len() {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            match entries(&bytes, &RUN) {
+                Err(_) => named += 1,
+                Ok((found, _)) => assert!(
+                    found.len() < wanted.len() && found == wanted[..found.len()],
+                    "{bit}"
+                ),
+            }
+        }
+        // All but those of the two lengths that lead beyond the end.
+        assert!(named > 8 * (whole.len() - 16), "{named}");
+        let other = Journal::open(&path, &[8; 32], 0.0).err();
+        assert!(
+            matches!(other, Some(SnapshotError::Foreign { .. })),
+            "{other:?}"
+        );
+    }
+}
