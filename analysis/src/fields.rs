@@ -319,11 +319,6 @@ impl Fields {
         self.samples.len()
     }
 
-    /// Length of a block \[time\].
-    pub fn block_length(&self) -> f64 {
-        self.block
-    }
-
     /// A sample without particles.
     pub fn sample(&self) -> Sample {
         Sample {

@@ -247,7 +247,9 @@ impl Windows {
 pub fn merged(windows: &[&Window]) -> Option<Window> {
     let (first, rest) = windows.split_first()?;
     let mut sum = (*first).clone();
-    rest.iter().for_each(|one| sum.merge(one));
+    for one in rest {
+        sum.merge(one);
+    }
     Some(sum)
 }
 

@@ -102,34 +102,6 @@ fn a_killed_process_is_replaced_by_others() {
     }
 }
 
-#[test]
-#[ignore = "signals processes at moments; a busy machine moves them: distributed/test.sh --include-ignored"]
-fn a_killed_job_goes_on_with_another_number_of_processes() {
-    let scratch = Scratch::new(SWEEP);
-    let wanted = scratch.alone();
-    let out = scratch.out("killed");
-    for (ranks, moment) in [2, 3, 1, 4].into_iter().zip(moments(4)) {
-        let mut arguments = vec!["run", &scratch.case, "--out", &out, "--threads", "1"];
-        if Path::new(&out).join("run.json").exists() {
-            arguments.push("--resume");
-        }
-        let child = started(job(ranks, &[], &arguments));
-        let ids = processes(&out, ranks);
-        thread::sleep(moment);
-        for id in ids {
-            kill("-KILL", id);
-        }
-        let output = child.wait_with_output().expect("an end");
-        ends(&output);
-    }
-    succeeds(job(
-        3,
-        &[],
-        &["run", &scratch.case, "--out", &out, "--resume"],
-    ));
-    assert!(tables(Path::new(&out)) == wanted);
-}
-
 /// A process that stands still for a while is lost, and what it sends later is ignored.
 #[test]
 #[ignore = "signals processes at moments; a busy machine moves them: distributed/test.sh --include-ignored"]
@@ -231,7 +203,7 @@ fn a_process_that_cannot_write_ends_the_run() {
         let text = said(&output);
         assert_eq!(output.status.code(), Some(1), "{text}");
         assert!(
-            text.contains("checkpoints/replica-") && text.contains("File too large"),
+            text.contains("checkpoints/replica") && text.contains("File too large"),
             "{text}"
         );
         assert_eq!(text.matches("error:").count(), 1, "{text}");

@@ -61,6 +61,29 @@ impl Scheme {
     /// [`Scheme::ContactPoint`] with its own radius: the scheme to compare with exact disks.
     pub const CONTACT_POINT: Self = Self::ContactPoint { radius: None };
 
+    /// All schemes, each with the settings that it has where none are chosen.
+    pub const ALL: [Self; 7] = [
+        Self::Collisionless,
+        Self::Boltzmann,
+        Self::FreeVolume,
+        Self::Enskog(Neighbourhood::Cells(2)),
+        Self::Esmc(Neighbourhood::Cells(2)),
+        Self::StochasticDisks { stiffness: 1.0 },
+        Self::CONTACT_POINT,
+    ];
+
+    /// The scheme of a [`Self::name`], with its own settings.
+    ///
+    /// ```
+    /// use stosszahl_dsmc::{Neighbourhood, Scheme};
+    ///
+    /// assert_eq!(Scheme::named("enskog"), Some(Scheme::Enskog(Neighbourhood::Cells(2))));
+    /// assert_eq!(Scheme::named("ensk"), None);
+    /// ```
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scheme| scheme.name() == name)
+    }
+
     /// The word used in file names and tables.
     pub fn name(self) -> &'static str {
         match self {

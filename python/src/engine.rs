@@ -160,23 +160,17 @@ impl Engine {
 }
 
 fn scheme(name: &str, stiffness: Option<f64>, radius: Option<f64>) -> PyResult<Scheme> {
-    use stosszahl_dsmc::Neighbourhood;
-    const NAMES: &str =
-        "collisionless, boltzmann, free-volume, enskog, esmc, stochastic-disks, contact-point";
-    Ok(match name {
-        "collisionless" => Scheme::Collisionless,
-        "boltzmann" => Scheme::Boltzmann,
-        "free-volume" => Scheme::FreeVolume,
-        "enskog" => Scheme::Enskog(Neighbourhood::Cells(1)),
-        "esmc" => Scheme::Esmc(Neighbourhood::Cells(1)),
-        "stochastic-disks" => Scheme::StochasticDisks {
-            stiffness: stiffness.unwrap_or(1.0),
+    let Some(scheme) = Scheme::named(name) else {
+        let names = Scheme::ALL.map(Scheme::name).join(", ");
+        let text = format!("scheme {name:?} is not known; allowed: {names}");
+        return Err(raised("GasError", &text));
+    };
+    Ok(match scheme {
+        Scheme::StochasticDisks { stiffness: own } => Scheme::StochasticDisks {
+            stiffness: stiffness.unwrap_or(own),
         },
-        "contact-point" => Scheme::ContactPoint { radius },
-        other => {
-            let text = format!("scheme {other:?} is not known; allowed: {NAMES}");
-            return Err(raised("GasError", &text));
-        }
+        Scheme::ContactPoint { .. } => Scheme::ContactPoint { radius },
+        other => other,
     })
 }
 

@@ -497,6 +497,8 @@ fn a_folder_that_cannot_be_written_is_named() {
     desk.write("file", "");
     desk.refused("run case.toml --out file/results", &["file/results"]);
     desk.refused("run case.toml --out file", &["file"]);
+    #[cfg(target_os = "linux")]
+    desk.refused("run case.toml --out /proc/stosszahl", &["/proc/stosszahl"]);
     // Nor can a schema be written to a full device.
     if let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") {
         let code = desk

@@ -102,6 +102,7 @@ fn sweeps_repeat_and_changed_references_are_refused() {
     assert_eq!(table, untimed(&second.join("frontier.csv")));
     let [a, b] = [&first, &second].map(|out| fs::read(out.join("orders.csv")).expect("orders"));
     assert_eq!(a, b);
+    assert!(first.join("recommendation.md").exists());
     let page = fs::read_to_string(first.join("frontier.html")).expect("a page");
     assert!(page.contains("<svg") && !page.contains("NaN"));
     let files = fs::read_dir(&first).expect("files");
@@ -198,7 +199,8 @@ fn runs_carry_an_error_budget() {
     assert!(page.contains("error_budget.csv"));
 }
 
-/// A pilot chooses simulators and steps, the same for any number of threads, and says why; a target that is none is refused.
+/// A pilot chooses simulators and steps, the same for any number of threads, and says why; a target that is none is refused,
+/// and so is a gas without theory.
 #[test]
 fn accuracy_is_chosen_by_a_pilot() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -238,12 +240,15 @@ fn accuracy_is_chosen_by_a_pilot() {
         "{}",
         runs[0].0
     );
-    let path = case(folder.path(), &asking.replace("10%", "much"));
-    let done = stosszahl(&["check", text(&path)]);
-    assert_eq!(done.status.code(), Some(2));
-    let said = String::from_utf8(done.stderr).expect("text");
-    assert!(
-        said.contains("accuracy.target") && said.contains("a share in quotes"),
-        "{said}"
-    );
+    let refused = |content: &str, words: &[&str]| {
+        let path = case(folder.path(), content);
+        let done = stosszahl(&["check", text(&path)]);
+        assert_eq!(done.status.code(), Some(2));
+        let said = String::from_utf8(done.stderr).expect("text");
+        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    };
+    let much = asking.replace("10%", "much");
+    refused(&much, &["accuracy.target", "a share in quotes"]);
+    let driven = asking + "[drive]\nheating = 1\ninterval = 0.1\n";
+    refused(&driven, &["a driven gas"]);
 }

@@ -71,13 +71,3 @@ fn what_cannot_be_is_refused_and_not_written() {
         &["wrong", "comparison"],
     );
 }
-
-#[test]
-fn a_results_folder_that_cannot_be_written_is_refused_by_name() {
-    let desk = Desk::new("");
-    desk.done("init one.toml --number 200 --until 1 --replicas 2");
-    desk.write("taken", "a file");
-    desk.refused("run one.toml --out taken/results", &["taken"]);
-    #[cfg(target_os = "linux")]
-    desk.refused("run one.toml --out /proc/stosszahl", &["/proc/stosszahl"]);
-}

@@ -51,7 +51,7 @@ use toml::{Table, Value};
 pub use error::{CaseError, Fault, Refusal, nearest};
 pub use format::{Case, Kind};
 pub use paper::{Paper, PaperFile};
-pub use schema::{Format, schema, schema_of, schema_with};
+pub use schema::{Format, schema, schema_of};
 
 use error::Problem;
 use origin::{Origins, split};

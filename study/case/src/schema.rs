@@ -217,11 +217,6 @@ pub fn schema() -> Json {
     Format::plain().json().clone()
 }
 
-/// The JSON Schema of case files with measurements: their names, and the schemas of their options.
-pub fn schema_with(measures: &[(&str, Schema)]) -> Json {
-    Format::new(measures).json
-}
-
 /// The schema of a type, without references and without null, which TOML cannot write.
 pub fn schema_of<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);

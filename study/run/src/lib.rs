@@ -39,7 +39,7 @@ pub use control::Progress;
 pub use gauge::Gauge;
 pub use measure::{Measure, Moment, Probe, Runs};
 pub use plan::Plan;
-pub use run::{Options, PointSummary, RunError, Summary, run_case, run_planned};
+pub use run::{Options, PointSummary, RunError, Summary, run_case};
 
 #[cfg(test)]
 mod tests;

@@ -155,7 +155,27 @@ impl RunError {
 /// [`RunError`]; checkpoints stay.
 pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunError> {
     let (planned, threads) = prepare(file, options)?;
-    run_planned(file, &planned, options, threads)
+    let parts = |one: &Planned<'_>| one.plan.engines.len() * one.plan.case.replicas as usize;
+    let fewest = planned.iter().map(parts).min().unwrap_or(1);
+    // Points of few replicas run side by side, as many as have a thread for each part.
+    let side_by_side = (threads / fewest.max(1)).max(1);
+    let needed = planned.chunks(side_by_side).map(|chunk| {
+        let each = threads.div_ceil(chunk.len());
+        chunk.iter().map(|one| one.cost(each).bytes).sum::<f64>()
+    });
+    let needed = needed.fold(0.0, f64::max);
+    require_memory(needed, options)?;
+    let opened = Opened::new(file, &planned, options)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let mut points = Vec::new();
+    for chunk in opened.jobs(file, &planned, options).chunks(side_by_side) {
+        let done: Result<Vec<PointSummary>, RunError> =
+            pool.install(|| chunk.par_iter().map(Job::run).collect());
+        points.extend(done?);
+    }
+    Ok(opened.summary(points))
 }
 
 /// Plans all points, chooses what they leave open, and says how many threads there are.
@@ -173,39 +193,6 @@ pub(crate) fn prepare<'a>(
     let planned = check_within(file, options.free_memory())?;
     let planned = accuracy::settle(file, planned, options, threads)?;
     Ok((planned, threads))
-}
-
-/// Runs points that are planned already.
-///
-/// # Errors
-/// As [`run_case`].
-pub fn run_planned(
-    file: &CaseFile,
-    planned: &[Planned<'_>],
-    options: &Options<'_>,
-    threads: usize,
-) -> Result<Summary, RunError> {
-    let parts = |one: &Planned<'_>| one.plan.engines.len() * one.plan.case.replicas as usize;
-    let fewest = planned.iter().map(parts).min().unwrap_or(1);
-    // Points of few replicas run side by side, as many as have a thread for each part.
-    let side_by_side = (threads / fewest.max(1)).max(1);
-    let needed = planned.chunks(side_by_side).map(|chunk| {
-        let each = threads.div_ceil(chunk.len());
-        chunk.iter().map(|one| one.cost(each).bytes).sum::<f64>()
-    });
-    let needed = needed.fold(0.0, f64::max);
-    require_memory(needed, options)?;
-    let opened = Opened::new(file, planned, options)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?;
-    let mut points = Vec::new();
-    for chunk in opened.jobs(file, planned, options).chunks(side_by_side) {
-        let done: Result<Vec<PointSummary>, RunError> =
-            pool.install(|| chunk.par_iter().map(Job::run).collect());
-        points.extend(done?);
-    }
-    Ok(opened.summary(points))
 }
 
 /// Refuses a run that needs more memory than is free, unless it is asked for all the same.

@@ -16,7 +16,7 @@ use crate::measure::{
     Finished, Measure, Moment, Needs, NoOptions, Probe, Recorder, Stop, described, keeps_record,
 };
 use crate::measures::ALL;
-use crate::plan::{EnginePlan, Looks, Plan};
+use crate::plan::{EnginePlan, Plan};
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
 /// All that a probe can see, in numbers.
@@ -583,32 +583,4 @@ fn a_box_in_critical_lengths_says_the_number_of_disks() {
     let file = CaseFile::from_text(Path::new("test.toml"), &file, &[]).expect("a case");
     let refused = Plan::new(&file.points[0].case, Path::new("")).expect_err("no disks");
     assert_eq!(refused.key, "box.critical_lengths");
-}
-
-#[test]
-fn bundled_cases_have_plans() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases");
-    let entries = std::fs::read_dir(&folder).expect("the bundled cases");
-    for path in entries.flatten().map(|entry| entry.path()) {
-        if path.extension().is_some_and(|ending| ending == "toml") {
-            let file = CaseFile::read(&path, &[]).expect("a case");
-            for point in &file.points {
-                let plan = Plan::new(&point.case, &folder);
-                let plan = plan
-                    .unwrap_or_else(|error| panic!("{} {}: {error}", path.display(), point.name));
-                assert!(
-                    plan.share(plan.case.run.until) > 0.999,
-                    "{}",
-                    path.display()
-                );
-                let cost = plan.cost(
-                    2,
-                    &vec![[0.0; 2]; plan.engines.len()],
-                    &Looks::default(),
-                    0.0,
-                );
-                assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0);
-            }
-        }
-    }
 }

@@ -69,7 +69,7 @@ fn quotient(one: Estimate, other: Estimate) -> Estimate {
 
 /// Exact disks, and schemes with more and more simulators for each. Contact point claims to have their structure where it has many.
 pub(super) fn run(log: &mut Findings) -> Done {
-    let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 16) };
+    let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 24) };
     let make = |seed| start(DISKS, PACKING, seed, 40.0);
     let starts: Vec<Particles> = over_seeds(0..exact_gases, make)?.0;
     let at = |seed: u64| &starts[seed as usize];

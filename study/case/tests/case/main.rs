@@ -1,4 +1,3 @@
 //! Case files, good and bad ones.
 
-mod bundled;
 mod refusals;

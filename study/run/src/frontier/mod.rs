@@ -24,8 +24,6 @@ mod recommend;
 mod reference;
 mod setting;
 mod sweep;
-#[cfg(test)]
-mod tests;
 
 use std::path::PathBuf;
 

@@ -7,7 +7,7 @@ use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters,
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
 
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{EngineKind, EnginePlan, IN_CELLS, Plan};
 
 /// One step of a sequence of settings whose error theory says to fall as a power of h.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,14 +39,11 @@ pub(super) fn engine(kind: EngineKind) -> EnginePlan {
     let name = match &kind {
         EngineKind::EventDriven { .. } => "ed",
         EngineKind::Homogeneous(_) => "dsmc-homogeneous",
-        EngineKind::MonteCarlo(parameters) => match parameters.scheme {
-            Scheme::Collisionless | Scheme::Boltzmann => "dsmc-boltzmann",
-            Scheme::FreeVolume => "dsmc-free-volume",
-            Scheme::Enskog(_) => "dsmc-enskog",
-            Scheme::Esmc(_) => "dsmc-esmc",
-            Scheme::StochasticDisks { .. } => "dsmc-stochastic-disks",
-            Scheme::ContactPoint { .. } => "dsmc-contact-point",
-        },
+        EngineKind::MonteCarlo(parameters) => {
+            let name = parameters.scheme.name();
+            let of_scheme = |engine: &&str| engine.strip_prefix("dsmc-") == Some(name);
+            IN_CELLS.into_iter().find(of_scheme).unwrap_or(IN_CELLS[0])
+        }
     };
     EnginePlan {
         name,

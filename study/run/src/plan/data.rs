@@ -241,11 +241,6 @@ impl Plan {
         }
     }
 
-    /// Whether all particles have one size, mass and law.
-    pub fn is_equal(&self) -> bool {
-        matches!(self.grains.sizes, GrainSizes::Equal(_)) || self.classes.len() == 1
-    }
-
     /// Whether particles spin.
     pub fn is_rough(&self) -> bool {
         self.grains.rough.is_some()

@@ -43,8 +43,9 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
             weights: Weights::uniform(),
         });
     }
-    for (name, scheme) in SCHEMES {
-        let Some(written) = in_cells(&mut plan.case.clone(), name).cloned() else {
+    for name in IN_CELLS {
+        let written = in_cells(&mut plan.case.clone(), name).cloned();
+        let Some((written, scheme)) = written.zip(scheme_of(name)) else {
             continue;
         };
         let (key, boxed) = (format!("engine.{name}"), plan.kind != Kind::Homogeneous);
@@ -81,18 +82,20 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
     Ok(list)
 }
 
-/// The engines in cells, in their order, with the defaults of their schemes.
-const SCHEMES: [(&str, Scheme); 6] = [
-    ("dsmc-boltzmann", Scheme::Boltzmann),
-    ("dsmc-free-volume", Scheme::FreeVolume),
-    ("dsmc-enskog", Scheme::Enskog(Neighbourhood::Cells(2))),
-    ("dsmc-esmc", Scheme::Esmc(Neighbourhood::Cells(2))),
-    (
-        "dsmc-stochastic-disks",
-        Scheme::StochasticDisks { stiffness: 1.0 },
-    ),
-    ("dsmc-contact-point", Scheme::ContactPoint { radius: None }),
+/// The engines in cells, in their order: `dsmc-` and the name of the scheme.
+pub(crate) const IN_CELLS: [&str; 6] = [
+    "dsmc-boltzmann",
+    "dsmc-free-volume",
+    "dsmc-enskog",
+    "dsmc-esmc",
+    "dsmc-stochastic-disks",
+    "dsmc-contact-point",
 ];
+
+/// The scheme of an engine in cells, with its own settings.
+fn scheme_of(engine: &str) -> Option<Scheme> {
+    Scheme::named(engine.strip_prefix("dsmc-")?)
+}
 
 /// What a case says of an engine in cells.
 pub(crate) fn in_cells<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut MonteCarlo> {

@@ -33,5 +33,5 @@ mod times;
 pub use cost::{Cost, EngineCost, Kept, Looks, Pace, available_memory, available_threads};
 pub(crate) use data::in_space;
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
-pub(crate) use engines::in_cells;
+pub(crate) use engines::{IN_CELLS, in_cells};
 pub use times::logarithmic;
