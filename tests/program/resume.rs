@@ -237,18 +237,26 @@ fn damaged_checkpoints_are_refused_by_the_program() {
         .expect("checkpoints")
         .map(|entry| entry.expect("one").path())
         .collect();
-    let chosen = checkpoints.iter().max().expect("a checkpoint");
-    let good = fs::read(chosen).expect("bytes");
-    for place in [0, 12, 60, good.len() - 1] {
-        let mut bytes = good.clone();
-        bytes[place] ^= 4;
-        fs::write(chosen, bytes).expect("written");
-        let said = desk.say("run case.toml --out out --resume");
-        assert!(matches!(said.code, Some(1 | 2)), "{place}: {:?}", said.code);
-        let name = chosen.file_name().expect("a name").to_string_lossy();
-        assert!(said.err.contains(&*name), "{place}: {}", said.err);
+    for (ending, places) in [
+        ("snapshot", vec![0, 12, 60, usize::MAX]),
+        ("journal", vec![0, 12]),
+    ] {
+        let of_kind = checkpoints
+            .iter()
+            .filter(|path| path.extension().is_some_and(|end| end == ending));
+        let chosen = of_kind.max().expect("a checkpoint");
+        let good = fs::read(chosen).expect("bytes");
+        for place in places {
+            let mut bytes = good.clone();
+            bytes[place.min(good.len() - 1)] ^= 4;
+            fs::write(chosen, bytes).expect("written");
+            let said = desk.say("run case.toml --out out --resume");
+            assert!(matches!(said.code, Some(1 | 2)), "{place}: {:?}", said.code);
+            let name = chosen.file_name().expect("a name").to_string_lossy();
+            assert!(said.err.contains(&*name), "{place}: {}", said.err);
+        }
+        fs::write(chosen, good).expect("written");
     }
-    fs::write(chosen, good).expect("written");
     desk.done("run case.toml --out out --resume");
     desk.done("run case.toml --out whole");
     assert_same(&desk.path("whole"), &out);
