@@ -15,7 +15,7 @@
 //! (1981), doi:10.1214/aos/1176345462), as the estimate is a ratio.
 
 use crate::Error;
-use crate::replicas::of_sums;
+use crate::replicas::{add_terms, of_sums};
 use crate::statistics::Estimate;
 
 /// The estimate that a function of sums over replicas makes, and its jackknife error: `sums` has for each replica the
@@ -37,9 +37,7 @@ pub fn jackknife<const N: usize>(
 ) -> Option<Estimate> {
     let replicas = sums.len();
     let total = sums.iter().copied().reduce(|mut total, terms| {
-        for (sum, term) in total.iter_mut().zip(terms) {
-            *sum += term;
-        }
+        add_terms(&mut total, &terms);
         total
     })?;
     // The mean of the pseudo-values is the value without its bias of order 1/R; their standard error is the jackknife's.

@@ -71,12 +71,14 @@ pub fn pseudo_values<T: Clone>(
 
 /// Pseudo-values of a function of sums, `sums` of each replica.
 pub fn of_sums<const N: usize>(sums: &[[f64; N]], of: impl Fn([f64; N]) -> f64) -> Vec<f64> {
-    let add = |sums: &mut [f64; N], terms: &[f64; N]| {
-        for (sum, term) in sums.iter_mut().zip(terms) {
-            *sum += term;
-        }
-    };
-    pseudo_values(sums, add, |sums| of(*sums))
+    pseudo_values(sums, add_terms, |sums| of(*sums))
+}
+
+/// Adds the terms of a replica to sums.
+pub(crate) fn add_terms<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
+    for (sum, term) in sums.iter_mut().zip(terms) {
+        *sum += term;
+    }
 }
 
 /// Ratio of the means of paired values, with its jackknife error; `None` without pairs.

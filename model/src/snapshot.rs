@@ -55,6 +55,16 @@ pub enum SnapshotError {
     },
 }
 
+impl SnapshotError {
+    /// What the system said of a file.
+    pub fn of_file(path: &Path, source: io::Error) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
 /// Writes `bytes` so that the file appears under its name only when it is complete.
 ///
 /// # Errors
@@ -62,15 +72,8 @@ pub enum SnapshotError {
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     when_complete(path, |file| {
         file.write_all(bytes)
-            .map_err(|source| of_file(path, source))
+            .map_err(|source| SnapshotError::of_file(path, source))
     })
-}
-
-fn of_file(path: &Path, source: io::Error) -> SnapshotError {
-    SnapshotError::File {
-        path: path.to_owned(),
-        source,
-    }
 }
 
 /// Has a file written that appears under its name only when it is complete.
@@ -78,18 +81,19 @@ fn when_complete<T>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<T, SnapshotError>,
 ) -> Result<T, SnapshotError> {
-    let failed = |source| of_file(path, source);
+    let failed = |source| SnapshotError::of_file(path, source);
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let partial = PathBuf::from(partial);
     // What a kill left; and never through a link into a file of somebody else's, or into a pipe that nobody reads.
     match fs::remove_file(&partial) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            return Err(of_file(&partial, error));
+            return Err(SnapshotError::of_file(&partial, error));
         }
         _ => {}
     }
-    let mut file = File::create_new(&partial).map_err(|error| of_file(&partial, error))?;
+    let mut file =
+        File::create_new(&partial).map_err(|error| SnapshotError::of_file(&partial, error))?;
     let written = write(&mut file)?;
     file.sync_data().map_err(failed)?;
     fs::rename(&partial, path).map_err(failed)?;
@@ -146,7 +150,7 @@ fn fill<T: Serialize>(
     run: &Fingerprint,
     content: &T,
 ) -> Result<Checksum, SnapshotError> {
-    let failed = |source| of_file(path, source);
+    let failed = |source| SnapshotError::of_file(path, source);
     // Its place; what stands there is known at the end.
     file.write_all(&[0; HEADER]).map_err(failed)?;
     let mut payload = BufWriter::with_capacity(
@@ -197,7 +201,7 @@ pub fn read_checked<T: DeserializeOwned>(
     path: &Path,
     run: &Fingerprint,
 ) -> Result<(T, Checksum), SnapshotError> {
-    let failed = |source| of_file(path, source);
+    let failed = |source| SnapshotError::of_file(path, source);
     let damaged = |found: String, expected| SnapshotError::Damaged {
         path: path.to_owned(),
         found,

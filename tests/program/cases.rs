@@ -8,6 +8,7 @@ use stosszahl::case::CaseFile;
 use stosszahl::case::format::{Restitution, Units};
 use stosszahl::results::Sweep;
 use stosszahl::study::Plan;
+use stosszahl::study::plan::Looks;
 
 #[test]
 fn every_case_has_a_small_form() {
@@ -35,6 +36,10 @@ fn every_case_is_valid_and_asks_a_question() {
             assert_eq!(times.first(), Some(&0.0), "{name}");
             assert_eq!(times.last(), Some(&point.case.run.until), "{name}");
             assert!(times.is_sorted_by(|a, b| a < b), "{name}");
+            assert!(plan.share(plan.case.run.until) > 0.999, "{name}");
+            let kept = vec![[0.0; 2]; plan.engines.len()];
+            let cost = plan.cost(2, &kept, &Looks::default(), 0.0);
+            assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0, "{name}");
         }
         // With an earlier end, times beyond it are left out.
         let half = format!("run.until={}", 0.5 * file.points[0].case.run.until);

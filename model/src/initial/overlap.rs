@@ -41,11 +41,8 @@ pub fn first_overlap(
         .enumerate()
         .map(|(index, &centre)| around(centre, radius(index)))
         .collect();
-    let all = leaves.iter().fold(Aabb::new_invalid(), |mut all, one| {
-        all.merge(one);
-        all
-    });
     let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves);
+    let all = tree.root_aabb();
     let mut found: Option<Overlap> = None;
     for (first, &centre) in positions.iter().enumerate() {
         // Pairs are seen from both sides, so the smallest first index comes first.

@@ -171,11 +171,14 @@ impl<'a, T: Content> Control<'a, T> {
     /// is done again in a moment is not worth a file, of which thousands of short replicas would make thousands.
     ///
     /// # Errors
-    /// As [`Self::save`].
-    pub fn finish(&self, content: &T) -> Result<(), SnapshotError> {
-        let since = (self.last.lock()).unwrap_or_else(std::sync::PoisonError::into_inner);
-        if self.stop.is_raised() || since.elapsed() >= self.interval.min(WORTH_SAVING) {
-            self.save(content)?;
+    /// Those of `content` and of [`Self::save`].
+    pub fn finish<E: From<SnapshotError>>(
+        &self,
+        content: impl FnOnce() -> Result<T, E>,
+    ) -> Result<(), E> {
+        let last = *(self.last.lock()).unwrap_or_else(std::sync::PoisonError::into_inner);
+        if self.stop.is_raised() || last.elapsed() >= self.interval.min(WORTH_SAVING) {
+            self.save(&content()?)?;
         }
         Ok(())
     }

@@ -53,7 +53,7 @@ pub fn prepare(
         control.pause(&mut rollback, || Ok::<_, PartError>(start.clone()))?;
     }
     control.tell(1.0, 0);
-    control.finish(&start)?;
+    control.finish(|| Ok::<_, PartError>(start.clone()))?;
     let report = start.report().cloned().unwrap_or_default();
     Ok((report, start.particles(plan, streams)?))
 }
@@ -206,7 +206,7 @@ impl Part<'_> {
         let mut rollback = Rollback::default();
         while let Some(due) = schedule.get(course.next) {
             let before = course.gas.work().collisions;
-            control.keep(&mut rollback, || course.save(Some(control)))?;
+            control.keep(&mut rollback, || course.save(control))?;
             match course.leg(due, drive.as_ref()) {
                 Err(PartError::Interrupted) => {
                     return Err(control.roll_back(&mut rollback)?.into());
@@ -220,14 +220,19 @@ impl Part<'_> {
             );
             if course.next < schedule.len() {
                 course.lap();
-                control.pause(&mut rollback, || course.save(Some(control)))?;
+                control.pause(&mut rollback, || course.save(control))?;
             }
         }
         course.lap();
-        let saved = course.save(None)?;
         control.tell(1.0, 0);
-        control.finish(&saved)?;
-        Ok(saved.finished(course.probes))
+        let finished = Finished {
+            work: course.gas.work(),
+            probes: course.probes,
+            bytes: course.bytes,
+            seconds: course.seconds,
+        };
+        control.finish(|| Ok::<_, PartError>(finished.save()?))?;
+        Ok(finished)
     }
 }
 
@@ -404,21 +409,14 @@ impl<'a> Course<'a> {
         Ok((self.gas.checkpoint()?, None))
     }
 
-    /// What a checkpoint holds; of a finished part without a control.
-    fn save(&mut self, control: Option<&Control<'_, Saved>>) -> Result<Saved, PartError> {
-        let engine = match control {
-            Some(control) => {
-                let (bytes, set) = self.checkpoint(control)?;
-                self.set = set;
-                Some(bytes)
-            }
-            None => None,
-        };
-        let set = self.set.filter(|_| engine.is_some());
+    /// What a checkpoint holds.
+    fn save(&mut self, control: &Control<'_, Saved>) -> Result<Saved, PartError> {
+        let (engine, set) = self.checkpoint(control)?;
+        self.set = set;
         let work = self.gas.work();
         let records = self.probes.iter().map(|probe| probe.save());
         Ok(Saved {
-            engine,
+            engine: Some(engine),
             set,
             next: self.next,
             kicks: self.kicks,

@@ -6,7 +6,7 @@
 //! again.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -53,11 +53,6 @@ fn frame(replica: u64, left: &[u8]) -> [u8; FRAME] {
     frame
 }
 
-fn word(bytes: &[u8]) -> u64 {
-    let bytes = bytes.iter().rev();
-    bytes.fold(0, |word, &byte| word << 8 | u64::from(byte))
-}
-
 /// The entries of a file, and where the last whole one ends; or what is wrong.
 fn entries(bytes: &[u8], run: &Fingerprint) -> Result<(Vec<Entry>, usize), Wrong> {
     let mut all = Vec::new();
@@ -73,11 +68,12 @@ fn entries(bytes: &[u8], run: &Fingerprint) -> Result<(Vec<Entry>, usize), Wrong
     }
     let mut end = HEADER;
     while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
-        let length = usize::try_from(word(&head[..8])).unwrap_or(usize::MAX);
+        let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
+        let length = usize::try_from(word(0)).unwrap_or(usize::MAX);
         let Some(left) = rest.get(..length) else {
             break;
         };
-        let replica = word(&head[8..16]);
+        let replica = word(8);
         if head != frame(replica, left) {
             return Err(Wrong::Hash(all.len()));
         }
@@ -105,7 +101,7 @@ impl Journal {
         run: &Fingerprint,
         interval: f64,
     ) -> Result<(Self, Vec<Entry>), SnapshotError> {
-        let failed = |source| of_file(path, source);
+        let failed = |source| SnapshotError::of_file(path, source);
         let damaged = |found: String, expected| SnapshotError::Damaged {
             path: path.to_owned(),
             found,
@@ -169,14 +165,7 @@ impl Journal {
             open.written = Instant::now();
             open.file.sync_data()
         });
-        written.map_err(|source| of_file(&self.path, source))
-    }
-}
-
-fn of_file(path: &Path, source: io::Error) -> SnapshotError {
-    SnapshotError::File {
-        path: path.to_owned(),
-        source,
+        written.map_err(|source| SnapshotError::of_file(&self.path, source))
     }
 }
 
@@ -216,7 +205,7 @@ mod tests {
         }
     }
 
-    /// A changed bit is found, whereever it is, or cuts off what follows; nothing wrong is read.
+    /// A changed bit is found, wherever it is, or cuts off what follows; nothing wrong is read.
     #[test]
     fn a_changed_bit_is_never_read() {
         let folder = tempfile::tempdir().expect("a folder");
