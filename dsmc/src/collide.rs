@@ -149,7 +149,7 @@ where
         let mut squares = VectorOf::<P>::default();
         for member in members {
             let velocity = member.velocity;
-            let mass = if P::Sizes::UNIFORM {
+            let mass = if sizes.are_equal() {
                 1.0
             } else {
                 sizes.mass(member.tag)
@@ -159,7 +159,7 @@ where
             squares = P::Space::vector(|axis| {
                 let square = velocity[axis] * velocity[axis];
                 squares[axis]
-                    + if P::Sizes::UNIFORM {
+                    + if sizes.are_equal() {
                         square
                     } else {
                         mass * square
@@ -167,7 +167,7 @@ where
             });
         }
         let mut twice_energy = squares.inner(&P::Space::vector(|_| 1.0));
-        if P::Sizes::UNIFORM {
+        if sizes.are_equal() {
             twice_energy *= sizes.mass(members[0].tag);
         }
         stock.note(low, high, twice_energy, self.units);
@@ -203,8 +203,8 @@ where
                 report.tally.majorant_violations += 1;
                 majorant = square.sqrt();
             }
-            if !P::Sizes::UNIFORM {
-                let sizes = self.scene.sizes();
+            let sizes = self.scene.sizes();
+            if !sizes.are_equal() {
                 let diameters = [i, j].map(|who| 2.0 * sizes.radius(members[who].tag));
                 threshold *= cell.ceiling / self.pair_factor(cell.chi, cell.packing, diameters);
             }
@@ -249,7 +249,7 @@ where
         let packing = packing.min(0.9);
         let largest = 2.0 * sizes.largest_radius();
         let ceiling = chi * P::Space::cross_section(largest);
-        let ceiling = if P::Sizes::UNIFORM {
+        let ceiling = if sizes.are_equal() {
             ceiling
         } else {
             ceiling.max(self.pair_factor(chi, packing, [largest; 2]))
@@ -356,7 +356,7 @@ pub(crate) fn covered<P: Physics>(
     sizes: &P::Sizes,
     tags: impl ExactSizeIterator<Item = <P::Sizes as Sizes>::Tag>,
 ) -> f64 {
-    if P::Sizes::UNIFORM {
+    if sizes.are_equal() {
         return tags.len() as f64;
     }
     let unit = 1.0 / sizes.largest_radius();

@@ -105,9 +105,9 @@ impl Means {
     }
 
     /// What unequal sizes do to the count of a neighbourhood.
-    fn spread<P: Physics>(&self) -> Option<Spread> {
+    fn spread<P: Physics>(&self, sizes: &P::Sizes) -> Option<Spread> {
         let powers = self.powers.map(|sum| sum / self.count);
-        (!P::Sizes::UNIFORM).then(|| Spread::new(P::Space::DIMENSION, powers))
+        (!sizes.are_equal()).then(|| Spread::new(P::Space::DIMENSION, powers))
     }
 
     /// Adds the size with an index, `weight` times.
@@ -371,7 +371,7 @@ where
             unit: weight * P::Space::ball(sizes.largest_radius()),
             packing_fraction,
             bounded: [0, 1, 2].map(|axis| !domain.is_periodic(axis)),
-            is_plain: P::Sizes::UNIFORM && surroundings.is_none(),
+            is_plain: sizes.are_equal() && surroundings.is_none(),
         };
         let mut density = Density::new(parameters.scheme, &gas);
         if let Some(surroundings) = &surroundings {
@@ -387,7 +387,7 @@ where
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
         let rates = matches!(parameters.scheme, Scheme::ContactPoint { .. })
-            .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(), radius));
+            .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(sizes), radius));
         let mut engine = Self {
             density,
             rates,

@@ -13,7 +13,7 @@ use crate::invalid::Invalid;
 /// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
 /// equal particles, the index for unequal ones.
 pub trait Sizes: Clone + Debug + Send + Sync + 'static {
-    /// True where all particles are alike, so that pair factors are compile-time ones.
+    /// True where the type says that all particles are alike, so that pair factors are compile-time ones.
     const UNIFORM: bool;
     /// True where a tag belongs to one particle only, so that none can be added.
     const INDIVIDUAL: bool;
@@ -34,6 +34,11 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     fn mass(&self, tag: Self::Tag) -> f64;
     /// The largest radius of all.
     fn largest_radius(&self) -> f64;
+    /// Whether all particles have one radius and one mass, as those of a single species do.
+    #[inline]
+    fn are_equal(&self) -> bool {
+        Self::UNIFORM
+    }
     /// The species that a particle belongs to, where there are several; 0 otherwise.
     #[inline]
     fn kind(&self, _tag: Self::Tag) -> u32 {
@@ -90,6 +95,8 @@ pub struct Polydisperse {
     /// Number of the species of each; none where all are of one.
     kinds: Option<Arc<[u32]>>,
     largest: f64,
+    /// Whether all have one radius and mass.
+    equal: bool,
 }
 
 impl Polydisperse {
@@ -104,7 +111,9 @@ impl Polydisperse {
             Invalid::unless_positive("mass", mass)?;
         }
         let largest = sizes.iter().map(|size| size.0).fold(0.0, f64::max);
+        let equal = sizes.iter().all(|size| *size == sizes[0]);
         Ok(Self {
+            equal,
             sizes: sizes.into(),
             kinds: None,
             largest,
@@ -151,6 +160,7 @@ impl Sizes for Polydisperse {
             sizes: self.sizes.repeat(times).into(),
             kinds: (self.kinds.as_ref()).map(|kinds| kinds.repeat(times).into()),
             largest: self.largest,
+            equal: self.equal,
         }
     }
     #[inline]
@@ -163,6 +173,10 @@ impl Sizes for Polydisperse {
     }
     fn largest_radius(&self) -> f64 {
         self.largest
+    }
+    #[inline]
+    fn are_equal(&self) -> bool {
+        self.equal
     }
     #[inline]
     fn kind(&self, tag: u32) -> u32 {

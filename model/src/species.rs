@@ -26,6 +26,8 @@ pub struct Species {
     /// First index of each species in the state, and the number of all particles.
     first: Arc<[usize]>,
     largest: f64,
+    /// Whether all have one radius and mass.
+    equal: bool,
     /// What [`Sizes::kind`] says of each entry: its number, unless several entries are of one species.
     numbers: Arc<[u32]>,
 }
@@ -56,11 +58,14 @@ impl Species {
             "at most 4294967295",
         )?;
         let largest = kinds.iter().map(|kind| kind.radius).fold(0.0, f64::max);
+        let size = |kind: &Kind| (kind.radius, kind.mass);
+        let equal = kinds.iter().all(|kind| size(kind) == size(&kinds[0]));
         Ok(Self {
             numbers: (0..kinds.len() as u32).collect(),
             kinds: kinds.into(),
             first: first.into(),
             largest,
+            equal,
         })
     }
 
@@ -114,6 +119,7 @@ impl Sizes for Species {
             kinds: kinds.into(),
             first: first.into(),
             largest: self.largest,
+            equal: self.equal,
             numbers: self.numbers.repeat(times).into(),
         }
     }
@@ -127,6 +133,10 @@ impl Sizes for Species {
     }
     fn largest_radius(&self) -> f64 {
         self.largest
+    }
+    #[inline]
+    fn are_equal(&self) -> bool {
+        self.equal
     }
     #[inline]
     fn kind(&self, tag: u32) -> u32 {

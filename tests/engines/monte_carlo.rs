@@ -1,10 +1,13 @@
 //! The Monte Carlo engine against kinetic theory and against what must be conserved.
 
-use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{
+    Boundaries, Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, simulate,
+};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Collision, Constant, Free, Observer, Plane, Polydisperse, Scene, Smooth, State, kinetic,
+    Body, Budget, Collision, Constant, Free, Grains, Observer, Particle, Particles, Plane,
+    Polydisperse, Scene, Smooth, State, Vector, kinetic,
 };
 
 use crate::support::{Disks, disks, gas};
@@ -218,6 +221,52 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
         error < 0.01 && (mean - 1.0).abs() < 4.0 * error,
         "{mean} +- {error}"
     );
+}
+
+/// Where displacements are followed, disks carry the number of their species, and the engine is that of any sizes. Of one species
+/// it must do what the engine of equal disks does: the same bits, of every scheme, also with the density halfway to the contact.
+#[test]
+fn one_species_is_a_gas_of_equal_disks() {
+    let state = gas(Arrangement::Disordered, 400, 0.25, 3);
+    let lengths = state.domain.lengths();
+    let all = state.bodies.iter().map(|body| Particle {
+        position: body.position.spatial(),
+        velocity: body.velocity.spatial(),
+        ..Particle::of(0.5, 1.0)
+    });
+    let start = Particles {
+        time: 0.0,
+        dimension: 2,
+        lengths: [lengths[0], lengths[1], 0.0],
+        periodic: [true; 3],
+        all: all.collect(),
+    };
+    let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
+    let schemes = Scheme::ALL.map(|scheme| (scheme, 2));
+    for (scheme, simulators_per_disk) in [(Scheme::CONTACT_POINT, 16)].into_iter().chain(schemes) {
+        let parameters = Parameters {
+            simulators_per_disk,
+            ..Parameters::for_scheme(scheme)
+        };
+        let after = |displacements: bool| {
+            let parts = stosszahl_dsmc::Gas {
+                grains: &grains,
+                parameters,
+                boundaries: &Boundaries::default(),
+                streams: Streams::new(7, 0),
+                displacements,
+            };
+            let mut gas = simulate(&parts, std::slice::from_ref(&start)).expect("a gas");
+            let reached = gas.advance(3.0, Budget::Unlimited, &mut ());
+            assert!(reached.expect("an advance"));
+            (gas.particles(), gas.work())
+        };
+        let (plain, species) = (after(false), after(true));
+        let is_idle = scheme == Scheme::Collisionless;
+        assert!(is_idle || plain.1.collisions > 400, "{scheme:?}");
+        assert_eq!(plain.1, species.1, "{scheme:?}");
+        assert!(plain.0 == species.0, "{scheme:?}");
+    }
 }
 
 /// Disks of different sizes continue to the same bits too, though their order in memory is another one then.

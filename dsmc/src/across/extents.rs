@@ -6,7 +6,7 @@
 
 use stosszahl_model::Space;
 
-use crate::tally::larger;
+use crate::tally::{larger, smaller};
 
 /// The smallest box that holds some velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,17 @@ impl<S: Space> Extent<S> {
         self.join(&Self {
             most: [-velocity, velocity],
         });
+    }
+
+    /// Leaves it as it is, or makes it that of nobody; without a branch, which nobody could foresee.
+    #[inline(always)]
+    pub(super) fn keep_if(&mut self, keeps: bool) {
+        let most = [f64::MIN, f64::MAX][usize::from(keeps)];
+        for one in &mut self.most {
+            for axis in 0..S::DIMENSION {
+                one[axis] = smaller(one[axis], most);
+            }
+        }
     }
 
     #[inline(always)]

@@ -9,11 +9,11 @@ use stosszahl_model::{
 
 use super::arm::{self, Arm};
 use super::extents::{Extent, Ranges};
-use super::partners::{Aim, Search};
+use super::partners::Search;
 use super::patch::Patch;
 use super::shared::{Around, ChangeOf};
+use super::trials::{AroundPoints, InCells, Trials};
 use super::{Bounds, Rates, Report};
-use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered, draw_whole, index, nearest_image};
 use crate::density::{Crowding, Scheme, Weighing};
 use crate::grid::{Grid, OFFSETS, offset};
@@ -31,7 +31,7 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a Kernel<'a, P>,
     /// Of partners around points of contact.
     rates: Option<&'a Rates<P::Space>>,
-    arm: &'a Arm,
+    pub(super) arm: &'a Arm,
     /// Of the tile and all next to it together.
     bounds: Bounds,
     /// Whether velocities bound trials.
@@ -44,50 +44,50 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
 
 /// A line of cells of a tile along the first axis: its number, and its row and layer.
 #[derive(Clone, Copy)]
-struct Line {
+pub(super) struct Line {
     number: usize,
-    row: usize,
-    layer: usize,
+    pub(super) row: usize,
+    pub(super) layer: usize,
 }
 
 /// A cell that is not empty.
-struct Cell<S: Space> {
+pub(super) struct Cell<S: Space> {
     /// Its number in the tile, and its coordinates among all.
     local: usize,
-    at: [u32; 3],
+    pub(super) at: [u32; 3],
     /// Who is in it, in the patch.
     members: Range<usize>,
     /// Units around, what boundaries leave of the room for them, and their packing fraction.
-    units: f64,
-    crowding: Crowding,
+    pub(super) units: f64,
+    pub(super) crowding: Crowding,
     packing: f64,
     limited: bool,
     /// Of the distance at which partners are sought.
-    class: u8,
+    pub(super) class: u8,
     /// Cross section times chi of pairs of the largest, over that of the contact distance and the chi of equal ones.
-    ceiling: f64,
+    pub(super) ceiling: f64,
     /// n chi times the ceiling of those that have most; trials expected in the step for each simulator, and for all of the piece up to
     /// here; the velocities that these may meet.
-    most: f64,
+    pub(super) most: f64,
     rate: f64,
     sum: f64,
-    extent: Extent<S>,
+    pub(super) extent: Extent<S>,
     collisions: u64,
     virial: f64,
 }
 
 /// A simulator that looks for a partner.
-struct Trial<V> {
+pub(super) struct Trial<V> {
     first: usize,
-    position: V,
+    pub(super) position: V,
     /// Towards the partner.
-    normal: V,
+    pub(super) normal: V,
     /// From centre to centre at contact, for a partner of the mean radius \[length\].
-    distance: f64,
+    pub(super) distance: f64,
     /// Its own speed along the normal.
-    along: f64,
+    pub(super) along: f64,
     /// How fast they must approach, of how fast they can.
-    threshold: f64,
+    pub(super) threshold: f64,
     majorant: f64,
 }
 
@@ -161,8 +161,9 @@ where
     #[inline(always)]
     fn collide_all(&mut self, ranges: Ranges) {
         let kernel = self.kernel;
+        let sizes = (kernel.scene.sizes(), kernel.mean_radius);
         self.patch
-            .fill(&self.around, kernel.grid, ranges, self.moves);
+            .fill(&self.around, kernel.grid, ranges, self.moves, sizes);
         let mut search = Search::new(
             kernel.grid,
             kernel.partner_radius,
@@ -193,12 +194,17 @@ where
             match (kernel.density.scheme(), self.rates) {
                 (Scheme::ContactPoint { .. }, Some(rates)) => {
                     if self.is_halfway() {
-                        self.around_points::<true>(line, columns, rates, &mut search, &mut stream);
+                        let trials = AroundPoints::<_, true>::new(kernel, rates, &mut search);
+                        self.for_trials(line, columns, &mut stream, trials);
                     } else {
-                        self.around_points::<false>(line, columns, rates, &mut search, &mut stream);
+                        let trials = AroundPoints::<_, false>::new(kernel, rates, &mut search);
+                        self.for_trials(line, columns, &mut stream, trials);
                     }
                 }
-                (Scheme::Esmc(_), _) => self.in_cells(line, columns, &ranges, &mut stream),
+                (Scheme::Esmc(_), _) => {
+                    let trials = InCells::new(kernel, self.bounds.chi, ranges.point, line);
+                    self.for_trials(line, columns, &mut stream, trials);
+                }
                 (Scheme::StochasticDisks { stiffness }, _) => {
                     for column in 0..columns {
                         if let Some(mut cell) = self.cell(line, columns, column) {
@@ -254,7 +260,7 @@ where
         };
         self.report.tally.active_cells += 1;
         self.report.tally.limited_cells += u64::from(limited);
-        let ceiling = if P::Sizes::UNIFORM {
+        let ceiling = if sizes.are_equal() {
             1.0
         } else {
             let largest = 2.0 * sizes.largest_radius();
@@ -298,16 +304,14 @@ where
             .count(self.around.middle(), cell.local, weighed, cell.virial);
     }
 
-    /// Draws the trials of a line, piece by piece: their number, and the cell and simulator of each. `most`: n chi times the ceiling in
-    /// a cell, at most; `meet`: does a trial, given a random number from 0 to 2^32, and says whether to go on.
+    /// Draws the trials of a line, piece by piece: their number, and the cell and simulator of each.
     #[inline(always)]
-    fn for_trials<R: Rng>(
+    fn for_trials(
         &mut self,
         line: Line,
         columns: usize,
-        stream: &mut R,
-        most: impl Fn(&Self, &Cell<P::Space>, usize) -> f64,
-        mut meet: impl FnMut(&mut Self, &mut Cell<P::Space>, usize, u64, &mut R) -> bool,
+        stream: &mut impl Rng,
+        mut trials: impl Trials<P, F>,
     ) {
         let kernel = self.kernel;
         let mut cells = std::mem::take(&mut self.cells);
@@ -330,15 +334,15 @@ where
                     continue;
                 };
                 cell.extent = self.patch.bounds[column];
-                cell.most = most(self, &cell, column);
+                cell.most = trials.most(self, &cell, column);
                 cell.rate = cell.most * each * total::<P::Space>(cell.extent.sides());
                 sum += cell.rate * cell.members.len() as f64;
                 cell.sum = sum;
                 cells.push(cell);
             }
-            let trials = draw_whole(sum, stream);
-            self.report.tally.trials += trials;
-            for number in 0..trials {
+            let count = draw_whole(sum, stream);
+            self.report.tally.trials += count;
+            for number in 0..count {
                 if kernel.stop.is_raised_at(number) {
                     break;
                 }
@@ -349,7 +353,7 @@ where
                 let cell = &mut cells[number];
                 let left = ((cell.sum - at) / cell.rate) as usize;
                 let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
-                if !meet(self, cell, first, pick, stream) {
+                if !trials.meet(self, cell, first, pick, stream) {
                     break;
                 }
             }
@@ -367,7 +371,7 @@ where
     /// of the box times `|k_i|`, whatever v: so the line is drawn with that density, one of its ends by the shares of the two, and
     /// a partner is accepted with ((v - u) . k)+/w(k). What is left of the number that chose the end is uniform too: the threshold.
     #[inline(always)]
-    fn propose(
+    pub(super) fn propose(
         &self,
         first: usize,
         extent: &Extent<P::Space>,
@@ -399,7 +403,7 @@ where
     /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles differ in size, their
     /// cross section lets them. Returns how far apart they were along the line of centres, in contact distances.
     #[inline(always)]
-    fn try_pair(
+    pub(super) fn try_pair(
         &mut self,
         cell: &mut Cell<P::Space>,
         trial: &Trial<VectorOf<P>>,
@@ -413,7 +417,7 @@ where
         }
         let sizes = self.kernel.scene.sizes();
         let radii = [trial.first, second].map(|who| sizes.radius(self.patch.tag(who)));
-        if !P::Sizes::UNIFORM {
+        if !sizes.are_equal() {
             let largest = 2.0 * sizes.largest_radius();
             let diameters = radii.map(|radius| 2.0 * radius);
             let share = pair_share(self.kernel, cell.packing, diameters, largest) / cell.ceiling;
@@ -429,153 +433,10 @@ where
         Some(-apart.inner(&trial.normal) / contact)
     }
 
-    /// Whether the density is that halfway to the contact; of unequal sizes it never is, which the compiler sees here.
+    /// Whether the density is that halfway to the contact; in space it never is, which the compiler sees here.
     #[inline(always)]
     fn is_halfway(&self) -> bool {
-        P::Sizes::UNIFORM && self.kernel.density.weighing() == Weighing::Triangle
-    }
-
-    /// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
-    /// halfway.
-    #[inline(always)]
-    fn around_points<const HALFWAY: bool>(
-        &mut self,
-        line: Line,
-        columns: usize,
-        rates: &Rates<P::Space>,
-        search: &mut Search<'_, P>,
-        stream: &mut impl Rng,
-    ) {
-        let kernel = self.kernel;
-        let sizes = kernel.scene.sizes();
-        // How far from a simulator that is, in cells; less where a coordinate at the edge of a cell is rounded to the other side.
-        let farthest = if HALFWAY {
-            steps_within(kernel.grid, kernel.mean_radius)
-        } else {
-            [0; 3]
-        };
-        let n_chi = |others: f64| rates.at(others, Crowding::NONE, 1.0);
-        self.for_trials(
-            line,
-            columns,
-            stream,
-            |_, cell, _| {
-                if HALFWAY {
-                    n_chi(kernel.density.most_others(cell.at, farthest))
-                } else {
-                    cell.ceiling * rates.most(cell.units, cell.crowding)
-                }
-            },
-            |worker, cell, first, pick, stream| {
-                let trial = worker.propose(first, &cell.extent, stream);
-                if HALFWAY {
-                    let middle = trial.position + trial.normal * (0.5 * trial.distance);
-                    let step = worker.patch.steps_to(cell.at, middle);
-                    let step =
-                        [0, 1, 2].map(|axis| step[axis].clamp(-farthest[axis], farthest[axis]));
-                    let others = kernel.density.others(cell.at, step);
-                    if stream.random::<f64>() * cell.most >= n_chi(others) {
-                        return true;
-                    }
-                }
-                if !P::Sizes::UNIFORM {
-                    let share = sizes.radius(worker.patch.tag(first)) / sizes.largest_radius();
-                    let rate = cell.ceiling * rates.at(cell.units, cell.crowding, share);
-                    if stream.random::<f64>() * cell.most >= rate {
-                        return true;
-                    }
-                    // A search among the small for the partner of a large one may look at ten thousands.
-                    if kernel.stop.is_raised() {
-                        return false;
-                    }
-                }
-                let (normal, distance) = (trial.normal, trial.distance);
-                // Beyond a wall there is nobody.
-                if !kernel.has_room(trial.position + normal * distance) {
-                    return true;
-                }
-                let reach = worker.arm.reach(cell.class);
-                let aim = Aim {
-                    point: trial.position + normal * (reach * distance),
-                    along: normal * reach,
-                };
-                let there = worker.patch.cell_of(aim.point);
-                // Nobody there is fast enough.
-                let speed = trial.threshold - trial.along;
-                if worker.patch.is_slow(there, normal, speed) {
-                    return true;
-                }
-                worker.report.tally.searches += 1;
-                let Some(second) = search.partner(worker.patch, aim, there, first, pick, stream)
-                else {
-                    worker.report.tally.missed += 1;
-                    return true;
-                };
-                if let Some(arm) = worker.try_pair(cell, &trial, second, stream) {
-                    worker.report.distances.note(cell.class, arm);
-                }
-                true
-            },
-        );
-    }
-
-    /// Partners from the cell of the point of contact.
-    #[inline(always)]
-    fn in_cells(&mut self, line: Line, columns: usize, ranges: &Ranges, stream: &mut impl Rng) {
-        let kernel = self.kernel;
-        let domain = kernel.grid.domain();
-        let chi = self.bounds.chi;
-        // Cells that walls cut are denser than their number says.
-        let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
-        let density = kernel.weight / (least * kernel.grid.cell_volume());
-        let point = ranges.point;
-        let crowd = |worker: &Self, here| f64::from(worker.patch.crowd(here, point));
-        self.for_trials(
-            line,
-            columns,
-            stream,
-            |worker, cell, column| {
-                let here = worker.patch.own_cell([column, line.row, line.layer]);
-                cell.ceiling * chi * crowd(worker, here) * density
-            },
-            |worker, cell, first, pick, stream| {
-                let most = cell.most / (cell.ceiling * chi * density);
-                let slot = (pick as f64 * (0.5_f64).powi(32) * most) as usize;
-                let trial = worker.propose(first, &cell.extent, stream);
-                let way = trial.normal * trial.distance;
-                let point = trial.position + way;
-                let patch = &*worker.patch;
-                let there = patch.members(patch.cell_of(point), 1);
-                let second = there.start + slot;
-                if slot >= there.len() || patch.home(second) == patch.home(first) {
-                    return true;
-                }
-                if let Some(surroundings) = kernel.surroundings {
-                    let point = domain.wrap(point);
-                    if !kernel.has_room(point) {
-                        return true;
-                    }
-                    let room = surroundings.room(kernel.grid.cell_at(point));
-                    if least < room && stream.random::<f64>() * room >= least {
-                        return true;
-                    }
-                }
-                // Halfway, where the density counts: the packing of the cell there, or of those around it.
-                let middle = trial.position + way * 0.5;
-                let own = if kernel.density.looks_around() {
-                    0.0
-                } else {
-                    let members = patch.members(patch.cell_of(middle), 1);
-                    covered::<P>(kernel.scene.sizes(), members.map(|who| patch.tag(who)))
-                };
-                let middle = kernel.grid.cell_at(domain.wrap(middle));
-                let (there, ..) = kernel.density.contact_value(middle, own);
-                if chi * stream.random::<f64>() < there {
-                    worker.try_pair(cell, &trial, second, stream);
-                }
-                true
-            },
-        );
+        P::Space::DIMENSION == 2 && self.kernel.density.weighing() == Weighing::Triangle
     }
 
     /// Collides a pair along `normal`, from the first to the second, and returns the vector from the second to the first.
@@ -630,17 +491,6 @@ where
         }
         apart
     }
-}
-
-/// How many cells a point at this distance may be away along each axis, at most.
-fn steps_within<S: Space>(grid: &Grid<S>, distance: f64) -> [i64; 3] {
-    [0, 1, 2].map(|axis| {
-        if axis < S::DIMENSION {
-            (distance / grid.width()[axis]).ceil() as i64
-        } else {
-            0
-        }
-    })
 }
 
 /// Mean size of a component of a random unit vector, in the plane and in space.

@@ -13,6 +13,7 @@ mod partners;
 mod patch;
 mod rate;
 pub(crate) mod shared;
+mod trials;
 
 #[cfg(test)]
 mod tests;
@@ -169,7 +170,7 @@ fn ranges<P: Physics>(
     let largest = sizes.largest_radius();
     let longest = largest + mean_radius;
     if let Scheme::ContactPoint { .. } = scheme {
-        let spread = if P::Sizes::UNIFORM {
+        let spread = if sizes.are_equal() {
             0.0
         } else {
             mean_radius.max(largest - mean_radius)

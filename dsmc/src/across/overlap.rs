@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space, Vector};
+use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
 use super::kernel::Worker;
+use super::partners::Aim;
 use super::patch::LANES;
 use crate::collide::nearest_image;
 use crate::simulator::Follow;
@@ -37,7 +38,10 @@ where
             if kernel.stop.is_raised() {
                 return;
             }
-            let position = self.patch.position(first);
+            let aim = Aim {
+                point: self.patch.position(first),
+                along: VectorOf::<P>::default(),
+            };
             let farthest = sizes.radius(self.patch.tag(first)) + sizes.largest_radius();
             let limit = farthest * farthest;
             for (lines, [low, high]) in forward_lines(P::Space::DIMENSION) {
@@ -52,7 +56,7 @@ where
                 let is_own = lines == [0; 3];
                 let mut begin = if is_own { first + 1 } else { others.start };
                 while begin < others.end {
-                    let squares = self.patch.squares(position, begin, others.end);
+                    let squares = self.patch.squares(aim, begin, others.end);
                     let mut near = 0_u32;
                     for (lane, square) in squares.into_iter().enumerate() {
                         near |= u32::from(square < limit) << lane;

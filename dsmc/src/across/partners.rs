@@ -12,8 +12,8 @@ use crate::tally::smaller;
 /// Draws before all simulators around are looked at one by one, and the number of them up to which none is drawn.
 const DRAWS: u32 = 12;
 
-/// Simulators around that are looked at once, for one within the radius and for the nearest: their numbers have six bits.
-const FEW: u64 = 64;
+/// Simulators around that are looked at once, for one within the radius and for the nearest: their numbers have seven bits.
+const FEW: u64 = 128;
 const RUNS: usize = FEW as usize / LANES;
 
 /// Widest search for the nearest, in cells on each side.
@@ -76,10 +76,13 @@ impl<'a, P: Physics> Search<'a, P> {
         pick: u64,
         stream: &mut impl Rng,
     ) -> Option<usize> {
-        // Nearly always.
-        if P::Sizes::UNIFORM && self.near == 1 && !patch.is_narrow() {
+        // Nearly always cells next to it: written out, that is faster.
+        if !patch.is_narrow() {
             let hidden = patch.hide(who);
-            let found = self.closest(patch, aim.point, cell, pick);
+            let found = match self.near + self.shift {
+                1 => self.closest(patch, aim, cell, pick, 1),
+                block => self.closest(patch, aim, cell, pick, block as usize),
+            };
             patch.show(who, hidden);
             if found.is_some() {
                 return found;
@@ -88,33 +91,39 @@ impl<'a, P: Physics> Search<'a, P> {
         self.partner_around(patch, aim, who, stream)
     }
 
-    /// The same among equal ones in the cell and those next to it, if there is somebody, and not too many; whoever looks is hidden.
+    /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden.
     #[inline(always)]
     fn closest(
         &self,
         patch: &Patch<P>,
-        point: VectorOf<P>,
+        aim: Aim<VectorOf<P>>,
         cell: usize,
         pick: u64,
+        block: usize,
     ) -> Option<usize> {
+        let side = 2 * block + 1;
+        let is_deep = P::Space::DIMENSION > 2;
+        let lines = if is_deep { side * side } else { side };
+        if lines > RUNS {
+            return None;
+        }
         let limit = self.radius * self.radius;
         // In each lane: the least square, in which run it was found, and how many are within the radius.
         let (mut best, mut found) = ([f64::MAX; LANES], [0_u64; LANES]);
         let mut near = [0_u64; LANES];
-        let mut runs = [[0; 2]; RUNS];
+        let mut runs = [[0_u32; 2]; RUNS];
         let mut count = 0;
         let [_, column, layer] = patch.strides();
-        let is_deep = P::Space::DIMENSION > 2;
-        let lines = if is_deep { 9 } else { 3 };
-        let first = cell - 1 - column - if is_deep { layer } else { 0 };
+        let first = cell - block * (1 + column + if is_deep { layer } else { 0 });
         for line in 0..lines {
-            let members = patch.members(first + line % 3 * column + line / 3 * layer, 3);
+            let begin = first + line % side * column + line / side * layer;
+            let members = patch.members(begin, side);
             let mut begin = members.start;
             while begin < members.end {
                 if count == RUNS {
                     return None;
                 }
-                let squares = patch.squares(point, begin, members.end);
+                let squares = patch.squares(aim, begin, members.end);
                 let run = count as u64;
                 for lane in 0..LANES {
                     let square = squares[lane];
@@ -126,46 +135,51 @@ impl<'a, P: Physics> Search<'a, P> {
                     };
                     best[lane] = smaller(square, best[lane]);
                 }
-                runs[count] = [begin, members.end];
+                runs[count] = [begin as u32, members.end as u32];
                 count += 1;
                 begin += LANES;
             }
         }
         let near: u64 = near.iter().sum();
         if near > 1 {
-            return self.pick(patch, point, &runs[..count], (pick * near) >> 32);
+            return self.pick(patch, aim, &runs[..count], (pick * near) >> 32);
         }
         // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
-        // squares are not negative, so that their bits have their order, and the last six are none that matter.
-        let mut words = [0; LANES];
+        // squares are not negative, so that their bits have their order, and the last seven are none that matter.
         for lane in 0..LANES {
             let number = found[lane] * LANES as u64 + lane as u64;
-            words[lane] = (best[lane].to_bits() & !(FEW - 1)) | number;
+            best[lane] = f64::from_bits((best[lane].to_bits() & !(FEW - 1)) | number);
         }
-        let best = words
-            .map(f64::from_bits)
-            .into_iter()
-            .fold(f64::MAX, smaller);
+        // Half against half, so that three comparisons follow each other and not eight.
+        let mut left = LANES;
+        while left > 1 {
+            left /= 2;
+            for lane in 0..left {
+                best[lane] = smaller(best[lane], best[lane + left]);
+            }
+        }
+        let best = best[0];
         // Who is hidden, or nobody.
         if best >= 1e290 {
             return None;
         }
         let number = (best.to_bits() & (FEW - 1)) as usize;
-        Some(runs[number / LANES][0] + number % LANES)
+        Some(runs[number / LANES][0] as usize + number % LANES)
     }
 
-    /// The one within the radius of a point that comes after so many others.
+    /// The one within the radius of where it is sought that comes after so many others.
     #[inline(never)]
     fn pick(
         &self,
         patch: &Patch<P>,
-        point: VectorOf<P>,
-        runs: &[[usize; 2]],
+        aim: Aim<VectorOf<P>>,
+        runs: &[[u32; 2]],
         mut skip: u64,
     ) -> Option<usize> {
         let limit = self.radius * self.radius;
         for &[begin, end] in runs {
-            let squares = patch.squares(point, begin, end);
+            let [begin, end] = [begin as usize, end as usize];
+            let squares = patch.squares(aim, begin, end);
             for (index, square) in (begin..).zip(squares) {
                 if square < limit {
                     if skip == 0 {
@@ -297,7 +311,7 @@ impl<'a, P: Physics> Search<'a, P> {
     fn distance_square(&self, patch: &Patch<P>, aim: Aim<VectorOf<P>>, index: usize) -> f64 {
         let position = patch.position(index);
         let mut point = aim.point;
-        if !P::Sizes::UNIFORM {
+        if !self.sizes.are_equal() {
             point += aim.along * (self.sizes.radius(patch.tag(index)) - self.mean_radius);
         }
         if !patch.is_narrow() {

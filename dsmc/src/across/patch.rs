@@ -9,6 +9,7 @@ use stosszahl_model::{Physics, Sizes, Space, VectorOf};
 
 use super::Ranges;
 use super::extents::Extent;
+use super::partners::Aim;
 use super::shared::{Around, At};
 use crate::grid::{Grid, ROUNDER};
 use crate::simulator::Follow;
@@ -52,6 +53,8 @@ pub(crate) struct Patch<P: Physics> {
     positions: [Vec<f64>; 3],
     pub(super) velocities: Vec<VectorOf<P>>,
     tags: Vec<<P::Sizes as Sizes>::Tag>,
+    /// How much larger than the mean the radius of each is, where they differ.
+    excess: Vec<f64>,
     /// The cell of each.
     cells: Vec<u32>,
     /// Where those of each cell are kept: the tile, and what is to be added to their number here.
@@ -84,6 +87,7 @@ impl<P: Physics> Default for Patch<P> {
             positions: [const { Vec::new() }; 3],
             velocities: Vec::new(),
             tags: Vec::new(),
+            excess: Vec::new(),
             cells: Vec::new(),
             homes: Vec::new(),
             extents: Vec::new(),
@@ -98,7 +102,7 @@ impl<P: Physics> Default for Patch<P> {
 }
 
 impl<P: Physics> Patch<P> {
-    /// Takes in what is around the tile in the middle. `moves`: whether velocities bound trials.
+    /// Takes in what is around the tile in the middle. `moves`: whether velocities bound trials; the sizes, and their mean radius.
     #[inline(always)]
     pub(super) fn fill<F: Follow<P::Space>>(
         &mut self,
@@ -106,6 +110,7 @@ impl<P: Physics> Patch<P> {
         grid: &Grid<P::Space>,
         ranges: Ranges,
         moves: bool,
+        (sizes, mean_radius): (&P::Sizes, f64),
     ) {
         let place = &around.home().place;
         let is_used = |axis: usize| usize::from(axis < P::Space::DIMENSION);
@@ -130,6 +135,11 @@ impl<P: Physics> Patch<P> {
         for list in &mut self.positions[..P::Space::DIMENSION] {
             list.resize(list.len() + LANES, NOWHERE);
         }
+        if !sizes.are_equal() {
+            let excess = |&tag: &_| sizes.radius(tag) - mean_radius;
+            self.excess.extend(self.tags.iter().map(excess));
+            self.excess.resize(self.tags.len() + LANES, 0.0);
+        }
         if moves {
             self.bound();
         }
@@ -140,6 +150,7 @@ impl<P: Physics> Patch<P> {
         self.positions.iter_mut().for_each(Vec::clear);
         self.velocities.clear();
         self.tags.clear();
+        self.excess.clear();
         self.homes.clear();
         self.cells.clear();
         self.extents.clear();
@@ -232,8 +243,14 @@ impl<P: Physics> Patch<P> {
     fn bound(&mut self) {
         let all = self.starts.len() - 1;
         self.extents.resize(all, Extent::nobody());
+        // Those of a cell follow each other, so that its box grows in registers: read back from memory just after it was written, it
+        // would be waited for.
+        let (mut extent, mut before) = (Extent::nobody(), u32::MAX);
         for (&cell, &velocity) in self.cells.iter().zip(&self.velocities) {
-            self.extents[cell as usize].note(velocity);
+            extent.keep_if(cell == before);
+            extent.note(velocity);
+            self.extents[cell as usize] = extent;
+            before = cell;
         }
         self.near.resize(all, 0);
         if self.is_narrow {
@@ -435,14 +452,21 @@ impl<P: Physics> Patch<P> {
         self.tags[index]
     }
 
-    /// Squares of the distances of some that follow each other from a point; of those from `end` on, a large number.
+    /// Squares of the distances of some that follow each other from where they are sought; of those from `end` on, a large number.
     #[inline(always)]
-    pub(super) fn squares(&self, point: VectorOf<P>, begin: usize, end: usize) -> [f64; LANES] {
+    pub(super) fn squares(&self, aim: Aim<VectorOf<P>>, begin: usize, end: usize) -> [f64; LANES] {
         let mut squares = [0.0; LANES];
         for axis in 0..P::Space::DIMENSION {
             let lanes = &self.positions[axis][begin..begin + LANES];
+            let mut points = [aim.point[axis]; LANES];
+            if !P::Sizes::UNIFORM && !self.excess.is_empty() {
+                let excess = &self.excess[begin..begin + LANES];
+                for lane in 0..LANES {
+                    points[lane] += aim.along[axis] * excess[lane];
+                }
+            }
             for lane in 0..LANES {
-                let apart = lanes[lane] - point[axis];
+                let apart = lanes[lane] - points[lane];
                 squares[lane] += apart * apart;
             }
         }
@@ -498,9 +522,12 @@ impl<P: Physics> Patch<P> {
         for z in 0..=2 * deep {
             for y in 0..=2 * near {
                 let begin = first + column * y + layer * z;
+                // Each line for itself, so that not all comparisons wait for each other.
+                let mut line = f64::NEG_INFINITY;
                 for one in &self.extents[begin..=begin + 2 * near] {
-                    most = larger(most, one.along(ends, side));
+                    line = larger(line, one.along(ends, side));
                 }
+                most = larger(most, line);
             }
         }
         most
@@ -564,7 +591,7 @@ impl<P: Physics> Patch<P> {
     pub(crate) fn bytes(&self) -> usize {
         let positions: usize = self.positions.iter().map(Vec::capacity).sum();
         let extents = self.extents.capacity() + self.bounds.capacity() + self.work.capacity();
-        8 * positions
+        8 * (positions + self.excess.capacity())
             + 4 * (self.starts.capacity()
                 + self.cells.capacity()
                 + self.near.capacity()

@@ -27,6 +27,9 @@ const LARGEST_TABLE: u32 = 1 << 14;
 /// Densest packing that chi is taken at: beyond it, the limit stands anyway.
 const DENSEST: f64 = 0.9;
 
+/// Entries of the table by packing fraction, from 0 to 1.
+const PACKINGS: usize = 2048;
+
 /// What follows from a number of units around, where all is room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Known {
@@ -54,6 +57,8 @@ pub(crate) struct Rates<S: Space> {
     spread: Option<Spread>,
     missing: Missing,
     table: Vec<Known>,
+    /// What [`Self::covered_chi_there`] is at packing fractions that are equally far apart; none where the other table is enough.
+    by_packing: Vec<[f64; 2]>,
     space: std::marker::PhantomData<S>,
 }
 
@@ -116,6 +121,7 @@ impl<S: Space> Rates<S> {
             spread,
             missing: Missing::new::<S>(&Window::new(gas, density, radius)),
             table: Vec::new(),
+            by_packing: Vec::new(),
             space: std::marker::PhantomData,
         };
         if spread.is_none() {
@@ -129,12 +135,44 @@ impl<S: Space> Rates<S> {
                 })
                 .collect();
         }
+        if !gas.is_plain {
+            let packings = (0..=PACKINGS).map(|entry| entry as f64 / PACKINGS as f64);
+            rates.by_packing = packings
+                .map(|packing| rates.covered_chi_there(packing))
+                .collect();
+        }
         rates
     }
 
     /// Covered share times chi.
     fn covered_chi(&self, packing: f64) -> f64 {
         packing * S::contact_value(packing.min(DENSEST)).min(self.limit)
+    }
+
+    /// The same, and its second derivative.
+    pub(super) fn covered_chi_there(&self, packing: f64) -> [f64; 2] {
+        let here = self.covered_chi(packing);
+        let near = 0.02_f64.min(0.5 * packing);
+        if near > 0.0 {
+            let around = self.covered_chi(packing + near) + self.covered_chi(packing - near);
+            [here, (around - 2.0 * here) / (near * near)]
+        } else {
+            [here, 0.0]
+        }
+    }
+
+    /// The same between two entries of the table, if there is one.
+    #[inline]
+    pub(super) fn covered_chi_near(&self, packing: f64) -> [f64; 2] {
+        let place = packing * PACKINGS as f64;
+        let entry = place as usize;
+        match self.by_packing.get(entry..entry + 2) {
+            Some([low, high]) => {
+                let part = place - entry as f64;
+                [0, 1].map(|which| low[which] + part * (high[which] - low[which]))
+            }
+            _ => self.covered_chi_there(packing),
+        }
     }
 
     /// Of a simulator of `own` units that thins what is around it by `thinned` units times H.
@@ -144,16 +182,10 @@ impl<S: Space> Rates<S> {
         let others = (raw - own * unit).max(0.0);
         let [missing, varies] = self.missing.at(others);
         let packing = others + missing * thinned * unit;
-        let near = 0.02_f64.min(0.5 * packing);
-        let curvature = if near > 0.0 {
-            let around = self.covered_chi(packing + near) + self.covered_chi(packing - near);
-            (around - 2.0 * self.covered_chi(packing)) / (near * near)
-        } else {
-            0.0
-        };
+        let [covered_chi, curvature] = self.covered_chi_near(packing);
         let each = self.spread.map_or(1.0, |spread| spread.variance);
         let variance = each * self.squares * unit * packing * varies;
-        let covered_chi = (self.covered_chi(packing) - 0.5 * curvature * variance).max(0.0);
+        let covered_chi = (covered_chi - 0.5 * curvature * variance).max(0.0);
         crowding.centres * covered_chi / self.ball
     }
 
@@ -191,5 +223,6 @@ impl<S: Space> Rates<S> {
 
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Known>() * self.table.capacity()
+            + size_of::<[f64; 2]>() * self.by_packing.capacity()
     }
 }

@@ -1,0 +1,238 @@
+//! What becomes of the trials of a line of cells.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::{Physics, Sizes, Space};
+
+use super::Rates;
+use super::kernel::{Cell, Line, Worker};
+use super::partners::{Aim, Search};
+use crate::boundary::Surroundings;
+use crate::collide::{Kernel, covered};
+use crate::density::Crowding;
+use crate::grid::Grid;
+use crate::simulator::Follow;
+
+/// How a scheme does its trials.
+///
+/// Not closures: whether one is compiled into the loop around it, and so with the vector instructions of that, is up to the compiler.
+pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
+    /// n chi times the ceiling in a cell, at most.
+    fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64;
+
+    /// Does the trial of a simulator, given a random number from 0 to 2^32, and says whether to go on.
+    fn meet(
+        &mut self,
+        worker: &mut Worker<'_, '_, '_, P, F>,
+        cell: &mut Cell<P::Space>,
+        first: usize,
+        pick: u64,
+        stream: &mut impl Rng,
+    ) -> bool;
+}
+
+/// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
+/// halfway.
+pub(super) struct AroundPoints<'a, 'b, P: Physics, const HALFWAY: bool> {
+    rates: &'a Rates<P::Space>,
+    search: &'b mut Search<'a, P>,
+    /// How far from a simulator the point halfway is, in cells; less where a coordinate at the edge of a cell is rounded to the other side.
+    farthest: [i64; 3],
+}
+
+impl<'a, 'b, P: Physics, const HALFWAY: bool> AroundPoints<'a, 'b, P, HALFWAY> {
+    #[inline(always)]
+    pub(super) fn new(
+        kernel: &Kernel<'_, P>,
+        rates: &'a Rates<P::Space>,
+        search: &'b mut Search<'a, P>,
+    ) -> Self {
+        let farthest = if HALFWAY {
+            steps_within(kernel.grid, kernel.mean_radius)
+        } else {
+            [0; 3]
+        };
+        Self {
+            rates,
+            search,
+            farthest,
+        }
+    }
+
+    /// n chi of so many others.
+    #[inline(always)]
+    fn n_chi(&self, others: f64) -> f64 {
+        self.rates.at(others, Crowding::NONE, 1.0)
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>, const HALFWAY: bool> Trials<P, F>
+    for AroundPoints<'_, '_, P, HALFWAY>
+{
+    #[inline(always)]
+    fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, _: usize) -> f64 {
+        if HALFWAY {
+            self.n_chi((worker.kernel.density).most_others(cell.at, self.farthest))
+        } else {
+            cell.ceiling * self.rates.most(cell.units, cell.crowding)
+        }
+    }
+
+    #[inline(always)]
+    fn meet(
+        &mut self,
+        worker: &mut Worker<'_, '_, '_, P, F>,
+        cell: &mut Cell<P::Space>,
+        first: usize,
+        pick: u64,
+        stream: &mut impl Rng,
+    ) -> bool {
+        let kernel = worker.kernel;
+        let sizes = kernel.scene.sizes();
+        let trial = worker.propose(first, &cell.extent, stream);
+        if HALFWAY {
+            let middle = trial.position + trial.normal * (0.5 * trial.distance);
+            let (step, farthest) = (worker.patch.steps_to(cell.at, middle), self.farthest);
+            let step = [0, 1, 2].map(|axis| step[axis].clamp(-farthest[axis], farthest[axis]));
+            let others = kernel.density.others(cell.at, step);
+            if stream.random::<f64>() * cell.most >= self.n_chi(others) {
+                return true;
+            }
+        }
+        if !sizes.are_equal() {
+            let share = sizes.radius(worker.patch.tag(first)) / sizes.largest_radius();
+            let rate = cell.ceiling * self.rates.at(cell.units, cell.crowding, share);
+            if stream.random::<f64>() * cell.most >= rate {
+                return true;
+            }
+            // A search among the small for the partner of a large one may look at ten thousands.
+            if kernel.stop.is_raised() {
+                return false;
+            }
+        }
+        let (normal, distance) = (trial.normal, trial.distance);
+        // Beyond a wall there is nobody.
+        if !kernel.has_room(trial.position + normal * distance) {
+            return true;
+        }
+        let reach = worker.arm.reach(cell.class);
+        let aim = Aim {
+            point: trial.position + normal * (reach * distance),
+            along: normal * reach,
+        };
+        let there = worker.patch.cell_of(aim.point);
+        // Nobody there is fast enough.
+        let speed = trial.threshold - trial.along;
+        if worker.patch.is_slow(there, normal, speed) {
+            return true;
+        }
+        worker.report.tally.searches += 1;
+        let found = (self.search).partner(worker.patch, aim, there, first, pick, stream);
+        let Some(second) = found else {
+            worker.report.tally.missed += 1;
+            return true;
+        };
+        if let Some(arm) = worker.try_pair(cell, &trial, second, stream) {
+            worker.report.distances.note(cell.class, arm);
+        }
+        true
+    }
+}
+
+/// Partners from the cell of the point of contact.
+pub(super) struct InCells {
+    /// Largest chi, and the density of one simulator in the cell with the least room \[1/length^D\].
+    chi: f64,
+    density: f64,
+    least: f64,
+    /// Cells around a simulator that points of contact are in.
+    point: usize,
+    line: Line,
+}
+
+impl InCells {
+    #[inline(always)]
+    pub(super) fn new<P: Physics>(
+        kernel: &Kernel<'_, P>,
+        chi: f64,
+        point: usize,
+        line: Line,
+    ) -> Self {
+        // Cells that walls cut are denser than their number says.
+        let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
+        Self {
+            chi,
+            density: kernel.weight / (least * kernel.grid.cell_volume()),
+            least,
+            point,
+            line,
+        }
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
+    #[inline(always)]
+    fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64 {
+        let here = (worker.patch).own_cell([column, self.line.row, self.line.layer]);
+        let crowd = f64::from(worker.patch.crowd(here, self.point));
+        cell.ceiling * self.chi * crowd * self.density
+    }
+
+    #[inline(always)]
+    fn meet(
+        &mut self,
+        worker: &mut Worker<'_, '_, '_, P, F>,
+        cell: &mut Cell<P::Space>,
+        first: usize,
+        pick: u64,
+        stream: &mut impl Rng,
+    ) -> bool {
+        let kernel = worker.kernel;
+        let domain = kernel.grid.domain();
+        let most = cell.most / (cell.ceiling * self.chi * self.density);
+        let slot = (pick as f64 * (0.5_f64).powi(32) * most) as usize;
+        let trial = worker.propose(first, &cell.extent, stream);
+        let way = trial.normal * trial.distance;
+        let point = trial.position + way;
+        let patch = &*worker.patch;
+        let there = patch.members(patch.cell_of(point), 1);
+        let second = there.start + slot;
+        if slot >= there.len() || patch.home(second) == patch.home(first) {
+            return true;
+        }
+        if let Some(surroundings) = kernel.surroundings {
+            let point = domain.wrap(point);
+            if !kernel.has_room(point) {
+                return true;
+            }
+            let room = surroundings.room(kernel.grid.cell_at(point));
+            if self.least < room && stream.random::<f64>() * room >= self.least {
+                return true;
+            }
+        }
+        // Halfway, where the density counts: the packing of the cell there, or of those around it.
+        let middle = trial.position + way * 0.5;
+        let own = if kernel.density.looks_around() {
+            0.0
+        } else {
+            let members = patch.members(patch.cell_of(middle), 1);
+            covered::<P>(kernel.scene.sizes(), members.map(|who| patch.tag(who)))
+        };
+        let middle = kernel.grid.cell_at(domain.wrap(middle));
+        let (there, ..) = kernel.density.contact_value(middle, own);
+        if self.chi * stream.random::<f64>() < there {
+            worker.try_pair(cell, &trial, second, stream);
+        }
+        true
+    }
+}
+
+/// How many cells a point at this distance may be away along each axis, at most.
+fn steps_within<S: Space>(grid: &Grid<S>, distance: f64) -> [i64; 3] {
+    [0, 1, 2].map(|axis| {
+        if axis < S::DIMENSION {
+            (distance / grid.width()[axis]).ceil() as i64
+        } else {
+            0
+        }
+    })
+}
