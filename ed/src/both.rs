@@ -69,7 +69,6 @@ impl<F: Field<Plane>> Disks<F> {
             sizes.radius(tags[second as usize]),
         ];
         let square = |distance: f64x2| distance * distance;
-        let equal = sizes.are_equal();
         let uniform = square(f64x2::splat(2.0 * radii[0]));
 
         let mut limit = f64x2::splat(f64::INFINITY);
@@ -88,7 +87,7 @@ impl<F: Field<Plane>> Disks<F> {
                 velocity[0] - f64x2::splat(speed[0]),
                 velocity[1] - f64x2::splat(speed[1]),
             ];
-            let distance_squared = if equal {
+            let distance_squared = if S::UNIFORM {
                 uniform
             } else {
                 let radius = sizes.radius(tags[disk as usize]);

@@ -505,9 +505,8 @@ impl<F: Field<Plane>> Disks<F> {
         let (velocity, clock) = (own.velocity, own.clock);
         let [x, y] = self.relative_positions(own.position);
         let radius = sizes.radius(tags[who as usize]);
-        let equal = sizes.are_equal();
         let distance = |other: u32| {
-            if equal {
+            if S::UNIFORM {
                 2.0 * radius
             } else {
                 radius + sizes.radius(tags[other as usize])
