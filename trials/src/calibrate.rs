@@ -135,7 +135,6 @@ fn energies_differ(
         .is_some_and(|found| found.kind == VerdictKind::Differ)
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn energies(log: &mut Findings) -> Done {
     let samples = samples(log);
     for replicas in [2, 4, 8] {
@@ -189,7 +188,6 @@ fn bends(
     judge::impact_parameters("topic", "engine", &tests, &words, LEVEL).kind == VerdictKind::Differ
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn impact_parameters(log: &mut Findings) -> Done {
     const COLLISIONS: usize = 1000;
     let samples = samples(log) / 5;
