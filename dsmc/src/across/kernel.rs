@@ -71,14 +71,14 @@ pub(super) struct Cell<S: Space> {
     pub(super) most: f64,
     rate: f64,
     sum: f64,
-    pub(super) extent: Extent<S>,
+    extent: Extent<S>,
     collisions: u64,
     virial: f64,
 }
 
 /// A simulator that looks for a partner.
 pub(super) struct Trial<V> {
-    first: usize,
+    pub(super) first: usize,
     pub(super) position: V,
     /// Towards the partner.
     pub(super) normal: V,
@@ -164,13 +164,7 @@ where
         let sizes = (kernel.scene.sizes(), kernel.mean_radius);
         self.patch
             .fill(&self.around, kernel.grid, ranges, self.moves, sizes);
-        let mut search = Search::new(
-            kernel.grid,
-            kernel.partner_radius,
-            kernel.scene.sizes(),
-            kernel.mean_radius,
-            ranges,
-        );
+        let mut search = Search::new(kernel.grid, kernel.partner_radius, ranges);
         let [columns, rows, layers] = self.around.home().place.sides.map(|side| side as usize);
         for number in 0..rows * layers {
             if kernel.stop.is_raised() {
@@ -353,7 +347,8 @@ where
                 let cell = &mut cells[number];
                 let left = ((cell.sum - at) / cell.rate) as usize;
                 let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
-                if !trials.meet(self, cell, first, pick, stream) {
+                let trial = self.propose(first, &cell.extent, stream);
+                if !trials.meet(self, cell, &trial, pick, stream) {
                     break;
                 }
             }
@@ -371,7 +366,7 @@ where
     /// of the box times `|k_i|`, whatever v: so the line is drawn with that density, one of its ends by the shares of the two, and
     /// a partner is accepted with ((v - u) . k)+/w(k). What is left of the number that chose the end is uniform too: the threshold.
     #[inline(always)]
-    pub(super) fn propose(
+    fn propose(
         &self,
         first: usize,
         extent: &Extent<P::Space>,

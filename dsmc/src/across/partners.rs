@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{Physics, Space, Vector, VectorOf};
 
 use super::patch::{LANES, Patch};
 use crate::grid::Grid;
@@ -32,8 +32,6 @@ pub(super) struct Aim<V> {
 pub(super) struct Search<'a, P: Physics> {
     grid: &'a Grid<P::Space>,
     radius: f64,
-    sizes: &'a P::Sizes,
-    mean_radius: f64,
     /// How many cells on each side hold all within the radius, at least one, and how many more do where sizes differ.
     near: i64,
     shift: i64,
@@ -44,18 +42,10 @@ pub(super) struct Search<'a, P: Physics> {
 
 impl<'a, P: Physics> Search<'a, P> {
     /// `radius`: within which all simulators are equally likely.
-    pub(super) fn new(
-        grid: &'a Grid<P::Space>,
-        radius: f64,
-        sizes: &'a P::Sizes,
-        mean_radius: f64,
-        ranges: super::Ranges,
-    ) -> Self {
+    pub(super) fn new(grid: &'a Grid<P::Space>, radius: f64, ranges: super::Ranges) -> Self {
         Self {
             grid,
             radius,
-            sizes,
-            mean_radius,
             near: ranges.near as i64,
             shift: ranges.shift as i64,
             narrowest: grid.narrowest(),
@@ -311,8 +301,8 @@ impl<'a, P: Physics> Search<'a, P> {
     fn distance_square(&self, patch: &Patch<P>, aim: Aim<VectorOf<P>>, index: usize) -> f64 {
         let position = patch.position(index);
         let mut point = aim.point;
-        if !self.sizes.are_equal() {
-            point += aim.along * (self.sizes.radius(patch.tag(index)) - self.mean_radius);
+        if let Some(excess) = patch.excess(index) {
+            point += aim.along * excess;
         }
         if !patch.is_narrow() {
             return (position - point).square();

@@ -53,7 +53,7 @@ pub(crate) struct Patch<P: Physics> {
     positions: [Vec<f64>; 3],
     pub(super) velocities: Vec<VectorOf<P>>,
     tags: Vec<<P::Sizes as Sizes>::Tag>,
-    /// How much larger than the mean the radius of each is, where they differ.
+    /// How much larger than the mean the radius of each is, where they differ and partners are sought around points.
     excess: Vec<f64>,
     /// The cell of each.
     cells: Vec<u32>,
@@ -135,7 +135,7 @@ impl<P: Physics> Patch<P> {
         for list in &mut self.positions[..P::Space::DIMENSION] {
             list.resize(list.len() + LANES, NOWHERE);
         }
-        if !sizes.are_equal() {
+        if ranges.shift > 0 {
             let excess = |&tag: &_| sizes.radius(tag) - mean_radius;
             self.excess.extend(self.tags.iter().map(excess));
             self.excess.resize(self.tags.len() + LANES, 0.0);
@@ -450,6 +450,12 @@ impl<P: Physics> Patch<P> {
     #[inline(always)]
     pub(super) fn tag(&self, index: usize) -> <P::Sizes as Sizes>::Tag {
         self.tags[index]
+    }
+
+    /// How much larger than the mean its radius is, where that shifts its place around a point.
+    #[inline(always)]
+    pub(super) fn excess(&self, index: usize) -> Option<f64> {
+        self.excess.get(index).copied()
     }
 
     /// Squares of the distances of some that follow each other from where they are sought; of those from `end` on, a large number.

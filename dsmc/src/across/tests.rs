@@ -71,7 +71,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
             let tiles = &mut engine.tiles;
             let results = sweep_around(false, &grid, tiles, None, |number, around| {
                 let mut stream = Xoroshiro128PlusPlus::seed_from_u64(number as u64);
-                let mut search = Search::<P>::new(&grid, radius, &sizes, mean, ranges);
+                let mut search = Search::<P>::new(&grid, radius, ranges);
                 let mut patch = Patch::default();
                 patch.fill(&around, &grid, ranges, false, (&sizes, mean));
                 let mut results = Vec::new();

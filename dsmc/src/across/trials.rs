@@ -1,10 +1,10 @@
 //! What becomes of the trials of a line of cells.
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space};
+use stosszahl_model::{Physics, Sizes, Space, VectorOf};
 
 use super::Rates;
-use super::kernel::{Cell, Line, Worker};
+use super::kernel::{Cell, Line, Trial, Worker};
 use super::partners::{Aim, Search};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered};
@@ -19,12 +19,12 @@ pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
     /// n chi times the ceiling in a cell, at most.
     fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64;
 
-    /// Does the trial of a simulator, given a random number from 0 to 2^32, and says whether to go on.
+    /// Does a trial, given a random number from 0 to 2^32, and says whether to go on.
     fn meet(
         &mut self,
         worker: &mut Worker<'_, '_, '_, P, F>,
         cell: &mut Cell<P::Space>,
-        first: usize,
+        trial: &Trial<VectorOf<P>>,
         pick: u64,
         stream: &mut impl Rng,
     ) -> bool;
@@ -82,13 +82,12 @@ impl<P: Physics, F: Follow<P::Space>, const HALFWAY: bool> Trials<P, F>
         &mut self,
         worker: &mut Worker<'_, '_, '_, P, F>,
         cell: &mut Cell<P::Space>,
-        first: usize,
+        trial: &Trial<VectorOf<P>>,
         pick: u64,
         stream: &mut impl Rng,
     ) -> bool {
         let kernel = worker.kernel;
         let sizes = kernel.scene.sizes();
-        let trial = worker.propose(first, &cell.extent, stream);
         if HALFWAY {
             let middle = trial.position + trial.normal * (0.5 * trial.distance);
             let (step, farthest) = (worker.patch.steps_to(cell.at, middle), self.farthest);
@@ -99,7 +98,7 @@ impl<P: Physics, F: Follow<P::Space>, const HALFWAY: bool> Trials<P, F>
             }
         }
         if !sizes.are_equal() {
-            let share = sizes.radius(worker.patch.tag(first)) / sizes.largest_radius();
+            let share = sizes.radius(worker.patch.tag(trial.first)) / sizes.largest_radius();
             let rate = cell.ceiling * self.rates.at(cell.units, cell.crowding, share);
             if stream.random::<f64>() * cell.most >= rate {
                 return true;
@@ -126,12 +125,12 @@ impl<P: Physics, F: Follow<P::Space>, const HALFWAY: bool> Trials<P, F>
             return true;
         }
         worker.report.tally.searches += 1;
-        let found = (self.search).partner(worker.patch, aim, there, first, pick, stream);
+        let found = (self.search).partner(worker.patch, aim, there, trial.first, pick, stream);
         let Some(second) = found else {
             worker.report.tally.missed += 1;
             return true;
         };
-        if let Some(arm) = worker.try_pair(cell, &trial, second, stream) {
+        if let Some(arm) = worker.try_pair(cell, trial, second, stream) {
             worker.report.distances.note(cell.class, arm);
         }
         true
@@ -182,7 +181,7 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
         &mut self,
         worker: &mut Worker<'_, '_, '_, P, F>,
         cell: &mut Cell<P::Space>,
-        first: usize,
+        trial: &Trial<VectorOf<P>>,
         pick: u64,
         stream: &mut impl Rng,
     ) -> bool {
@@ -190,13 +189,12 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
         let domain = kernel.grid.domain();
         let most = cell.most / (cell.ceiling * self.chi * self.density);
         let slot = (pick as f64 * (0.5_f64).powi(32) * most) as usize;
-        let trial = worker.propose(first, &cell.extent, stream);
         let way = trial.normal * trial.distance;
         let point = trial.position + way;
         let patch = &*worker.patch;
         let there = patch.members(patch.cell_of(point), 1);
         let second = there.start + slot;
-        if slot >= there.len() || patch.home(second) == patch.home(first) {
+        if slot >= there.len() || patch.home(second) == patch.home(trial.first) {
             return true;
         }
         if let Some(surroundings) = kernel.surroundings {
@@ -220,7 +218,7 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
         let middle = kernel.grid.cell_at(domain.wrap(middle));
         let (there, ..) = kernel.density.contact_value(middle, own);
         if self.chi * stream.random::<f64>() < there {
-            worker.try_pair(cell, &trial, second, stream);
+            worker.try_pair(cell, trial, second, stream);
         }
         true
     }
