@@ -187,13 +187,9 @@ where
             }
             match (kernel.density.scheme(), self.rates) {
                 (Scheme::ContactPoint { .. }, Some(rates)) => {
-                    if self.is_halfway() {
-                        let trials = AroundPoints::<_, true>::new(kernel, rates, &mut search);
-                        self.for_trials(line, columns, &mut stream, trials);
-                    } else {
-                        let trials = AroundPoints::<_, false>::new(kernel, rates, &mut search);
-                        self.for_trials(line, columns, &mut stream, trials);
-                    }
+                    let halfway = self.is_halfway();
+                    let trials = AroundPoints::new(kernel, rates, &mut search, halfway);
+                    self.for_trials(line, columns, &mut stream, trials);
                 }
                 (Scheme::Esmc(_), _) => {
                     let trials = InCells::new(kernel, self.bounds.chi, ranges.point, line);

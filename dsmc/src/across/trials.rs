@@ -32,29 +32,26 @@ pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
 
 /// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
 /// halfway.
-pub(super) struct AroundPoints<'a, 'b, P: Physics, const HALFWAY: bool> {
+pub(super) struct AroundPoints<'a, 'b, P: Physics> {
     rates: &'a Rates<P::Space>,
     search: &'b mut Search<'a, P>,
-    /// How far from a simulator the point halfway is, in cells; less where a coordinate at the edge of a cell is rounded to the other side.
-    farthest: [i64; 3],
+    /// How far from a simulator the point halfway is, in cells, if the density is that there; less where a coordinate at the edge of a cell is
+    /// rounded to the other side.
+    farthest: Option<[i64; 3]>,
 }
 
-impl<'a, 'b, P: Physics, const HALFWAY: bool> AroundPoints<'a, 'b, P, HALFWAY> {
+impl<'a, 'b, P: Physics> AroundPoints<'a, 'b, P> {
     #[inline(always)]
     pub(super) fn new(
         kernel: &Kernel<'_, P>,
         rates: &'a Rates<P::Space>,
         search: &'b mut Search<'a, P>,
+        halfway: bool,
     ) -> Self {
-        let farthest = if HALFWAY {
-            steps_within(kernel.grid, kernel.mean_radius)
-        } else {
-            [0; 3]
-        };
         Self {
             rates,
             search,
-            farthest,
+            farthest: halfway.then(|| steps_within(kernel.grid, kernel.mean_radius)),
         }
     }
 
@@ -65,15 +62,12 @@ impl<'a, 'b, P: Physics, const HALFWAY: bool> AroundPoints<'a, 'b, P, HALFWAY> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>, const HALFWAY: bool> Trials<P, F>
-    for AroundPoints<'_, '_, P, HALFWAY>
-{
+impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for AroundPoints<'_, '_, P> {
     #[inline(always)]
     fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, _: usize) -> f64 {
-        if HALFWAY {
-            self.n_chi((worker.kernel.density).most_others(cell.at, self.farthest))
-        } else {
-            cell.ceiling * self.rates.most(cell.units, cell.crowding)
+        match self.farthest {
+            Some(farthest) => self.n_chi((worker.kernel.density).most_others(cell.at, farthest)),
+            None => cell.ceiling * self.rates.most(cell.units, cell.crowding),
         }
     }
 
@@ -88,9 +82,9 @@ impl<P: Physics, F: Follow<P::Space>, const HALFWAY: bool> Trials<P, F>
     ) -> bool {
         let kernel = worker.kernel;
         let sizes = kernel.scene.sizes();
-        if HALFWAY {
+        if let Some(farthest) = self.farthest {
             let middle = trial.position + trial.normal * (0.5 * trial.distance);
-            let (step, farthest) = (worker.patch.steps_to(cell.at, middle), self.farthest);
+            let step = worker.patch.steps_to(cell.at, middle);
             let step = [0, 1, 2].map(|axis| step[axis].clamp(-farthest[axis], farthest[axis]));
             let others = kernel.density.others(cell.at, step);
             if stream.random::<f64>() * cell.most >= self.n_chi(others) {
