@@ -79,6 +79,11 @@ pub trait Calendar: Sized + Send + Sync {
     /// popped. At an infinite time there is none. A disk whose event was popped gets its next one before the next pop.
     fn push(&mut self, entry: Entry);
 
+    /// The same for an event that it may hold already, and then holds once.
+    fn push_once(&mut self, entry: Entry) {
+        self.push(entry);
+    }
+
     /// Takes the earliest event if it is not later than `until`.
     fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry>;
 
@@ -496,6 +501,12 @@ impl Calendar for Buckets {
         debug_assert!(entry.time >= self.last_time);
         self.times[entry.disk as usize] = entry.time;
         self.file(entry);
+    }
+
+    fn push_once(&mut self, entry: Entry) {
+        if self.times[entry.disk as usize] != entry.time {
+            self.push(entry);
+        }
     }
 
     #[inline(always)]

@@ -134,7 +134,8 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
             let place = strip.disks.cells.place(strip.disks.home(disk), 1, 1);
             strip.disks.cells.set_first(place, disk);
             let time = strip.disks.time(disk);
-            strip.calendar.push(Entry { time, disk });
+            // Its event is mostly the one that the strip knew before.
+            strip.calendar.push_once(Entry { time, disk });
         }
     }
 }
@@ -242,6 +243,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         .zip(&parcels)
         .zip(places.par_iter().zip(&old));
     renewed.for_each(|((strip, parcels), (place, old))| {
+        let mut gone = Vec::new();
         if let Some(window) = &mut strip.window {
             // Rows of its own that it gives away.
             for row in old.core.clone() {
@@ -251,16 +253,23 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
                 window.is_foreign[usize::from(row)] = false;
             }
             let rows = (0..).zip(&window.is_foreign).filter(|(_, its)| **its);
-            let gone: Vec<u32> = rows.flat_map(|(row, _)| strip.disks.in_row(row)).collect();
+            gone.extend(rows.flat_map(|(row, _)| strip.disks.in_row(row)));
             forget(&mut strip.disks, &gone);
         }
         for parcel in parcels {
             parcel.put_into(strip);
         }
+        for disk in gone {
+            if strip.disks.all[disk as usize].is_absent() {
+                let time = f64::INFINITY;
+                strip.calendar.push(Entry { time, disk });
+            }
+        }
         // Within the core of both, all partners stay.
-        let rows = (place.rows()).filter(|&row| !(old.owns(row) && place.owns(row)));
-        let may_miss: Vec<u32> = rows.flat_map(|row| strip.disks.in_row(row)).collect();
-        for disk in may_miss {
+        let left = (place.rows()).filter(|&row| old.owns(row) && !place.owns(row));
+        let left: Vec<u32> = left.flat_map(|row| strip.disks.in_row(row)).collect();
+        let come = parcels.iter().flat_map(|parcel| &parcel.numbers);
+        for &disk in come.chain(&left) {
             leave_absent_partner(&mut strip.disks.all, disk);
         }
         strip.tally = Tally::default();

@@ -1,5 +1,8 @@
 //! What depends on the order of all events, from the logs of strips.
 
+use std::iter;
+
+use rayon::prelude::*;
 use stosszahl_model::{Collision, Physics, Plane, Recorder};
 
 use super::window::{Contact, Edge, SEAM, Window};
@@ -18,28 +21,39 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     below.max(above) as f64 / (halo - SEAM as usize) as f64
 }
 
-/// The contacts of all strips, with the number of the strip, in the order of time; simultaneous ones by their disks.
-struct InTime<'a> {
-    next: Vec<std::slice::Iter<'a, Contact>>,
+/// Contacts that a thread merges at a time.
+const PART: usize = 4096;
+
+/// A contact, and the strip in whose core it was.
+type Its = (usize, Contact);
+
+/// The contacts of all strips in the order of time, simultaneous ones by their disks; in parts, which threads merge side by side.
+fn in_time<P: Physics>(windows: &[&Window<P>]) -> Vec<Vec<Its>> {
+    let logs = || windows.iter().map(|window| window.contacts.as_slice());
+    let longest = logs().max_by_key(|log| log.len()).unwrap_or_default();
+    let parts = 1 + logs().map(<[_]>::len).sum::<usize>() / PART;
+    // Simultaneous contacts are in the same part.
+    let times = (1..parts).map(|part| longest[longest.len() * part / parts].now);
+    let begins = |time: f64| logs().map(move |log| log.partition_point(|its| its.now < time));
+    let begins: Vec<Vec<usize>> = iter::once(vec![0; windows.len()])
+        .chain(times.map(|time| begins(time).collect()))
+        .chain(iter::once(logs().map(<[_]>::len).collect()))
+        .collect();
+    let part = |bounds: &[Vec<usize>]| {
+        let range = |(begin, end): (&usize, &usize)| *begin..*end;
+        let ranges = bounds[0].iter().zip(&bounds[1]).map(range);
+        merged(logs().zip(ranges).map(|(log, range)| &log[range]).collect())
+    };
+    begins.par_windows(2).map(part).collect()
 }
 
-impl<'a> InTime<'a> {
-    fn new<P: Physics>(windows: &[&'a Window<P>]) -> Self {
-        let next = windows
-            .iter()
-            .map(|window| window.contacts.iter())
-            .collect();
-        Self { next }
-    }
-}
-
-impl<'a> Iterator for InTime<'a> {
-    type Item = (usize, &'a Contact);
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let mut first: Option<(usize, &Contact)> = None;
-        for (strip, next) in self.next.iter().enumerate() {
-            let Some(contact) = next.as_slice().first() else {
+/// Logs as one.
+fn merged(mut logs: Vec<&[Contact]>) -> Vec<Its> {
+    let mut all = Vec::with_capacity(logs.iter().map(|log| log.len()).sum());
+    loop {
+        let mut first: Option<Its> = None;
+        for (strip, log) in logs.iter().enumerate() {
+            let Some(&contact) = log.first() else {
                 continue;
             };
             let is_first = first.is_none_or(|(_, best)| {
@@ -50,9 +64,11 @@ impl<'a> Iterator for InTime<'a> {
                 first = Some((strip, contact));
             }
         }
-        let (strip, contact) = first?;
-        self.next[strip].next();
-        Some((strip, contact))
+        let Some(first) = first else {
+            return all;
+        };
+        logs[first.0] = &logs[first.0][1..];
+        all.push(first);
     }
 }
 
@@ -76,18 +92,19 @@ where
         if self.progress.idle() + idled > PATIENCE {
             return false;
         }
-        let contacts = || InTime::new(&windows);
+        let contacts = in_time(&windows);
+        let contacts = || contacts.iter().flatten();
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
         let mut last = None;
-        for (number, (strip, contact)) in contacts().enumerate() {
+        for (number, (strip, contact)) in (1..).zip(contacts()) {
             // What is feeble is left to an engine alone.
             let latest = self.latest(contact.pair, contact.now);
-            if progress.usual_collision(before + number as u64 + 1, &latest) {
+            if progress.usual_collision(before + number, &latest) {
                 return false;
             }
             if ends || contact.pair[1] != NONE {
-                last = Some((strip, contact.now));
+                last = Some((*strip, contact.now));
             }
         }
         let idle = windows.iter().enumerate().map(|(strip, window)| {
@@ -109,7 +126,7 @@ where
         if given.iter().any(|given| given.len() > 0) {
             for (strip, contact) in contacts() {
                 if contact.pair[1] == NONE
-                    && let Some(given) = given[strip].next()
+                    && let Some(given) = given[*strip].next()
                 {
                     self.account_for(given);
                 }
@@ -125,11 +142,15 @@ where
 }
 
 /// Shows the collisions of all strips to an observer.
-fn observe(contacts: InTime<'_>, observed: &[Vec<Collision>], recorder: &mut Recorder<'_>) {
+fn observe<'a>(
+    contacts: impl Iterator<Item = &'a Its>,
+    observed: &[Vec<Collision>],
+    recorder: &mut Recorder<'_>,
+) {
     let mut next: Vec<_> = observed.iter().map(|strip| strip.iter()).collect();
     for (strip, contact) in contacts {
         if contact.pair[1] != NONE
-            && let Some(collision) = next[strip].next()
+            && let Some(collision) = next[*strip].next()
         {
             recorder.record(|| *collision);
         }
