@@ -272,7 +272,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         for &disk in come.chain(&left) {
             leave_absent_partner(&mut strip.disks.all, disk);
         }
-        strip.tally = Tally::default();
+        (strip.tally, strip.stale) = (Tally::default(), 0);
         if let Some(window) = &mut strip.window {
             window.renew(place);
         }

@@ -134,6 +134,7 @@ where
         }
         for strip in strips {
             self.tally.add(&strip.tally);
+            self.stale += strip.stale;
         }
         let latest = windows.iter().map(|window| window.latest);
         self.now = latest.fold(self.now, f64::max);
