@@ -259,11 +259,11 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         for parcel in parcels {
             parcel.put_into(strip);
         }
+        // Or the calendar would come back to their events.
+        gone.retain(|&disk| strip.disks.all[disk as usize].is_absent());
         for disk in gone {
-            if strip.disks.all[disk as usize].is_absent() {
-                let time = f64::INFINITY;
-                strip.calendar.push(Entry { time, disk });
-            }
+            let time = f64::INFINITY;
+            strip.calendar.push(Entry { time, disk });
         }
         // Within the core of both, all partners stay.
         let left = (place.rows()).filter(|&row| old.owns(row) && !place.owns(row));

@@ -25,10 +25,10 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
 const PART: usize = 4096;
 
 /// A contact, and the strip in whose core it was.
-type Its = (usize, Contact);
+type Logged = (usize, Contact);
 
 /// The contacts of all strips in the order of time, simultaneous ones by their disks; in parts, which threads merge side by side.
-fn in_time<P: Physics>(windows: &[&Window<P>]) -> Vec<Vec<Its>> {
+fn in_time<P: Physics>(windows: &[&Window<P>]) -> Vec<Vec<Logged>> {
     let logs = || windows.iter().map(|window| window.contacts.as_slice());
     let longest = logs().max_by_key(|log| log.len()).unwrap_or_default();
     let parts = 1 + logs().map(<[_]>::len).sum::<usize>() / PART;
@@ -48,10 +48,10 @@ fn in_time<P: Physics>(windows: &[&Window<P>]) -> Vec<Vec<Its>> {
 }
 
 /// Logs as one.
-fn merged(mut logs: Vec<&[Contact]>) -> Vec<Its> {
+fn merged(mut logs: Vec<&[Contact]>) -> Vec<Logged> {
     let mut all = Vec::with_capacity(logs.iter().map(|log| log.len()).sum());
     loop {
-        let mut first: Option<Its> = None;
+        let mut first: Option<Logged> = None;
         for (strip, log) in logs.iter().enumerate() {
             let Some(&contact) = log.first() else {
                 continue;
@@ -144,7 +144,7 @@ where
 
 /// Shows the collisions of all strips to an observer.
 fn observe<'a>(
-    contacts: impl Iterator<Item = &'a Its>,
+    contacts: impl Iterator<Item = &'a Logged>,
     observed: &[Vec<Collision>],
     recorder: &mut Recorder<'_>,
 ) {

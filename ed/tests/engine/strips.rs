@@ -233,8 +233,8 @@ fn walls_obstacles_gravity_and_spin() {
     );
 }
 
-/// While a gas cools its calendars change their buckets. A strip then files no event of a disk that has left it, and none twice: few
-/// events are met that are none any more: 0.01 of each event here, and 0.20 where both was missing.
+/// Calendars change their buckets while a gas cools, and file all events anew. A strip has forgotten those of disks that left it, and has
+/// none twice, so that few stale ones come up: 0.01 for each event here, and 0.20 without either.
 #[test]
 fn strips_forget_the_events_of_disks_that_left() {
     let scene = grains(Smooth, 0.8, Free);
