@@ -3,11 +3,11 @@
 use nalgebra::vector;
 use stosszahl_dsmc::{Boundaries, Clearance, Engine, EngineError, Parameters, Scheme};
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Face, Free, Plane, Smooth, Space, State, Wall, Walls};
+use stosszahl_model::{Face, Plane, Smooth, Space, State, Wall, Walls};
 
-use crate::support::{Grains, PARAMETERS, gas, grains};
+use crate::support::{Grains, PARAMETERS, gas, grains, no_gravity};
 
-type Disks = Grains<Plane, Smooth, Free>;
+type Disks = Grains<Plane, Smooth>;
 
 const AROUND_POINTS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
@@ -54,7 +54,7 @@ fn channel(packing: f64, width: f64, count: usize) -> (Boundaries<Plane>, State<
         .walls
         .domain(vector![length, width])
         .expect("a box");
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     let state = gas(&scene, domain, 0.5, count, 1.0, 5);
     (boundaries, state)
 }
@@ -64,7 +64,7 @@ fn channel(packing: f64, width: f64, count: usize) -> (Boundaries<Plane>, State<
 /// above by more than those 4 %.
 #[test]
 fn disks_in_channels_collide_as_often_as_the_engine_says() {
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     for (packing, width, exact) in EXACT {
         for copies in [1, 4] {
             let (boundaries, state) = channel(packing, width, 1200 / copies as usize);
@@ -98,7 +98,7 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
 /// Narrower channels are refused by name; others schemes have no such bound.
 #[test]
 fn channels_of_few_diameters_are_refused() {
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     for (width, clearance) in [
         (1.5, Clearance::Radius),
         (2.9, Clearance::Radius),

@@ -10,13 +10,13 @@ use stosszahl_dsmc::{
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Constant, Domain, Face, Free, Interrupt, Plane, Polydisperse, Restitution, Scene, Smooth,
+    Body, Domain, Face, Free, Interrupt, Kind, Plane, Polydisperse, Restitution, Scene, Smooth,
     State, Wall, Walls,
 };
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity, of_kinds};
 
-type Disks = Grains<Plane, Smooth, Free>;
+type Disks = Grains<Plane, Smooth>;
 
 const ACROSS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
@@ -94,7 +94,7 @@ fn stops_change_nothing(
 #[test]
 fn continued_flows_with_partners_across_cells_are_the_same_bytes() {
     let boundaries = channel(0.3, 2.0);
-    let scene: Disks = grains(1.0, 0.9, Smooth, Free);
+    let scene: Disks = grains(1.0, 0.9, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![60.0, 40.0]).expect("a box");
     let state = gas(&scene, domain, 0.5, 250, 1.0, 5);
     for scheme in [ACROSS.scheme, Scheme::Esmc(Neighbourhood::Cells(1))] {
@@ -112,7 +112,7 @@ fn continued_sums_at_boundaries_are_the_same_bytes() {
         weights: Weights::along(0, vec![1.0, 0.25]).expect("factors"),
         ..Boundaries::default()
     };
-    let scene: Disks = grains(disk_for_unit_path(10.0), 1.0, Smooth, Free);
+    let scene: Disks = grains(disk_for_unit_path(10.0), 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![80.0, 50.0]).expect("a box");
     let state = gas(&scene, domain, 0.0, 40_000, 1.0, 5);
     stops_change_nothing(&scene, PARAMETERS, &state, &boundaries, 3);
@@ -128,7 +128,7 @@ fn an_empty_channel_fills() {
         walls: Walls::new(&faces).expect("fit"),
         ..channel(density, drift)
     };
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![80.0, 80.0]).expect("a box");
     let state = State {
         time: 0.0,
@@ -148,7 +148,7 @@ fn an_empty_channel_fills() {
         let mut inside = 0.0;
         for sample in 0..16 {
             engine.advance(60.0 + 10.0 * f64::from(sample), u64::MAX, &mut ());
-            engine.visit(|position, _, (), (), weight| {
+            engine.visit(|position, _, (), _, weight| {
                 inside += f64::from(u8::from((28.0..52.0).contains(&position[0]))) * weight / 16.0;
             });
         }
@@ -162,24 +162,21 @@ fn an_empty_channel_fills() {
 /// Disks of very different sizes need some 10^9 trials for a step: an interrupt breaks it off, and nothing goes on.
 #[test]
 fn a_long_step_can_be_broken_off() {
-    let kinds = 300;
-    let sizes = (0..kinds)
-        .map(|i| if i == 0 { (100.0, 1.0) } else { (0.01, 1e-3) })
-        .collect();
-    let scene = Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::ELASTIC,
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        field: Free,
+    let count = 300;
+    let kind = |radius, mass, count| Kind {
+        radius,
+        mass,
+        count,
     };
+    let kinds = vec![kind(100.0, 1.0, 1), kind(0.01, 1e-3, count - 1)];
+    let scene: Disks = of_kinds(kinds, 1.0, Smooth, no_gravity());
     let side = 400.0;
     let state = State {
         time: 0.0,
         domain: Domain::periodic(vector![side, side]).expect("a box"),
-        bodies: (0..kinds)
-            .map(|i: u32| {
-                let turn = f64::from(i);
+        bodies: (0..count)
+            .map(|i| {
+                let turn = i as f64;
                 let place = Vector2::new((37.0 * turn) % side, (61.7 * turn) % side);
                 Body::new(place, vector![turn.cos(), turn.sin()])
             })
@@ -198,9 +195,8 @@ fn a_long_step_can_be_broken_off() {
             steps_per_crossing: 1.0,
             ..ACROSS
         };
-        let mut engine =
-            Engine::<Scene<_, _, _, _, _>>::new(&scene, parameters, &state, Streams::new(1, 0))
-                .expect("an engine");
+        let mut engine = Engine::<Disks>::new(&scene, parameters, &state, Streams::new(1, 0))
+            .expect("an engine");
         let interrupt = Interrupt::default();
         interrupt.raise();
         engine.stop_on(&interrupt);

@@ -1,17 +1,21 @@
 //! Gases that flow through open faces, and simulators whose weight depends on the place.
 
 use nalgebra::{Vector2, Vector3, vector};
-use stosszahl_dsmc::{Boundaries, Engine, EngineError, Followed, Inflow, Parameters, Weights};
+use stosszahl_dsmc::{
+    Boundaries, Engine, EngineError, Follow, Followed, Inflow, Parameters, Weights,
+};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline, Vibration};
 use stosszahl_model::{
-    Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Smooth,
-    Space, Species, State, Volume, Wall, Walls,
+    Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Sizes,
+    Smooth, Space, State, Surface, Volume, Wall, Walls,
 };
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, sphere_for_unit_path};
+use crate::support::{
+    Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity, of_kinds, sphere_for_unit_path,
+};
 
-type Disks = Grains<Plane, Smooth, Free>;
+type Disks = Grains<Plane, Smooth>;
 
 /// An inflow through the lower face of the first axis.
 fn inflow<S: Space>(density: f64, velocity: S::Vector, temperature: f64) -> Inflow<S> {
@@ -48,14 +52,14 @@ fn a_drifting_gas_stays_uniform() {
         let back = Inflow { side: 1, ..stream };
         let boundaries = channel(vec![stream, back], Face::Periodic);
         let surface = Rough::new(1.0, Volume::INERTIA).expect("a surface");
-        let scene = grains(sphere_for_unit_path(density), 1.0, surface, Free);
+        let scene = grains(sphere_for_unit_path(density), 1.0, surface, no_gravity());
         let lengths = vector![8.0, 2.0, 2.5];
         let state = State {
             time: 0.0,
             domain: boundaries.walls.domain(lengths).expect("a box"),
             bodies: Vec::new(),
         };
-        let mut engine: Engine<Grains<Volume, Rough, Free>> =
+        let mut engine: Engine<Grains<Volume, Rough>, Followed> =
             Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         let transit = 8.0 / drift;
@@ -63,11 +67,11 @@ fn a_drifting_gas_stays_uniform() {
         for sample in 0..40 {
             engine.advance((4.0 + f64::from(sample)) * transit, u64::MAX, &mut ());
             engine.visit(
-                |position, velocity: Vector3<f64>, spin: Vector3<f64>, (), weight| {
+                |position, velocity: Vector3<f64>, spin: Vector3<f64>, _, weight| {
                     assert_eq!(weight, 1.0);
                     let slice = &mut slices[(position[0] / 2.0) as usize];
                     let own = velocity - vector![drift, 0.2, 0.0];
-                    let radius = scene.sizes.radius;
+                    let radius = scene.sizes.largest_radius();
                     let more = [
                         1.0,
                         velocity[0],
@@ -95,17 +99,19 @@ fn a_drifting_gas_stays_uniform() {
 }
 
 /// What came in less what went out is what is there: to the rounding of sums of some 1e5 terms.
-fn check_ledgers<S: Space, C: stosszahl_model::Surface<S>>(
-    engine: &Engine<Grains<S, C, Free>>,
-    scene: &Grains<S, C, Free>,
+fn check_ledgers<S: Space, C: Surface<S>, F: Follow<S>>(
+    engine: &Engine<Grains<S, C>, F>,
+    scene: &Grains<S, C>,
 ) {
     let (mass, momentum, energy) = engine.ledgers().total();
     let (mut there, mut moving, mut heat) = (0.0, S::Vector::default(), 0.0);
-    engine.visit(|_, velocity, spin, (), weight| {
+    engine.visit(|_, velocity, spin, _, weight| {
         use stosszahl_model::Vector;
         there += weight;
         moving += velocity * weight;
-        let turning = scene.surface.spin_energy(1.0, scene.sizes.radius, spin);
+        let turning = scene
+            .surface
+            .spin_energy(1.0, scene.sizes.largest_radius(), spin);
         heat += weight * (0.5 * velocity.square() + turning);
     });
     assert!((mass - there).abs() < 1e-7, "{mass} {there}");
@@ -119,7 +125,7 @@ fn check_ledgers<S: Space, C: stosszahl_model::Surface<S>>(
 /// channel stays empty, in finitely many steps.
 #[test]
 fn without_flux_a_channel_runs_empty() {
-    let scene = grains(0.01, 1.0, Smooth, Free);
+    let scene = grains(0.01, 1.0, Smooth, no_gravity());
     for stream in [
         inflow::<Plane>(0.0, vector![5.0, 0.0], 1.0),
         inflow::<Plane>(50.0, vector![-5.0, 0.0], 0.0),
@@ -150,7 +156,7 @@ fn a_supersonic_stream_fills_an_empty_channel() {
     let (density, drift) = (40.0, 20.0);
     let stream = inflow::<Plane>(density, vector![drift, 0.0], 1.0);
     let boundaries = channel(vec![stream], Face::Wall(Wall::specular()));
-    let scene = grains(disk_for_unit_path(density), 1.0, Smooth, Free);
+    let scene = grains(disk_for_unit_path(density), 1.0, Smooth, no_gravity());
     let state = State {
         time: 0.0,
         domain: boundaries.walls.domain(vector![10.0, 5.0]).expect("a box"),
@@ -183,7 +189,7 @@ fn splits_and_merges_are_fair() {
         weights,
         ..Boundaries::default()
     };
-    let scene = grains(1e-3, 1.0, Smooth, Free);
+    let scene = grains(1e-3, 1.0, Smooth, no_gravity());
     let parameters = Parameters {
         steps_per_crossing: 1.0,
         ..PARAMETERS
@@ -217,7 +223,7 @@ fn splits_and_merges_are_fair() {
         ]);
         changes += engine.ledgers().balanced;
         let mut there = 0.0;
-        engine.visit(|position, _, (), (), weight| {
+        engine.visit(|position, _, (), _, weight| {
             thirds[(position[0] / 2.0) as usize] += weight;
             there += weight;
         });
@@ -355,7 +361,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
 
 #[test]
 fn streams_that_have_no_meaning_are_refused() {
-    let scene = grains(0.1, 1.0, Smooth, Free);
+    let scene = grains(0.1, 1.0, Smooth, no_gravity());
     let good = inflow::<Plane>(1.0, vector![1.0, 0.0], 1.0);
     let refuse = |stream: Inflow<Plane>| {
         let boundaries = channel(vec![good, stream], Face::Periodic);
@@ -443,13 +449,8 @@ fn only_species_can_flow() {
         mass,
         count: 1,
     };
-    let species = Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::new(0.9).expect("a coefficient"),
-        sizes: Species::new(vec![kind(0.01, 1.0), kind(0.02, 0.5)]).expect("species"),
-        field: Free,
-    };
+    let kinds = vec![kind(0.01, 1.0), kind(0.02, 0.5)];
+    let species = of_kinds(kinds, 0.9, Smooth, no_gravity());
     let state = State {
         time: 0.0,
         domain,
@@ -484,13 +485,11 @@ fn only_species_can_flow() {
     );
 }
 
-type Atmosphere = Grains<Plane, Smooth, Gravity<Plane>>;
-
 /// An atmosphere over a warm floor, whose density falls by a factor of 24 between the lowest and the highest fifth of its height,
 /// after 40 mean free times: the engine, and the mean particles, temperature and simulators of each fifth over forty samples.
 /// Barometric and at the temperature of the floor, also at the top, to 2 %: samples of 4000 simulators in each fifth, which are
 /// renewed in some ten samples, have errors below 0.8 %.
-fn atmosphere(count: f64, weights: Weights) -> (Engine<Atmosphere>, [[f64; 3]; 5]) {
+fn atmosphere(count: f64, weights: Weights) -> (Engine<Disks>, [[f64; 3]; 5]) {
     let height = 10.0;
     let pull = 0.4;
     let floor = Wall::still(Rebound::Diffuse { temperature: 1.0 });
@@ -510,20 +509,20 @@ fn atmosphere(count: f64, weights: Weights) -> (Engine<Atmosphere>, [[f64; 3]; 5
         .walls
         .domain(vector![4.0, height])
         .expect("a box");
-    let mut state: State<Atmosphere> = gas(&scene, domain, 0.0, count as usize, 1.0, 8);
+    let mut state: State<Disks> = gas(&scene, domain, 0.0, count as usize, 1.0, 8);
     for body in &mut state.bodies {
         // Uniform numbers become barometric heights.
         let below = body.position[1] / height;
         body.position[1] = -(-below * -(-pull * height).exp_m1()).ln_1p() / pull;
     }
-    let mut engine: Engine<Atmosphere> =
+    let mut engine: Engine<Disks> =
         Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     let samples = 40;
     let mut fifths = [[0.0; 3]; 5];
     for sample in 0..samples {
         engine.advance(40.0 + 5.0 * f64::from(sample), u64::MAX, &mut ());
-        engine.visit(|position, velocity: Vector2<f64>, (), (), weight| {
+        engine.visit(|position, velocity: Vector2<f64>, (), _, weight| {
             let fifth = &mut fifths[(position[1] / 2.0) as usize];
             fifth[0] += weight / f64::from(samples);
             fifth[1] += weight * 0.5 * velocity.norm_squared() / f64::from(samples);

@@ -5,12 +5,12 @@ use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Engine, Parameters, Sc
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline};
 use stosszahl_model::{
-    Body, Domain, Face, Free, Gravity, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
+    Body, Domain, Face, Gravity, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
 };
 
-use crate::support::{Grains, PARAMETERS, gas, grains, sphere_for_unit_path};
+use crate::support::{Grains, PARAMETERS, gas, grains, no_gravity, sphere_for_unit_path};
 
-type Disks = Grains<Plane, Smooth, Free>;
+type Disks = Grains<Plane, Smooth>;
 
 const SPECULAR: Rebound = Rebound::Restitutive {
     restitution: 1.0,
@@ -79,7 +79,7 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
     ];
     for (clearance, radius) in [(Clearance::Centre, 0.0), (Clearance::Radius, 0.1)] {
         let boundaries = around(obstacles.clone(), clearance);
-        let scene = grains(0.2, 1.0, Smooth, Free);
+        let scene = grains(0.2, 1.0, Smooth, no_gravity());
         let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
         let all = gas::<Disks>(&scene, domain, 0.0, 20_000, 1.0, 3);
         let state = outside(all, &obstacles, radius);
@@ -139,7 +139,7 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
 fn nothing_flies_through_an_obstacle() {
     let obstacles = vec![block([4.0, 0.0], [6.0, 10.0], SPECULAR)];
     let boundaries = around(obstacles, Clearance::Centre);
-    let scene = grains(0.2, 1.0, Smooth, Free);
+    let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let body = Body::new(vector![1.0, 2.0], vector![-1.0, 0.5]);
     let state = State {
         time: 0.0,
@@ -181,7 +181,7 @@ fn a_grain_comes_to_rest_on_a_block() {
         domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
         bodies: vec![Body::new(vector![5.0, 4.0], vector![0.0, 0.0])],
     };
-    let mut engine: Engine<Grains<Plane, Smooth, Gravity<Plane>>> =
+    let mut engine: Engine<Grains<Plane, Smooth>> =
         Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     engine.advance(100.0, u64::MAX, &mut ());
@@ -217,7 +217,7 @@ fn a_grain_slides_down_a_slope() {
         domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
         bodies: vec![Body::new(begin, vector![0.0, 0.0])],
     };
-    let mut engine: Engine<Grains<Plane, Smooth, Gravity<Plane>>> =
+    let mut engine: Engine<Grains<Plane, Smooth>> =
         Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     engine.hold_step(0.01);
@@ -268,7 +268,7 @@ fn grains_come_to_rest_in_wedges() {
         let down = Gravity::<Plane>::new(vector![0.0, -1.0]).expect("finite");
         let scene = grains(0.2, 1.0, Smooth, down);
         let domain = boundaries.walls.domain(vector![10.0, 10.0]);
-        let mut state: State<Grains<Plane, Smooth, Gravity<Plane>>> =
+        let mut state: State<Grains<Plane, Smooth>> =
             gas(&scene, domain.expect("a box"), 0.1, 200, 1.0, 3);
         for body in &mut state.bodies {
             body.position[1] = 6.0 + 0.3 * body.position[1];
@@ -285,7 +285,7 @@ fn grains_come_to_rest_in_wedges() {
         } else {
             0.0
         };
-        let energy = |state: &State<Grains<Plane, Smooth, Gravity<Plane>>>| {
+        let energy = |state: &State<Grains<Plane, Smooth>>| {
             let heights = state.bodies.iter().map(|body| body.position[1]);
             state.kinetic_energy(&scene) + heights.sum::<f64>()
         };
@@ -319,9 +319,9 @@ fn grains_come_to_rest_in_wedges() {
 fn spheres_flow_around_a_cylinder() {
     let boundaries = around::<Volume>(vec![disc(3.0, 3.0, 1.5)], Clearance::Centre);
     let density = 100.0;
-    let scene = grains(sphere_for_unit_path(density), 1.0, Smooth, Free);
+    let scene = grains(sphere_for_unit_path(density), 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![6.0, 6.0, 3.0]).expect("a box");
-    let mut state: State<Grains<Volume, Smooth, Free>> = gas(&scene, domain, 0.0, 10_000, 1.0, 3);
+    let mut state: State<Grains<Volume, Smooth>> = gas(&scene, domain, 0.0, 10_000, 1.0, 3);
     let from_axis = |position: Vector3<f64>| (position.xy() - Vector2::new(3.0, 3.0)).norm();
     state.bodies.retain(|body| from_axis(body.position) > 1.5);
     let mut engine: Engine<_> =
@@ -338,7 +338,7 @@ fn spheres_flow_around_a_cylinder() {
 
 #[test]
 fn a_grain_inside_an_obstacle_is_named() {
-    let scene = grains(0.2, 1.0, Smooth, Free);
+    let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
     let mut state = State::<Disks> {
         time: 0.0,
@@ -375,7 +375,7 @@ fn a_grain_inside_an_obstacle_is_named() {
 /// Counts by cell are all that the tally has, within and across cells.
 #[test]
 fn counts_by_cell_add_up() {
-    let scene = grains(1.0, 0.9, Smooth, Free);
+    let scene = grains(1.0, 0.9, Smooth, no_gravity());
     let domain = Domain::periodic(vector![20.0, 20.0]).expect("a box");
     let state = gas::<Disks>(&scene, domain, 0.0, 150, 1.0, 3);
     for (scheme, displacement) in [

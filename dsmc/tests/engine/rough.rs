@@ -1,14 +1,19 @@
 //! Grains that turn each other: cooling in cells against the two-temperature theory.
 
 use stosszahl_analysis::theory::{RoughGas, Temperatures};
-use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Simulator};
+use stosszahl_dsmc::{
+    Boundaries, Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme,
+    Simulator,
+};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Free, Monodisperse, Physics, Plane, Rough, Scene, Space, State,
-    Surface, Vector, VectorOf, Volume, initial,
+    Body, Domain, Physics, Plane, Rough, Space, State, Surface, Vector, VectorOf, Volume, initial,
 };
 
-type Gas<S> = Scene<S, Rough, Constant, Monodisperse, Free>;
+use crate::support::{Grains, grains, no_gravity};
+
+type Gas<S> = Grains<S, Rough>;
+type Spinning<S> = Engine<Gas<S>, Followed>;
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
@@ -23,20 +28,12 @@ const PARAMETERS: Parameters = Parameters {
 const DENSITY: f64 = 0.01;
 
 fn scene<S: Space>(restitution: f64, beta: f64) -> Gas<S> {
-    Scene {
-        space: S::default(),
-        surface: Rough::new(beta, S::INERTIA).expect("a surface"),
-        restitution: Constant::new(restitution).expect("a coefficient"),
-        sizes: Monodisperse {
-            radius: 0.5,
-            mass: 1.0,
-        },
-        field: Free,
-    }
+    let surface = Rough::new(beta, S::INERTIA).expect("a surface");
+    grains(1.0, restitution, surface, no_gravity())
 }
 
 fn theory<S: Space>(gas: &Gas<S>) -> RoughGas {
-    let restitution = gas.restitution.coefficient();
+    let restitution = gas.restitution.constant().expect("a coefficient");
     RoughGas::new::<S>(restitution, gas.surface, DENSITY, 1.0, 1.0, 1.0).expect("a gas")
 }
 
@@ -67,15 +64,17 @@ fn start<S: Space>(gas: &Gas<S>, count: usize, temperatures: Temperatures) -> St
     state
 }
 
-fn engine<S: Space>(gas: &Gas<S>, state: &State<Gas<S>>, cells: f64) -> Engine<Gas<S>> {
+fn engine<S: Space>(gas: &Gas<S>, state: &State<Gas<S>>, cells: f64) -> Spinning<S> {
     let parameters = Parameters {
         cell_size: Some(state.domain.lengths()[0] / cells),
         ..PARAMETERS
     };
-    Engine::new(gas, parameters, state, Streams::new(12, 0)).expect("an engine")
+    let boundaries = Boundaries::default();
+    Engine::start_between(gas, parameters, state, &boundaries, Streams::new(12, 0))
+        .expect("an engine")
 }
 
-fn temperatures<S: Space>(gas: &Gas<S>, engine: &Engine<Gas<S>>) -> Temperatures {
+fn temperatures<S: Space>(gas: &Gas<S>, engine: &Spinning<S>) -> Temperatures {
     let state = engine.state();
     Temperatures {
         translation: state.temperature(gas),
@@ -236,14 +235,16 @@ fn copies_and_partners_across_cells_spin_too() {
         Scheme::Esmc(Neighbourhood::Mean),
     ] {
         for copies in [Copies::Independent, Copies::Coherent] {
+            let boundaries = Boundaries::default();
             let parameters = Parameters {
                 scheme,
                 copies,
                 simulators_per_disk: 2,
                 ..PARAMETERS
             };
-            let mut engine =
-                Engine::new(&gas, parameters, &state, Streams::new(2, 0)).expect("an engine");
+            let mut engine: Spinning<Volume> =
+                Engine::start_between(&gas, parameters, &state, &boundaries, Streams::new(2, 0))
+                    .expect("an engine");
             let before = engine.state();
             assert!((energy(&before) / energy(&state) / 2.0 - 1.0).abs() < 1e-12);
             while engine.tally().collisions < 12_000 {

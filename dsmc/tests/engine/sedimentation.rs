@@ -2,16 +2,15 @@
 //! appendices A and B).
 
 use nalgebra::vector;
-use stosszahl_dsmc::{Boundaries, Engine, Parameters};
+use stosszahl_dsmc::{Boundaries, Engine, Followed, Parameters};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, Face, Gravity, Physics, Polydisperse, Rough, Scene, Sizes, State, Surface, Volume,
-    Wall, Walls,
+    Face, Gravity, Kind, Physics, Rough, Sizes, State, Surface, Volume, Wall, Walls,
 };
 
-use crate::support::{PARAMETERS, gas, sphere_for_unit_path};
+use crate::support::{Grains, PARAMETERS, gas, of_kinds, sphere_for_unit_path};
 
-type Column = Scene<Volume, Rough, Constant, Polydisperse, Gravity<Volume>>;
+type Column = Grains<Volume, Rough>;
 
 /// Height of the column, in mean free paths, and pull.
 const HEIGHT: f64 = 10.0;
@@ -70,16 +69,14 @@ fn final_temperature(species: &[Species], start: f64) -> f64 {
 }
 
 fn column(species: &[Species]) -> Column {
-    let sizes = species
-        .iter()
-        .flat_map(|kind| vec![(0.5 * kind.diameter, kind.mass); kind.count]);
-    Scene {
-        space: Volume,
-        surface: Rough::new(1.0, 0.4).expect("a surface"),
-        restitution: Constant::new(1.0).expect("a coefficient"),
-        sizes: Polydisperse::new(sizes.collect()).expect("sizes"),
-        field: Gravity::new(vector![0.0, 0.0, -PULL]).expect("finite"),
-    }
+    let kinds = species.iter().map(|one| Kind {
+        radius: 0.5 * one.diameter,
+        mass: one.mass,
+        count: one.count,
+    });
+    let surface = Rough::new(1.0, 0.4).expect("a surface");
+    let field = Gravity::new(vector![0.0, 0.0, -PULL]).expect("finite");
+    of_kinds(kinds.collect(), 1.0, surface, field)
 }
 
 /// Lets a column of grains fall: temperature after 10 mean free times, and the means of temperature and of heights from
@@ -119,13 +116,13 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
         steps_per_crossing: 1.0,
         ..PARAMETERS
     };
-    let mut engine: Engine<Column> =
+    let mut engine: Engine<Column, Followed> =
         Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     let total = |state: &State<Column>| {
         let bodies = state.bodies.iter().enumerate();
-        let potential =
-            bodies.map(|(index, body)| PULL * scene.sizes.mass(index as u32) * body.position[2]);
+        let mass = |index| scene.sizes.mass(scene.sizes.tag(index));
+        let potential = bodies.map(|(index, body)| PULL * mass(index) * body.position[2]);
         potential.sum::<f64>() + state.kinetic_energy(&scene) + state.spin_energy(&scene)
     };
     let energy = total(&state);

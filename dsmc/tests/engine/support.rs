@@ -6,11 +6,12 @@ use rand::RngExt;
 use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Field, Monodisperse, Physics, Scene, Space, State, Surface, initial,
+    Body, Constant, Domain, Gravity, Kind, Law, Physics, Scene, Space, Species, State, Surface,
+    initial,
 };
 
-/// Particles of one size.
-pub type Grains<S, C, F> = Scene<S, C, Constant, Monodisperse, F>;
+/// Particles as programs have them that read what these are: an engine takes ten seconds to compile, so all tests share a few.
+pub type Grains<S, C> = Scene<S, C, Law, Species, Gravity<S>>;
 
 /// Bird's dilute gas, in cells that each test chooses.
 pub const PARAMETERS: Parameters = Parameters {
@@ -23,23 +24,40 @@ pub const PARAMETERS: Parameters = Parameters {
     largest_contact_value: 10.0,
 };
 
-/// Particles of mass one.
-pub fn grains<S: Space, C: Surface<S>, F: Field<S>>(
+/// Particles of one diameter and of mass one, however many.
+pub fn grains<S: Space, C: Surface<S>>(
     diameter: f64,
     restitution: f64,
     surface: C,
-    field: F,
-) -> Grains<S, C, F> {
+    field: Gravity<S>,
+) -> Grains<S, C> {
+    let kind = Kind {
+        radius: 0.5 * diameter,
+        mass: 1.0,
+        count: u32::MAX as usize,
+    };
+    of_kinds(vec![kind], restitution, surface, field)
+}
+
+/// Particles of several kinds.
+pub fn of_kinds<S: Space, C: Surface<S>>(
+    kinds: Vec<Kind>,
+    restitution: f64,
+    surface: C,
+    field: Gravity<S>,
+) -> Grains<S, C> {
     Scene {
         space: S::default(),
         surface,
-        restitution: Constant::new(restitution).expect("a coefficient"),
-        sizes: Monodisperse {
-            radius: 0.5 * diameter,
-            mass: 1.0,
-        },
+        restitution: Constant::new(restitution).expect("a coefficient").into(),
+        sizes: Species::new(kinds).expect("species"),
         field,
     }
+}
+
+/// Gravity that does not pull.
+pub fn no_gravity<S: Space>() -> Gravity<S> {
+    Gravity::new(S::vector(|_| 0.0)).expect("finite")
 }
 
 /// The mean free path of disks is one at this density and this diameter.

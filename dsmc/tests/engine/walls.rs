@@ -3,19 +3,18 @@
 use nalgebra::{Vector2, vector};
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{
-    Boundaries, Clearance, Displacement, Engine, EngineError, Neighbourhood, Parameters, Scheme,
-    Weights,
+    Boundaries, Clearance, Displacement, Engine, EngineError, Followed, Neighbourhood, Parameters,
+    Scheme, Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::Vibration;
 use stosszahl_model::{
-    Body, Domain, Face, Free, Gravity, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
+    Body, Domain, Face, Gravity, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
 };
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains};
+use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity};
 
-type Disks = Grains<Plane, Smooth, Free>;
-type Falling = Grains<Plane, Smooth, Gravity<Plane>>;
+type Disks = Grains<Plane, Smooth>;
 
 fn between(faces: [[Face<Plane>; 2]; 2]) -> Boundaries<Plane> {
     Boundaries {
@@ -33,12 +32,12 @@ fn domain(boundaries: &Boundaries<Plane>, sides: [f64; 2]) -> Domain<Plane> {
 }
 
 /// One disk in a box.
-fn alone<F: stosszahl_model::Field<Plane>>(
+fn alone(
     boundaries: &Boundaries<Plane>,
-    field: F,
+    field: Gravity<Plane>,
     position: Vector2<f64>,
     velocity: Vector2<f64>,
-) -> Engine<Grains<Plane, Smooth, F>> {
+) -> Engine<Disks> {
     let state = State {
         time: 0.0,
         domain: domain(boundaries, [10.0, 10.0]),
@@ -55,7 +54,7 @@ fn alone<F: stosszahl_model::Field<Plane>>(
 fn a_specular_box_is_an_equilibrium() {
     let count = 20_000;
     let boundaries = boxed(Wall::specular());
-    let scene = grains(disk_for_unit_path(50.0), 1.0, Smooth, Free);
+    let scene = grains(disk_for_unit_path(50.0), 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [20.0, 20.0]);
     let mut state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 1);
     for body in &mut state.bodies {
@@ -101,7 +100,7 @@ fn diffuse_walls_give_their_temperature_and_velocity() {
     let mut wall = Wall::<Plane>::still(Rebound::Diffuse { temperature: 2.0 });
     wall.sliding = vector![0.5, 0.0];
     let boundaries = between([[Face::Periodic; 2], [Face::Wall(wall); 2]]);
-    let scene = grains(disk_for_unit_path(200.0), 1.0, Smooth, Free);
+    let scene = grains(disk_for_unit_path(200.0), 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [20.0, 5.0]);
     let state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 2);
     let mut engine =
@@ -155,9 +154,9 @@ fn ledgers_close() {
     let scene = grains(0.1, 1.0, surface, field);
     let domain = domain(&boundaries, [10.0, 8.0]);
     let state = gas(&scene, domain, 0.5, count, 1.0, 3);
-    let mut engine =
-        Engine::<_>::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let streams = Streams::new(1, 0);
+    let mut engine: Engine<_, Followed> =
+        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, streams).expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let end = engine.state();
     let (mass, momentum, energy) = engine.ledgers().total();
@@ -169,9 +168,8 @@ fn ledgers_close() {
         "{change} {weight} {momentum}"
     );
     let total = |state: &State<_>| {
-        let fallen = |body: &Body<Grains<Plane, Rough, Gravity<Plane>>>| {
-            0.1 * body.position[0] - 0.5 * body.position[1]
-        };
+        let fallen =
+            |body: &Body<Grains<Plane, Rough>>| 0.1 * body.position[0] - 0.5 * body.position[1];
         let potential = -state.bodies.iter().map(fallen).sum::<f64>();
         state.kinetic_energy(&scene) + state.spin_energy(&scene) + potential
     };
@@ -203,7 +201,7 @@ fn density_is_that_of_the_room() {
             clearance,
             ..between([[still; 2], [Face::Wall(wall), still]])
         };
-        let scene = grains(1.0, 1.0, Smooth, Free);
+        let scene = grains(1.0, 1.0, Smooth, no_gravity());
         let domain = domain(&boundaries, [10.0, 10.0]);
         let aside = insets[1];
         let mut state = gas::<Disks>(&scene, domain, aside, count, 1.0, 5);
@@ -245,7 +243,7 @@ fn folded(x: f64, length: f64) -> f64 {
 #[test]
 fn flight_between_walls_is_that_of_mirror_images() {
     let boundaries = boxed(Wall::specular());
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
     let state = gas(&scene, domain, 0.0, 300, 1.0, 6);
     let parameters = Parameters {
@@ -282,7 +280,7 @@ fn bouncing_is_periodic() {
     let boundaries = between([[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]);
     let pull = 2.0;
     let field = Gravity::<Plane>::new(vector![0.0, -pull]).expect("finite");
-    let scene: Falling = grains(1.0, 1.0, Smooth, field);
+    let scene: Disks = grains(1.0, 1.0, Smooth, field);
     let domain = domain(&boundaries, [10.0, 10.0]);
     let mut state = gas(&scene, domain, 0.0, 300, 1.0, 6);
     for body in &mut state.bodies {
@@ -293,7 +291,7 @@ fn bouncing_is_periodic() {
         ..PARAMETERS
     };
     for (step, per_tile) in [(0.0625, 1), (0.25, 30), (20.0, 100_000)] {
-        let mut engine: Engine<Falling> =
+        let mut engine: Engine<Disks> =
             Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         engine.retile(per_tile);
@@ -332,7 +330,7 @@ fn a_corner_turns_around() {
         (vector![9.0, 9.5], vector![1.0, 0.5]),
         (vector![0.25, 9.75], vector![-0.125, 0.125]),
     ] {
-        let mut engine = alone(&boundaries, Free, position, velocity);
+        let mut engine = alone(&boundaries, no_gravity(), position, velocity);
         engine.hold_step(1.0);
         engine.advance(4.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
@@ -356,7 +354,12 @@ fn a_corner_turns_around() {
 fn grazing_disks_touch_and_stay_inside() {
     let boundaries = boxed(Wall::specular());
     for speed in [1e-12, 1e-15, 1e-300] {
-        let mut engine = alone(&boundaries, Free, vector![5.0, 1e-12], vector![0.1, -speed]);
+        let mut engine = alone(
+            &boundaries,
+            no_gravity(),
+            vector![5.0, 1e-12],
+            vector![0.1, -speed],
+        );
         engine.hold_step(0.25);
         engine.advance(3.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
@@ -367,7 +370,12 @@ fn grazing_disks_touch_and_stay_inside() {
     }
     // On the wall itself, along it, and on the far one.
     for y in [0.0, 10.0] {
-        let mut engine = alone(&boundaries, Free, vector![5.0, y], vector![0.1, 0.0]);
+        let mut engine = alone(
+            &boundaries,
+            no_gravity(),
+            vector![5.0, y],
+            vector![0.1, 0.0],
+        );
         engine.advance(10.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
         assert!((body.position[1] - y).abs() < 1e-14);
@@ -384,7 +392,7 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
         [Face::Periodic; 2],
         [Face::Wall(wall), Face::Wall(Wall::specular())],
     ]);
-    let scene = grains(0.1, 0.9, Smooth, Free);
+    let scene = grains(0.1, 0.9, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
     let state = gas::<Disks>(&scene, domain, 2.5, 500, 1e-2, 3);
     let mut engine =
@@ -423,7 +431,7 @@ fn a_grain_comes_to_rest_on_the_floor() {
             ..boxed(floor)
         };
         let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
-        let mut engine: Engine<Falling> =
+        let mut engine: Engine<Disks> =
             alone(&boundaries, down, vector![5.0, 1.5], vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
@@ -442,13 +450,13 @@ fn a_grain_comes_to_rest_on_the_floor() {
         );
         // At rest from the start.
         let at_rest = vector![5.0, height];
-        let mut engine: Engine<Falling> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
+        let mut engine: Engine<Disks> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         assert_eq!(engine.state().bodies[0].position, at_rest);
         assert_eq!(engine.ledgers().rests, 0);
         // A corner that it slides into.
         let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
-        let mut engine: Engine<Falling> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
+        let mut engine: Engine<Disks> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
         assert_eq!(body.position, vector![height, height]);
@@ -470,8 +478,7 @@ fn a_grain_rides_on_a_shaking_floor() {
         [Face::Wall(floor), Face::Wall(Wall::specular())],
     ]);
     let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
-    let mut engine: Engine<Falling> =
-        alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
+    let mut engine: Engine<Disks> = alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
     engine.hold_step(0.0625);
     // On the way in it is on the floor, at its speed of a half.
     engine.advance(0.375, u64::MAX, &mut ());
@@ -486,7 +493,7 @@ fn a_grain_rides_on_a_shaking_floor() {
 
 #[test]
 fn what_does_not_fit_is_refused() {
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     let boundaries = boxed(Wall::specular());
     let boxed_domain = domain(&boundaries, [10.0, 10.0]);
     let state = gas(&scene, boxed_domain, 1.0, 10, 1.0, 1);
@@ -548,7 +555,7 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
         clearance: Clearance::Radius,
         ..boxed(Wall::specular())
     };
-    let scene: Disks = grains(1.0, 1.0, Smooth, Free);
+    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [side, side]);
     let state = gas(&scene, domain, 0.5, 500, 1.0, seed);
     let parameters = Parameters {
@@ -571,7 +578,7 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
     let (mut middle, samples) = (0.0, 200);
     for sample in 1..=samples {
         engine.advance(20.0 + f64::from(sample), u64::MAX, &mut ());
-        engine.visit(|position, _, (), (), weight| {
+        engine.visit(|position, _, (), _, weight| {
             let inside = |x: f64| (8.0..32.0).contains(&x);
             if inside(position[0]) && inside(position[1]) {
                 middle += weight / f64::from(samples);
@@ -619,7 +626,7 @@ fn dense_disks_press_on_their_walls() {
 #[test]
 fn several_simulators_start_evenly_between_walls() {
     let boundaries = boxed(Wall::specular());
-    let scene: Disks = grains(0.01, 1.0, Smooth, Free);
+    let scene: Disks = grains(0.01, 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
     let state = |seed| gas::<Disks>(&scene, domain, 0.0, 200, 1.0, seed);
     let parameters = Parameters {
