@@ -7,7 +7,12 @@ use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Body, Domain, State, kinetic};
 
-use crate::support::{Disks, disks, gas, mean_and_error};
+use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds, mean_and_error};
+
+/// Equal disks as one species.
+fn equal(restitution: f64, count: usize) -> Kinds {
+    kinds(restitution, [(0.5, 1.0, count)])
+}
 
 fn tracked(state: State<Disks>) -> Checkpoint<Disks> {
     let windings = vec![[0; 2]; state.bodies.len()];
@@ -142,16 +147,17 @@ fn displacements_of_simulators_end_at_their_positions() {
     for body in &mut start.bodies {
         body.position = origin;
     }
+    let (scene, start) = (equal(1.0, 300), as_kinds(&start));
     for displacement in [Displacement::None, Displacement::Diameter] {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
-        let mut engine = Engine::<_, Followed>::start(&disks(1.0), parameters, &start, streams)
-            .expect("an engine");
+        let mut engine =
+            Engine::<_, Followed>::start(&scene, parameters, &start, streams).expect("an engine");
         engine.follow_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
         // In two parts, as a run that is continued.
         let checkpoint = engine.checkpoint();
-        let mut engine = Engine::resume(&disks(1.0), parameters, start.domain, checkpoint, streams)
+        let mut engine = Engine::resume(&scene, parameters, start.domain, checkpoint, streams)
             .expect("an engine");
         engine.advance(80.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 5_000);
@@ -185,9 +191,9 @@ fn simulators_diffuse_as_enskog_says() {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
             let streams = Streams::new(seed, 0);
             let mut engine = Engine::<_, Followed>::start(
-                &disks(1.0),
+                &equal(1.0, 600),
                 parameters(4.0, 32, Displacement::None),
-                &start,
+                &as_kinds(&start),
                 streams,
             )
             .expect("an engine");
@@ -273,9 +279,9 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
             let start = gas(Arrangement::Disordered, 400, packing, seed);
             let streams = Streams::new(seed, 0);
             let mut engine = Engine::<_, Followed>::start(
-                &disks(r),
+                &equal(r, 400),
                 parameters(4.0, 16, Displacement::None),
-                &start,
+                &as_kinds(&start),
                 streams,
             )
             .expect("an engine");

@@ -6,11 +6,9 @@ use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, p
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::snapshot;
-use stosszahl_model::{
-    Collision, Constant, Domain, Free, Observer, Plane, Polydisperse, Scene, Smooth, State,
-};
+use stosszahl_model::{Collision, Domain, Observer, Polydisperse, Scene, State};
 
-use crate::support::{Disks, disks, gas};
+use crate::support::{Disks, Mixture, disks, gas};
 
 /// Keeps the times and lines of all collisions.
 #[derive(Default)]
@@ -182,7 +180,7 @@ fn contacts_without_rebound_happen_once() {
 }
 
 /// Smooth elastic disks of these radii and masses.
-fn unequal(sizes: Vec<(f64, f64)>) -> Scene<Plane, Smooth, Constant, Polydisperse, Free> {
+fn unequal(sizes: Vec<(f64, f64)>) -> Mixture {
     let unit = disks(1.0);
     Scene {
         space: unit.space,

@@ -6,11 +6,11 @@ use stosszahl_dsmc::{
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Budget, Collision, Constant, Free, Grains, Observer, Particle, Particles, Plane,
-    Polydisperse, Scene, Smooth, State, Vector, kinetic,
+    Budget, Collision, Constant, Grains, Observer, Particle, Particles, Plane, State, Vector,
+    kinetic,
 };
 
-use crate::support::{Disks, disks, gas};
+use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),
@@ -154,31 +154,9 @@ fn elastic_gas_conserves_energy_and_momentum() {
     }
 }
 
-type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
-
-/// The same gas, of a physics whose disks may differ.
-fn as_mixture(gas: &State<Disks>) -> State<Mixture> {
-    let bodies = gas
-        .bodies
-        .iter()
-        .map(|body| Body::new(body.position, body.velocity))
-        .collect();
-    State {
-        time: gas.time,
-        domain: gas.domain,
-        bodies,
-    }
-}
-
 /// Equal disks that carry their index, so that each can be followed through a sort.
-fn followed(count: usize) -> Mixture {
-    Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::new(1.0).expect("a coefficient"),
-        sizes: Polydisperse::new(vec![(0.5, 1.0); count]).expect("sizes"),
-        field: Free,
-    }
+fn followed(count: usize) -> Kinds {
+    kinds(1.0, vec![(0.5, 1.0, 1); count])
 }
 
 /// Pressure from the momentum that the displacement carries, from positions before and after each step: for elastic
@@ -195,7 +173,7 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
             steps_per_crossing: 100.0,
             ..PARAMETERS
         };
-        let start = as_mixture(&gas(Arrangement::Disordered, count, 0.25, seed));
+        let start = as_kinds(&gas(Arrangement::Disordered, count, 0.25, seed));
         let mut engine = Engine::new(&followed(count), parameters, &start, Streams::new(seed, 0))
             .expect("an engine");
         let mut carried = 0.0;
@@ -275,14 +253,12 @@ fn one_species_is_a_gas_of_equal_disks() {
 /// Disks of different sizes continue to the same bits too, though their order in memory is another one then.
 #[test]
 fn mixtures_continue_to_the_same_bits() {
-    let start = as_mixture(&gas(Arrangement::Disordered, 900, 0.3, 8));
-    let sizes = (0..900)
-        .map(|i| if i % 3 == 0 { (0.5, 1.0) } else { (0.17, 0.04) })
-        .collect();
-    let scene = Scene {
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        ..followed(1)
-    };
+    let start = as_kinds(&gas(Arrangement::Disordered, 900, 0.3, 8));
+    let sizes = (0..900).map(|i| match i % 3 {
+        0 => (0.5, 1.0, 1),
+        _ => (0.17, 0.04, 1),
+    });
+    let scene = kinds(1.0, sizes);
     for scheme in [
         Scheme::FreeVolume,
         Scheme::Enskog(Neighbourhood::Cells(2)),

@@ -17,8 +17,7 @@ use stosszahl::model::{
 };
 
 use crate::draws::drawn;
-
-type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
+use crate::support::Mixture;
 
 /// What a random gas is made from.
 #[derive(Clone, Debug)]
@@ -115,7 +114,7 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
     let scene = Scene {
         space: Plane,
         surface: Smooth,
-        restitution: Constant::new(recipe.restitution).ok()?,
+        restitution: Constant::new(recipe.restitution).ok()?.into(),
         sizes: Polydisperse::new(sizes).ok()?,
         field: Free,
     };

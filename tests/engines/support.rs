@@ -4,23 +4,59 @@ use nalgebra::vector;
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::random::{Purpose, Streams};
 use stosszahl::model::{
-    Body, Constant, Domain, Free, Interrupt, Monodisperse, Plane, Scene, Smooth, State,
+    Body, Constant, Domain, Free, Gravity, Interrupt, Kind, Law, Monodisperse, Plane, Polydisperse,
+    Scene, Smooth, Species, State,
 };
 
-/// Smooth equal disks of diameter and mass one.
-pub type Disks = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
+/// Smooth equal disks of diameter and mass one. As all scenes here, of the types that programs have: an engine takes seconds to
+/// compile, and those are there.
+pub type Disks = Scene<Plane, Smooth, Law, Monodisperse, Free>;
+
+/// Smooth disks of any sizes, for exact dynamics.
+pub type Mixture = Scene<Plane, Smooth, Law, Polydisperse, Free>;
+
+/// Smooth disks of several species, for Monte Carlo.
+pub type Kinds = Scene<Plane, Smooth, Law, Species, Gravity<Plane>>;
 
 /// The scene of unit disks with the given restitution.
 pub fn disks(restitution: f64) -> Disks {
     Scene {
         space: Plane,
         surface: Smooth,
-        restitution: Constant::new(restitution).expect("a coefficient"),
+        restitution: Constant::new(restitution).expect("a coefficient").into(),
         sizes: Monodisperse {
             radius: 0.5,
             mass: 1.0,
         },
         field: Free,
+    }
+}
+
+/// The scene of species, by radius, mass and count.
+pub fn kinds(restitution: f64, all: impl IntoIterator<Item = (f64, f64, usize)>) -> Kinds {
+    let kind = |(radius, mass, count)| Kind {
+        radius,
+        mass,
+        count,
+    };
+    Scene {
+        space: Plane,
+        surface: Smooth,
+        restitution: disks(restitution).restitution,
+        sizes: Species::new(all.into_iter().map(kind).collect()).expect("species"),
+        field: Gravity::new(vector![0.0, 0.0]).expect("finite"),
+    }
+}
+
+/// The same gas, of disks that may differ.
+pub fn as_kinds(gas: &State<Disks>) -> State<Kinds> {
+    let bodies = gas.bodies.iter();
+    State {
+        time: gas.time,
+        domain: gas.domain,
+        bodies: bodies
+            .map(|body| Body::new(body.position, body.velocity))
+            .collect(),
     }
 }
 

@@ -8,15 +8,15 @@ use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Free, Interrupt, Kind, Monodisperse, Particle, Physics, Plane,
+    Body, Constant, Domain, Free, Interrupt, Kind, Law, Monodisperse, Particle, Physics, Plane,
     Polydisperse, Restitution, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf,
     Volume,
 };
 
 use crate::Trouble;
 
-/// Smooth particles in free flight.
-pub type Particles<S, Z = Monodisperse, R = Constant> = Scene<S, Smooth, R, Z, Free>;
+/// Smooth particles in free flight, with the law that programs have: trials are of the engines that users run.
+pub type Particles<S, Z = Monodisperse, R = Law> = Scene<S, Smooth, R, Z, Free>;
 /// Smooth equal disks of diameter and mass one.
 pub type Disks = Particles<Plane>;
 /// Disks of different sizes.
@@ -56,8 +56,8 @@ pub(crate) fn particles<S: Space, Z: Sizes, R: Restitution>(
 }
 
 /// A coefficient of restitution.
-pub(crate) fn law(restitution: f64) -> Result<Constant, Trouble> {
-    Ok(Constant::new(restitution)?)
+pub(crate) fn law(restitution: f64) -> Result<Law, Trouble> {
+    Ok(Constant::new(restitution)?.into())
 }
 
 /// Unit disks with a restitution.
@@ -196,7 +196,7 @@ pub(crate) fn fluid(
     let streams = Streams::new(seed, 0);
     let never = Interrupt::default();
     let placed = initial::place(arrangement, disks, 1.0, &domain, &streams, &never)?;
-    let scene = particles(Constant::ELASTIC, UNIT);
+    let scene = particles(Constant::ELASTIC.into(), UNIT);
     Ok(warm(&scene, domain, placed.positions, seed))
 }
 

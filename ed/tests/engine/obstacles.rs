@@ -3,10 +3,10 @@
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::walls::{Obstacle, Outline, Wall};
-use stosszahl_model::{Constant, Free, Plane, Polydisperse, Rebound, Scene, Smooth};
+use stosszahl_model::{Kind, Plane, Rebound, Scene, Smooth, Species};
 
 use crate::support::{
-    alone, bounces, closed, down, follow_plain, gas, grains, obstacle, rough, walled,
+    alone, bounces, closed, disks, down, follow_plain, gas, grains, law, obstacle, rough, walled,
 };
 
 /// An obstacle that reaches to the edge of a periodic box stands on the other side too, for disks that come from there.
@@ -145,7 +145,7 @@ fn a_diffuse_obstacle_heats_the_gas() {
     boundaries
         .obstacles
         .push(Obstacle::new(outline, hot).expect("an obstacle"));
-    let scene = grains(Smooth, 1.0, Free);
+    let scene = disks(1.0);
     let state = gas(&scene, &boundaries, [14.0, 14.0], 60, 3);
     let mut engine = Engine::<_>::between(scene.clone(), Dissipation::Scene, state, &boundaries)
         .expect("an engine");
@@ -172,12 +172,17 @@ fn a_diffuse_obstacle_heats_the_gas() {
 /// pairs.
 #[test]
 fn very_unequal_disks_find_their_boundaries() {
-    let sizes: Vec<(f64, f64)> = (0..150)
+    let kinds: Vec<Kind> = (0..150)
         .map(|disk| {
-            if disk < 4 {
+            let (radius, mass) = if disk < 4 {
                 (1.5, 9.0)
             } else {
                 (0.05 + 0.001 * f64::from(disk % 10), 0.1)
+            };
+            Kind {
+                radius,
+                mass,
+                count: 1,
             }
         })
         .collect();
@@ -185,8 +190,8 @@ fn very_unequal_disks_find_their_boundaries() {
         let scene = Scene {
             space: Plane,
             surface: rough(0.5),
-            restitution: Constant::new(0.95).expect("a coefficient"),
-            sizes: Polydisperse::new(sizes.clone()).expect("sizes"),
+            restitution: law(0.95),
+            sizes: Species::new(kinds.clone()).expect("species"),
             field: down(weight),
         };
         for axes in [

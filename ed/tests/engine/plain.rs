@@ -3,16 +3,16 @@
 use nalgebra::vector;
 use stosszahl_ed::Boundaries;
 use stosszahl_model::walls::{Outline, Wall};
-use stosszahl_model::{Free, Rebound, Smooth};
+use stosszahl_model::{Rebound, Smooth};
 
 use crate::support::{
-    bounces, closed, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
+    bounces, closed, disks, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
 };
 
 #[test]
 fn rough_disks() {
     for (tangential, restitution) in [(1.0, 1.0), (0.3, 0.8), (-0.5, 0.9)] {
-        let scene = grains(rough(tangential), restitution, Free);
+        let scene = grains(rough(tangential), restitution, down(0.0));
         let boundaries = Boundaries::periodic();
         let start = gas(&scene, &boundaries, [12.0, 10.0], 50, 1);
         follow_plain(&scene, &boundaries, &start, 150);
@@ -51,11 +51,11 @@ fn walls() {
         (closed(), [3.0, 2.5], 2),
     ];
     for (number, (boundaries, lengths, count)) in all.into_iter().enumerate() {
-        let scene = grains(Smooth, 0.9, Free);
+        let scene = disks(0.9);
         let start = gas(&scene, &boundaries, lengths, count, number as u64);
         let rebounds = follow_plain(&scene, &boundaries, &start, 5 * count);
         assert!(rebounds > count / 3, "{rebounds} rebounds");
-        let scene = grains(rough(0.5), 0.9, Free);
+        let scene = grains(rough(0.5), 0.9, down(0.0));
         let start = gas(&scene, &boundaries, lengths, count, number as u64);
         follow_plain(&scene, &boundaries, &start, 5 * count);
     }
@@ -113,7 +113,7 @@ fn obstacles() {
     ];
     for mut boundaries in [Boundaries::periodic(), closed()] {
         boundaries.obstacles.clone_from(&all);
-        let scene = grains(Smooth, 0.9, Free);
+        let scene = disks(0.9);
         let start = gas(&scene, &boundaries, [12.0, 11.0], 30, 3);
         let rebounds = follow_plain(&scene, &boundaries, &start, 150);
         assert!(rebounds > 40, "{rebounds} rebounds");

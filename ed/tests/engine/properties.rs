@@ -11,7 +11,7 @@ use stosszahl_model::{Field, Gravity, Physics, Plane, Rebound, Rough, State};
 
 use crate::support::{Grains, follow_plain, gas, grains, rough, vibrates, walled};
 
-type Disks = Grains<Rough, Gravity<Plane>>;
+type Disks = Grains<Rough>;
 
 /// Sides of all boxes.
 const SIDES: [f64; 2] = [11.0, 9.0];

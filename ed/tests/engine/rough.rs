@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::kinetic::contact_value;
-use stosszahl_model::{Free, State, Surface};
+use stosszahl_model::{State, Surface};
 
-use crate::support::{Grains, gas, grains, rough};
+use crate::support::{Grains, disks, down, gas, grains, rough};
 
-type Disks = Grains<stosszahl_model::Rough, Free>;
+type Disks = Grains<stosszahl_model::Rough>;
 
 fn start(scene: &Disks, side: f64, count: usize, seed: u64) -> State<Disks> {
     gas(scene, &Boundaries::periodic(), [side, side], count, seed)
@@ -22,7 +22,7 @@ fn engine(scene: &Disks, dissipation: Dissipation, state: State<Disks>) -> Engin
 #[test]
 fn energy_and_momentum_are_conserved() {
     for tangential in [-1.0, 1.0] {
-        let scene = grains(rough(tangential), 1.0, Free);
+        let scene = grains(rough(tangential), 1.0, down(0.0));
         let state = start(&scene, 50.0, 1000, 1);
         let energy =
             |state: &State<Disks>| state.kinetic_energy(&scene) + state.spin_energy(&scene);
@@ -46,7 +46,7 @@ fn energy_and_momentum_are_conserved() {
 /// Perfectly rough disks retrace their way: velocities and spins reversed, and the same time back.
 #[test]
 fn perfectly_rough_disks_return_to_their_start() {
-    let scene = grains(rough(1.0), 1.0, Free);
+    let scene = grains(rough(1.0), 1.0, down(0.0));
     let begin = start(&scene, 80.0, 2000, 2);
     let mut engine = engine(&scene, Dissipation::Scene, begin.clone());
     engine
@@ -109,7 +109,7 @@ fn dilute_disks_cool_as_the_two_temperature_theory_says() {
     let density = packing * 4.0 / PI;
     let rate = 4.0 * PI.sqrt() * density * contact_value(packing);
     for (restitution, tangential) in [(0.9, 0.0), (0.9, 0.9), (0.9, -0.8), (0.6, 0.5), (1.0, 0.0)] {
-        let scene = grains(rough(tangential), restitution, Free);
+        let scene = grains(rough(tangential), restitution, down(0.0));
         // Four collisions a disk at the temperature of the start.
         let until = 8.0 / rate;
         let replicas = 8;
@@ -151,7 +151,7 @@ fn dilute_disks_cool_as_the_two_temperature_theory_says() {
 /// Elastic contacts are smooth too: neither energy is touched.
 #[test]
 fn equilibration_leaves_spins_alone() {
-    let scene = grains(rough(0.3), 0.5, Free);
+    let scene = grains(rough(0.3), 0.5, down(0.0));
     let state = start(&scene, 20.0, 200, 4);
     let mut engine = engine(&scene, Dissipation::Elastic, state.clone());
     engine
@@ -168,13 +168,13 @@ fn equilibration_leaves_spins_alone() {
 /// A spin that is no number is refused, and smooth disks store none.
 #[test]
 fn spins_are_checked_and_smooth_disks_have_none() {
-    let scene = grains(rough(0.3), 0.5, Free);
+    let scene = grains(rough(0.3), 0.5, down(0.0));
     let mut state = start(&scene, 20.0, 20, 4);
     state.bodies[7].spin[0] = f64::NAN;
     let refused = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, state).err();
     let refused = refused.expect("a bad spin").to_string();
     assert!(refused.contains("disk 7"), "{refused}");
-    let smooth = grains(stosszahl_model::Smooth, 0.5, Free);
+    let smooth = disks(0.5);
     let energy = Surface::<stosszahl_model::Plane>::spin_energy(&smooth.surface, 1.0, 0.5, ());
     assert_eq!(energy, 0.0);
     let state = gas(&smooth, &Boundaries::periodic(), [20.0, 20.0], 20, 4);

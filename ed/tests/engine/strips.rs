@@ -7,11 +7,11 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{
-    Body, Budget, Collision, Constant, EachCollision, Free, Grains, Interrupt, Particle, Particles,
-    Physics, Plane, Rebound, Smooth, State,
+    Body, Budget, Collision, Constant, EachCollision, Grains, Interrupt, Particle, Particles,
+    Physics, Plane, Rebound, State,
 };
 
-use crate::support::{bounces, down, grains, obstacle, rough, vibrates, walled};
+use crate::support::{bounces, disks, down, grains, obstacle, rough, vibrates, walled};
 
 /// A gas of this many unit disks, at least, on a jittered lattice, without those that overlap obstacles; as wide as it is high over `aspect`.
 fn lattice<P: Physics<Space = Plane>>(
@@ -124,7 +124,7 @@ fn periodic_gases() {
         (0.70, 1.0),
         (0.70, 0.8),
     ] {
-        let scene = grains(Smooth, restitution, Free);
+        let scene = disks(restitution);
         let boundaries = Boundaries::periodic();
         let start = lattice(&scene, &boundaries, 20_000, packing, 1.0);
         let legs = [(FOREVER, 30_000), (FOREVER, 40_001), (FOREVER, 25_000)];
@@ -144,11 +144,11 @@ fn periodic_gases() {
 /// Behind the common interface, leg by leg, with pauses in between.
 #[test]
 fn a_simulation_on_two_threads() {
-    let scene = grains(Smooth, 0.8, Free);
+    let scene = disks(0.8);
     let boundaries = Boundaries::periodic();
     let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
     let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
-    let particle = |body: &Body<crate::support::Grains<Smooth, Free>>| Particle {
+    let particle = |body: &Body<crate::support::Disks>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
         ..Particle::of(0.5, 1.0)
@@ -179,7 +179,7 @@ fn a_simulation_on_two_threads() {
 /// A cooled gas has clusters, in which windows are short, and empty regions.
 #[test]
 fn a_clustered_gas() {
-    let scene = grains(Smooth, 0.8, Free);
+    let scene = disks(0.8);
     let boundaries = Boundaries::periodic();
     let start = lattice(&scene, &boundaries, 40_000, 0.25, 2.0);
     let dissipation = Dissipation::ContactTime(1e-5);
@@ -221,7 +221,7 @@ fn walls_obstacles_gravity_and_spin() {
         &legs,
     );
     let sides = walled([Some([Wall::specular(), diffuse]), None]);
-    let scene = grains(Smooth, 0.9, Free);
+    let scene = disks(0.9);
     let start = lattice(&scene, &sides, 12_000, 0.4, 1.5);
     compare(
         "sides",
@@ -237,7 +237,7 @@ fn walls_obstacles_gravity_and_spin() {
 /// none twice, so that few stale ones come up: 0.01 for each event here, and 0.20 without either.
 #[test]
 fn strips_forget_the_events_of_disks_that_left() {
-    let scene = grains(Smooth, 0.8, Free);
+    let scene = disks(0.8);
     let start = lattice(&scene, &Boundaries::periodic(), 40_000, 0.25, 2.0);
     let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
     // The first contacts of a lattice say little about those to come.
@@ -253,7 +253,7 @@ fn strips_forget_the_events_of_disks_that_left() {
 /// A gas that collapses does so at the same collision, with the same words.
 #[test]
 fn a_collapse_is_that_of_one_engine() {
-    let scene = grains(Smooth, 0.3, Free);
+    let scene = disks(0.3);
     let boundaries = Boundaries::periodic();
     let start = lattice(&scene, &boundaries, 20_000, 0.25, 1.0);
     let [alone, shared] = [1, 4].map(|strips| {
@@ -272,7 +272,7 @@ fn a_collapse_is_that_of_one_engine() {
 /// A leap that is interrupted ends.
 #[test]
 fn an_interrupt_ends_all_strips() {
-    let scene = grains(Smooth, 1.0, Free);
+    let scene = disks(1.0);
     let boundaries = Boundaries::periodic();
     let start = lattice(&scene, &boundaries, 20_000, 0.3, 1.0);
     let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");

@@ -7,28 +7,46 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Obstacle, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{
-    Body, Collision, Constant, Field, Gravity, Monodisperse, Observer, Physics, Plane, Rebound,
-    Rough, Scene, Sizes, State, Surface,
+    Body, Collision, Constant, Free, Gravity, Kind, Law, Monodisperse, Observer, Physics, Plane,
+    Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
 };
 
-/// Disks of diameter and mass one.
-pub type Grains<C, F> = Scene<Plane, C, Constant, Monodisperse, F>;
+/// Disks and grains as programs have them that read what these are: an engine takes seconds to compile, so all tests share a few.
+pub type Disks = Scene<Plane, Smooth, Law, Monodisperse, Free>;
+pub type Grains<C> = Scene<Plane, C, Law, Species, Gravity<Plane>>;
 
-pub fn grains<C: Surface<Plane>, F: Field<Plane>>(
-    surface: C,
-    restitution: f64,
-    field: F,
-) -> Grains<C, F> {
+/// Smooth disks of diameter and mass one.
+pub fn disks(restitution: f64) -> Disks {
     Scene {
         space: Plane,
-        surface,
-        restitution: Constant::new(restitution).expect("a coefficient"),
+        surface: Smooth,
+        restitution: law(restitution),
         sizes: Monodisperse {
             radius: 0.5,
             mass: 1.0,
         },
+        field: Free,
+    }
+}
+
+/// Grains of diameter and mass one, however many, that fall.
+pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Plane>) -> Grains<C> {
+    let kind = Kind {
+        radius: 0.5,
+        mass: 1.0,
+        count: u32::MAX as usize,
+    };
+    Scene {
+        space: Plane,
+        surface,
+        restitution: law(restitution),
+        sizes: Species::new(vec![kind]).expect("species"),
         field,
     }
+}
+
+pub fn law(restitution: f64) -> Law {
+    Constant::new(restitution).expect("a coefficient").into()
 }
 
 pub fn rough(tangential: f64) -> Rough {

@@ -4,17 +4,11 @@ use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Face, Ledger, Outline, Vibration, Wall, Walls};
-use stosszahl_model::{Body, Domain, Free, Physics, Plane, Rebound, Smooth, State};
+use stosszahl_model::{Body, Domain, Physics, Plane, Rebound, State};
 
 use crate::support::{
-    Grains, alone, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
+    Disks, alone, bounces, closed, disks, down, gas, grains, obstacle, rough, vibrates, walled,
 };
-
-type Disks = Grains<Smooth, Free>;
-
-fn smooth(restitution: f64) -> Disks {
-    grains(Smooth, restitution, Free)
-}
 
 fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
@@ -28,7 +22,7 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 fn a_closed_box_conserves_energy() {
     let boundaries = closed();
     for side in [40.0, 24.0] {
-        let scene = smooth(1.0);
+        let scene = disks(1.0);
         let state = gas(&scene, &boundaries, [side, side], 300, 1);
         let (energy, momentum) = (state.kinetic_energy(&scene), state.momentum(&scene));
         let mut engine =
@@ -64,7 +58,7 @@ fn pressure_on_walls_is_that_of_the_bulk() {
     for packing in [0.05, 0.3] {
         let (count, height) = (1200_usize, 36.0);
         let width = count as f64 * std::f64::consts::FRAC_PI_4 / packing / height;
-        let scene = smooth(1.0);
+        let scene = disks(1.0);
         let state = gas(&scene, &boundaries, [width, height], count, 2);
         let temperature = state.temperature(&scene);
         let mut engine =
@@ -116,7 +110,7 @@ fn diffuse_walls_give_their_temperature() {
         ..Wall::still(Rebound::Diffuse { temperature: 1.0 })
     };
     let boundaries = walled([None, Some([wall; 2])]);
-    let scene = grains(rough(1.0), 1.0, Free);
+    let scene = grains(rough(1.0), 1.0, down(0.0));
     let mut state = gas(&scene, &boundaries, [30.0, 12.0], 100, 3);
     for body in &mut state.bodies {
         body.velocity *= 3.0_f64.sqrt();
@@ -242,7 +236,7 @@ fn what_does_not_fit_is_refused_and_named() {
     let boundaries = closed();
     let lengths = [6.0, 5.0];
     let state = |at: [f64; 2]| alone(&boundaries, lengths, at, [0.0, 0.0]);
-    let scene = || smooth(1.0);
+    let scene = || disks(1.0);
     // Through the wall by 0.1, and outside.
     let error = refused(scene(), state([5.6, 2.0]), &boundaries);
     let EngineError::Overlap {
@@ -284,7 +278,7 @@ fn boundaries_that_do_not_fit_are_refused() {
     let boundaries = closed();
     let lengths = [6.0, 5.0];
     let state = |at: [f64; 2]| alone(&boundaries, lengths, at, [0.0, 0.0]);
-    let scene = || smooth(1.0);
+    let scene = || disks(1.0);
     let mut with = closed();
     with.obstacles.push(obstacle(Outline::Disc {
         centre: vector![1.0, 1.0],
@@ -371,7 +365,7 @@ fn grazing_a_wall() {
         (4.5, 1e-300),
     ] {
         let state = alone(&boundaries, [6.0, 5.0], [3.0, height], [1.0, speed]);
-        let mut engine = Engine::<_>::between(smooth(1.0), Dissipation::Scene, state, &boundaries)
+        let mut engine = Engine::<_>::between(disks(1.0), Dissipation::Scene, state, &boundaries)
             .expect("an engine");
         assert!(engine.advance(100.0, u64::MAX, &mut ()).expect("flight"));
         let body = engine.state().bodies[0];
@@ -401,7 +395,7 @@ fn a_disk_leaves_a_wedge_of_one_degree() {
     }));
     for steepness in [0.0, 0.003, 0.3] {
         let state = alone(&boundaries, [100.0, 10.0], [95.0, 0.6], [-1.0, -steepness]);
-        let mut engine = Engine::<_>::between(smooth(1.0), Dissipation::Scene, state, &boundaries)
+        let mut engine = Engine::<_>::between(disks(1.0), Dissipation::Scene, state, &boundaries)
             .expect("an engine");
         let mut nearest = f64::INFINITY;
         for _ in 0..60 {
@@ -429,7 +423,7 @@ fn a_floor_may_be_faster_than_the_disks() {
     for (amplitude, period) in [(0.5, 0.1), (1.0, 0.2), (0.01, 0.002)] {
         let floor = vibrates(bounces(0.7, 1.0), amplitude, period);
         let boundaries = walled([None, Some([floor, bounces(0.7, 1.0)])]);
-        let scene = smooth(0.8);
+        let scene = disks(0.8);
         let mut state = gas(&scene, &boundaries, [12.0, 7.0], 30, 6);
         for body in &mut state.bodies {
             body.velocity *= 0.1;
@@ -462,7 +456,7 @@ fn vibrations_keep_their_phase() {
     for begin in [0.0, 1e6, 12_345.5] {
         let mut state = alone(&boundaries, [3.0, 9.0], [1.0, 3.0], [0.0, -1.0]);
         state.time = begin;
-        let mut engine = Engine::<_>::between(smooth(1.0), Dissipation::Scene, state, &boundaries)
+        let mut engine = Engine::<_>::between(disks(1.0), Dissipation::Scene, state, &boundaries)
             .expect("an engine");
         engine
             .advance(begin + 4.0, u64::MAX, &mut ())
@@ -483,7 +477,7 @@ fn vibrations_keep_their_phase() {
 #[test]
 fn collapse_against_a_wall_is_told() {
     let boundaries = walled([Some([bounces(0.1, 1.0); 2]), None]);
-    let scene = smooth(0.1);
+    let scene = disks(0.1);
     let bodies = (0..4)
         .map(|disk| {
             Body::new(
@@ -520,7 +514,7 @@ fn collapse_against_a_wall_is_told() {
 #[test]
 fn walls_cost_only_those_who_are_near() {
     let boundaries = closed();
-    let scene = smooth(1.0);
+    let scene = disks(1.0);
     let side = 100.0;
     let walled = gas(&scene, &boundaries, [side, side], 3000, 7);
     let mut around = walled.clone();

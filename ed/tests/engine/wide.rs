@@ -2,9 +2,9 @@
 
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Dissipation, Engine, EngineError};
-use stosszahl_model::{Body, Domain, Free, Plane, Smooth, State};
+use stosszahl_model::{Body, Domain, Plane, State};
 
-use crate::support::grains;
+use crate::support::disks;
 
 /// An engine of few disks in a million cells starts afresh again and again while they fly: it gives up after as much work as
 /// ten million crossings are, some seconds, although hardly any cell is crossed.
@@ -20,7 +20,7 @@ fn disks_that_do_not_meet_are_given_up() {
             at(0.5 * SIDE, vector![-0.7, 0.2]),
         ],
     };
-    let scene = grains(Smooth, 0.9, Free);
+    let scene = disks(0.9);
     let mut engine: Engine<_> = Engine::new(scene, Dissipation::Scene, start).expect("a gas");
     // Some twenty thousand fresh starts on the way: it would get there in some seconds more.
     let until = 1e8;

@@ -24,7 +24,7 @@ const ORDERS: usize = 6;
 /// Energy and collisions over those of theory, and a2 less that of theory, at each time, of one gas.
 fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, Trouble> {
     let law = law(RESTITUTION)?;
-    let scene: Particles<S> = particles(law, UNIT);
+    let scene: Particles<S> = particles(law.clone(), UNIT);
     let extent = (PARTICLES as f64 / DENSITY, PARTICLES);
     let mut engine: Engine<_, Slots> =
         without_positions(scene, Contact::Enskog, extent, |_| 1.0, seed)?;

@@ -34,11 +34,6 @@ impl<const V: usize> Shape<V> {
         })
     }
 
-    /// Whether powers are none above others.
-    fn divides(i: &[usize; V], n: &[usize; V]) -> bool {
-        i.iter().zip(n).all(|(i, n)| i <= n)
-    }
-
     /// Calls for each run of powers of the last variable with those before between 0 and `most`: begin of the run.
     fn runs(self, most: [usize; V], act: &mut impl FnMut(usize)) {
         let mut at = [0; V];
@@ -80,8 +75,20 @@ impl<const V: usize> Shape<V> {
 
     /// The product of two series.
     pub fn product(self, a: &[f64], b: &[f64]) -> Series {
-        let terms: Vec<Term<V>> = self.powers().zip(b.iter().copied()).collect();
-        self.times(a, &terms)
+        let run = self.0[V - 1];
+        let mut product = vec![0.0; self.len()];
+        for (powers, row) in self.powers().step_by(run).zip(b.chunks_exact(run)) {
+            // Powers of S = 1 - u s have few.
+            if row.iter().all(|&value| value == 0.0) {
+                continue;
+            }
+            let offset = self.index(powers);
+            let most = std::array::from_fn(|axis| self.0[axis] - 1 - powers[axis]);
+            self.runs(most, &mut |from| {
+                add_product(&mut product[from + offset..][..run], &a[from..][..run], row);
+            });
+        }
+        product
     }
 
     /// A real power of a polynomial whose constant term, which must be the first, is above zero.
@@ -90,19 +97,23 @@ impl<const V: usize> Shape<V> {
     /// is `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
     pub fn power(self, terms: &[Term<V>], exponent: f64) -> Series {
         let constant = terms[0].1;
+        let degree = |powers: &[usize; V]| powers.iter().sum::<usize>() as f64;
+        let terms: Vec<_> = terms[1..]
+            .iter()
+            .map(|(i, value)| (*i, self.index(*i), degree(i), *value))
+            .collect();
         let mut power = vec![0.0; self.len()];
         power[0] = constant.powf(exponent);
         for (place, n) in self.powers().enumerate().skip(1) {
-            let degree: usize = n.iter().sum();
+            let whole = degree(&n);
             let mut sum = 0.0;
-            for (i, value) in &terms[1..] {
-                if Self::divides(i, &n) {
-                    let of_term: usize = i.iter().sum();
-                    let weight = exponent * of_term as f64 - (degree - of_term) as f64;
-                    sum += weight * value * power[place - self.index(*i)];
+            for &(i, before, of_term, value) in &terms {
+                if (0..V).all(|axis| i[axis] <= n[axis]) {
+                    let weight = exponent * of_term - (whole - of_term);
+                    sum += weight * value * power[place - before];
                 }
             }
-            power[place] = sum / (degree as f64 * constant);
+            power[place] = sum / (whole * constant);
         }
         power
     }
@@ -129,6 +140,15 @@ impl<const V: usize> Shape<V> {
             found[place] = sum / n.iter().sum::<usize>() as f64;
         }
         found
+    }
+}
+
+/// Adds the product of two series in one variable.
+fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
+    for (shift, b) in b.iter().enumerate() {
+        for (sum, a) in sum[shift..].iter_mut().zip(a) {
+            *sum += b * a;
+        }
     }
 }
 
