@@ -6,7 +6,7 @@ use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::{State, Surface};
 
-use crate::support::{Grains, disks, down, gas, grains, rough};
+use crate::support::{Grains, down, gas, grains, rough};
 
 type Disks = Grains<stosszahl_model::Rough>;
 
@@ -174,7 +174,7 @@ fn spins_are_checked_and_smooth_disks_have_none() {
     let refused = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, state).err();
     let refused = refused.expect("a bad spin").to_string();
     assert!(refused.contains("disk 7"), "{refused}");
-    let smooth = disks(0.5);
+    let smooth = grains(stosszahl_model::Smooth, 0.5, down(0.0));
     let energy = Surface::<stosszahl_model::Plane>::spin_energy(&smooth.surface, 1.0, 0.5, ());
     assert_eq!(energy, 0.0);
     let state = gas(&smooth, &Boundaries::periodic(), [20.0, 20.0], 20, 4);
