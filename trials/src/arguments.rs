@@ -79,7 +79,7 @@ pub struct Calibrate {
     /// Only this part; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = names(calibrate::TRIALS))]
     pub part: Vec<String>,
-    /// Fewer replicas, and 20 elastic cases in place of 1000.
+    /// Fewer replicas, and 20 elastic cases in place of 500.
     #[arg(long)]
     pub quick: bool,
 }

@@ -289,7 +289,7 @@ false_alarm = 0.2
 ";
 
 fn elastic(log: &mut Findings) -> Done {
-    let cases = if log.effort.quick { 20 } else { 1000 };
+    let cases = if log.effort.quick { 20 } else { 500 };
     let failed = |error: &dyn Display| Trouble::failed(error.to_string());
     let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
     let mut families: Vec<(String, usize)> = Vec::new();

@@ -80,7 +80,7 @@ impl Setting {
         Ok(Self {
             grains: Grains {
                 sizes: GrainSizes::Species(sizes?),
-                restitution: law(restitution)?.into(),
+                restitution: law(restitution)?,
                 rough: None,
                 gravity: Some(vector![0.0, -weight, 0.0]),
                 is_bounded: true,
