@@ -9,14 +9,13 @@ use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
     Body, Constant, Domain, Free, Interrupt, Kind, Law, Monodisperse, Particle, Physics, Plane,
-    Polydisperse, Restitution, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf,
-    Volume,
+    Polydisperse, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf, Volume,
 };
 
 use crate::Trouble;
 
 /// Smooth particles in free flight, with the law that programs have: trials are of the engines that users run.
-pub type Particles<S, Z = Monodisperse, R = Law> = Scene<S, Smooth, R, Z, Free>;
+pub type Particles<S, Z = Monodisperse> = Scene<S, Smooth, Law, Z, Free>;
 /// Smooth equal disks of diameter and mass one.
 pub type Disks = Particles<Plane>;
 /// Disks of different sizes.
@@ -42,14 +41,14 @@ pub const PLAIN: Parameters = Parameters {
 };
 
 /// A scene of smooth particles in free flight.
-pub(crate) fn particles<S: Space, Z: Sizes, R: Restitution>(
-    restitution: R,
+pub(crate) fn particles<S: Space, Z: Sizes>(
+    restitution: impl Into<Law>,
     sizes: Z,
-) -> Particles<S, Z, R> {
+) -> Particles<S, Z> {
     Scene {
         space: S::default(),
         surface: Smooth,
-        restitution,
+        restitution: restitution.into(),
         sizes,
         field: Free,
     }
@@ -196,7 +195,7 @@ pub(crate) fn fluid(
     let streams = Streams::new(seed, 0);
     let never = Interrupt::default();
     let placed = initial::place(arrangement, disks, 1.0, &domain, &streams, &never)?;
-    let scene = particles(Constant::ELASTIC.into(), UNIT);
+    let scene = particles(Constant::ELASTIC, UNIT);
     Ok(warm(&scene, domain, placed.positions, seed))
 }
 

@@ -3,10 +3,11 @@
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Boundaries, Dissipation, Engine};
 use stosszahl_model::walls::{Obstacle, Outline, Wall};
-use stosszahl_model::{Kind, Plane, Rebound, Scene, Smooth, Species};
+use stosszahl_model::{Kind, Rebound, Smooth};
 
 use crate::support::{
-    alone, bounces, closed, disks, down, follow_plain, gas, grains, law, obstacle, rough, walled,
+    alone, bounces, closed, disks, down, follow_plain, gas, grains, obstacle, of_kinds, rough,
+    walled,
 };
 
 /// An obstacle that reaches to the edge of a periodic box stands on the other side too, for disks that come from there.
@@ -187,13 +188,7 @@ fn very_unequal_disks_find_their_boundaries() {
         })
         .collect();
     for weight in [0.0, 0.5] {
-        let scene = Scene {
-            space: Plane,
-            surface: rough(0.5),
-            restitution: law(0.95),
-            sizes: Species::new(kinds.clone()).expect("species"),
-            field: down(weight),
-        };
+        let scene = of_kinds(kinds.clone(), rough(0.5), 0.95, down(weight));
         for axes in [
             [Some([Wall::specular(); 2]), Some([bounces(0.9, 0.5); 2])],
             [None, Some([bounces(0.9, 0.5); 2])],

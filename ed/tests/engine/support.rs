@@ -17,10 +17,11 @@ pub type Grains<C> = Scene<Plane, C, Law, Species, Gravity<Plane>>;
 
 /// Smooth disks of diameter and mass one.
 pub fn disks(restitution: f64) -> Disks {
+    let restitution = Constant::new(restitution).expect("a coefficient").into();
     Scene {
         space: Plane,
         surface: Smooth,
-        restitution: law(restitution),
+        restitution,
         sizes: Monodisperse {
             radius: 0.5,
             mass: 1.0,
@@ -36,17 +37,23 @@ pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Pl
         mass: 1.0,
         count: u32::MAX as usize,
     };
+    of_kinds(vec![kind], surface, restitution, field)
+}
+
+/// Grains of several kinds that fall.
+pub fn of_kinds<C: Surface<Plane>>(
+    kinds: Vec<Kind>,
+    surface: C,
+    restitution: f64,
+    field: Gravity<Plane>,
+) -> Grains<C> {
     Scene {
         space: Plane,
         surface,
-        restitution: law(restitution),
-        sizes: Species::new(vec![kind]).expect("species"),
+        restitution: disks(restitution).restitution,
+        sizes: Species::new(kinds).expect("species"),
         field,
     }
-}
-
-pub fn law(restitution: f64) -> Law {
-    Constant::new(restitution).expect("a coefficient").into()
 }
 
 pub fn rough(tangential: f64) -> Rough {

@@ -123,7 +123,7 @@ fn start<S: Space>(
     count: usize,
     side: f64,
 ) -> Result<(Particles<S>, State<Particles<S>>), Trouble> {
-    let scene: Particles<S> = particles(Constant::ELASTIC.into(), UNIT);
+    let scene: Particles<S> = particles(Constant::ELASTIC, UNIT);
     let domain = Domain::periodic(S::vector(|_| side))?;
     let mut stream = random(1);
     let places = (0..count).map(|_| S::vector(|_| side * stream.random::<f64>()));
