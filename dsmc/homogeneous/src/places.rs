@@ -81,14 +81,22 @@ pub(crate) struct Layout {
     generosity: f64,
     /// Whether one was refused.
     refused: bool,
-    /// Numbers of particles by class and speed; scratch.
-    #[serde(skip)]
-    counts: Vec<u32>,
+    /// For each key of speed, the group of a class that has it, or the next faster one. While groups are laid out: numbers of
+    /// particles.
+    bins: Vec<u32>,
+    /// Key of the slowest group.
+    base: u64,
 }
 
 #[inline]
 fn speed_key(square: f64) -> u64 {
     square.to_bits() >> SPEED_SHIFT
+}
+
+/// The next number below a square; zero for zero.
+#[inline]
+fn below(square: f64) -> f64 {
+    f64::from_bits(square.to_bits().saturating_sub(1))
 }
 
 /// Square of the upper edge of a group.
@@ -100,7 +108,7 @@ impl Layout {
     pub fn bytes(&self) -> usize {
         self.classes.capacity() * size_of::<Class>()
             + self.groups.capacity() * size_of::<Group>()
-            + (self.order.capacity() + self.joined.capacity() + self.counts.capacity())
+            + (self.order.capacity() + self.joined.capacity() + self.bins.capacity())
                 * size_of::<u32>()
     }
 
@@ -112,14 +120,19 @@ impl Layout {
         class: u32,
         square: f64,
     ) -> Standing {
-        let begin = match class {
-            0 => 0,
-            _ => self.classes[class as usize - 1].groups_end,
-        } as usize;
+        let bin = bin(below(square), self.base);
+        let first = self.bins[class as usize * WINDOW as usize + bin] as usize;
         let end = self.classes[class as usize].groups_end as usize;
-        let fits = self.groups[begin..end].partition_point(|group| group.square < square);
-        for (number, group) in self.groups[..end].iter_mut().enumerate().skip(begin + fits) {
-            if group.length < group.capacity {
+        debug_assert!(
+            first.checked_sub(1).is_none_or(|before| {
+                let group = &self.groups[before];
+                group.class < class || group.square < square
+            }),
+            "the group before is too slow"
+        );
+        for (number, group) in self.groups[..end].iter_mut().enumerate().skip(first) {
+            // A particle may be faster than the fastest group.
+            if group.length < group.capacity && group.square >= square {
                 self.order[(group.first + group.length) as usize] = index;
                 group.length += 1;
                 particle.mark = number as u32;
@@ -212,11 +225,10 @@ pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
     };
     layout.refused = false;
     // The fastest particle of the last time gives the bounds of the groups; if that was far off, once more.
-    let mut base = 0;
     let mut fastest = 0.0;
     for _ in 0..2 {
-        base = (layout.top + u64::from(HEADROOM) + 1).saturating_sub(u64::from(WINDOW));
-        fastest = count(layout, gas, base);
+        layout.base = (layout.top + u64::from(HEADROOM) + 1).saturating_sub(u64::from(WINDOW));
+        fastest = count(layout, gas);
         let found = speed_key(fastest);
         let near = found.abs_diff(layout.top) < u64::from(HEADROOM);
         layout.top = found;
@@ -224,8 +236,8 @@ pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
             break;
         }
     }
-    open_groups(layout, base, fastest);
-    file(layout, gas, base);
+    open_groups(layout, fastest);
+    file(layout, gas);
 }
 
 /// Finds the classes of a sorted gas; where sizes change, also those that may be needed next.
@@ -309,34 +321,34 @@ fn bin(square: f64, base: u64) -> usize {
 }
 
 /// Counts particles by class and speed; the largest squared speed.
-fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>, base: u64) -> f64 {
-    layout.counts.clear();
+fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>) -> f64 {
+    layout.bins.clear();
     layout
-        .counts
+        .bins
         .resize(layout.classes.len() * WINDOW as usize, 0);
     let mut fastest = 0.0_f64;
     for (class, counts) in layout
         .classes
         .iter()
-        .zip(layout.counts.chunks_exact_mut(WINDOW as usize))
+        .zip(layout.bins.chunks_exact_mut(WINDOW as usize))
     {
         let range = class.start as usize..(class.start + class.count) as usize;
         for particle in &gas.particles[range] {
             let square = particle.velocity.square();
             fastest = fastest.max(square);
-            counts[bin(square, base)] += 1;
+            counts[bin(square, layout.base)] += 1;
         }
     }
     fastest
 }
 
-/// Makes groups with as many places as are taken and as may be needed; leaves the number of each group in `counts`.
-fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
+/// Makes groups with as many places as are taken and as may be needed.
+fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.groups.clear();
     let (mut place, mut join) = (0_u32, 0_u32);
     let mut top = 0;
     for (number, class) in layout.classes.iter_mut().enumerate() {
-        let counts = &mut layout.counts[number * WINDOW as usize..][..WINDOW as usize];
+        let counts = &mut layout.bins[number * WINDOW as usize..][..WINDOW as usize];
         // An empty class expects the speeds of the one before it.
         top = counts.iter().rposition(|&count| count > 0).unwrap_or(top);
         let spare = 1 + class.places() / 512;
@@ -356,10 +368,12 @@ fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
                 0
             };
             let free = within + above + joining;
-            if *count + free == 0 {
+            let taken = *count;
+            *count = layout.groups.len() as u32;
+            if taken + free == 0 {
                 continue;
             }
-            let square = edge(base + bin as u64);
+            let square = edge(layout.base + bin as u64);
             let last = bin + 1 == WINDOW as usize;
             let square = match () {
                 // A gas at rest has no rate at all.
@@ -371,12 +385,11 @@ fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
                 bound: square.sqrt(),
                 square,
                 first: place,
-                capacity: *count + free,
+                capacity: taken + free,
                 length: 0,
                 class: number as u32,
             });
-            place += *count + free;
-            *count = layout.groups.len() as u32 - 1;
+            place += taken + free;
         }
         class.groups_end = layout.groups.len() as u32;
         class.join_first = join;
@@ -394,12 +407,12 @@ fn open_groups(layout: &mut Layout, base: u64, fastest: f64) {
 }
 
 /// Files every particle in its group.
-fn file<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>, base: u64) {
+fn file<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
     for (number, class) in layout.classes.iter().enumerate() {
-        let groups = &layout.counts[number * WINDOW as usize..][..WINDOW as usize];
+        let groups = &layout.bins[number * WINDOW as usize..][..WINDOW as usize];
         for index in class.start..class.start + class.count {
             let particle = &mut gas.particles[index as usize];
-            let mark = groups[bin(particle.velocity.square(), base)];
+            let mark = groups[bin(particle.velocity.square(), layout.base)];
             let group = &mut layout.groups[mark as usize];
             layout.order[(group.first + group.length) as usize] = index;
             group.length += 1;
