@@ -1,10 +1,13 @@
 //! By how much density raises the collision rate.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Space;
 
+use crate::sweep::each_of;
 use crate::tally::larger;
+
+/// Lines of cells that one thread adds up in turn.
+const BLOCK: usize = 16;
 
 /// Over which area the packing fraction is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -399,7 +402,7 @@ impl<S: Space> Density<S> {
     pub(crate) fn update(&mut self, parallel: bool, fill: impl Fn(usize, &mut [f32]) + Sync) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
         let weighing = self.weighing;
-        let line = |padded: &mut Vec<f32>, (number, sums): (usize, &mut [f32])| {
+        let line = |padded: &mut Vec<f32>, number: usize, sums: &mut [f32]| {
             padded.resize(columns + 2 * reach, 0.0);
             fill(number, &mut padded[reach..reach + columns]);
             if !bounded {
@@ -414,15 +417,13 @@ impl<S: Space> Density<S> {
                 }
             }
         };
-        if parallel {
-            let lines = self.lines.par_chunks_mut(columns).enumerate();
-            lines.with_min_len(16).for_each_init(Vec::new, line);
-        } else {
+        let blocks = self.lines.chunks_mut(BLOCK * columns);
+        each_of(parallel, blocks, |block, lines| {
             let mut padded = Vec::new();
-            for item in self.lines.chunks_mut(columns).enumerate() {
-                line(&mut padded, item);
+            for (number, sums) in lines.chunks_mut(columns).enumerate() {
+                line(&mut padded, BLOCK * block + number, sums);
             }
-        }
+        });
         self.add_lines(parallel);
     }
 
@@ -431,7 +432,7 @@ impl<S: Space> Density<S> {
         let [columns, rows, layers] = self.counts;
         let [_, reach, depth] = self.reach;
         let (lines, bounded, weighing) = (&self.lines, self.bounded, self.weighing);
-        let add = |(line, sums): (usize, &mut [f32])| {
+        let add = |line: usize, sums: &mut [f32]| {
             let (row, layer) = (line % rows, line / rows);
             sums.fill(0.0);
             for z in 0..=2 * depth {
@@ -452,12 +453,12 @@ impl<S: Space> Density<S> {
                 }
             }
         };
-        if parallel {
-            let sums = self.sums.par_chunks_mut(columns).enumerate();
-            sums.with_min_len(16).for_each(add);
-        } else {
-            self.sums.chunks_mut(columns).enumerate().for_each(add);
-        }
+        let blocks = self.sums.chunks_mut(BLOCK * columns);
+        each_of(parallel, blocks, |block, sums| {
+            for (number, sums) in sums.chunks_mut(columns).enumerate() {
+                add(BLOCK * block + number, sums);
+            }
+        });
     }
 
     /// Units around a cell, of which the cell itself has `own`.

@@ -42,6 +42,38 @@ pub(crate) fn is_parallel(simulators: usize) -> bool {
     simulators >= WORTH_THREADS && rayon::current_num_threads() > 1
 }
 
+/// Does a piece of work for each item, by one thread or all, and returns the results in the order of the items.
+///
+/// What is shared out are numbers, and the work is behind a pointer: so the code of the pool is compiled once, not for each
+/// engine and each kind of work. An item should be worth some thousand simulators.
+pub(crate) fn each_of<T: Send, R: Send>(
+    parallel: bool,
+    items: impl Iterator<Item = T>,
+    work: impl Fn(usize, T) -> R + Sync,
+) -> Vec<R> {
+    if !parallel {
+        let items = items.enumerate();
+        return items.map(|(number, item)| work(number, item)).collect();
+    }
+    let items: Vec<Mutex<(Option<T>, Option<R>)>> =
+        items.map(|item| Mutex::new((Some(item), None))).collect();
+    each_number(items.len(), &|number| {
+        // Always free: each number comes once.
+        let mut slot = items[number].lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(item) = slot.0.take() {
+            slot.1 = Some(work(number, item));
+        }
+    });
+    let results = items.into_iter();
+    results
+        .filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner).1)
+        .collect()
+}
+
+fn each_number(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    (0..count).into_par_iter().for_each(work);
+}
+
 /// Does the work for every tile, each with the outbox of its own. With one thread, or little to do, in their order.
 pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
     parallel: bool,
@@ -50,7 +82,16 @@ pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
     pool: &Pool<P, F>,
     work: impl Fn(&mut Tile<P, F>, &mut Outbox<P, F>, &mut Scratch<P, F>) + Sync,
 ) {
-    let several = |tiles: &mut [Tile<P, F>], outboxes: &mut [Outbox<P, F>]| {
+    // Runs of neighbouring tiles, several for each thread: some take longer.
+    let run = if parallel {
+        tiles.len().div_ceil(16 * rayon::current_num_threads())
+    } else {
+        tiles.len()
+    };
+    let runs = tiles
+        .chunks_mut(run.max(1))
+        .zip(outboxes.chunks_mut(run.max(1)));
+    each_of(parallel, runs, |_, (tiles, outboxes)| {
         pool.with(|scratch| {
             for (tile, outbox) in tiles.iter_mut().zip(outboxes) {
                 if tile.is_here {
@@ -60,15 +101,5 @@ pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
                 }
             }
         });
-    };
-    if !parallel {
-        several(tiles, outboxes);
-        return;
-    }
-    // Runs of neighbouring tiles, several for each thread: some take longer.
-    let run = tiles.len().div_ceil(16 * rayon::current_num_threads());
-    tiles
-        .par_chunks_mut(run)
-        .zip(outboxes.par_chunks_mut(run))
-        .for_each(|(tiles, outboxes)| several(tiles, outboxes));
+    });
 }

@@ -18,7 +18,6 @@ mod trials;
 #[cfg(test)]
 mod tests;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Physics, Sizes, Vector};
 
@@ -31,7 +30,7 @@ use crate::density::Scheme;
 use crate::grid::Grid;
 use crate::share::{Share, see_no_more};
 use crate::simulator::Follow;
-use crate::sweep::Pool;
+use crate::sweep::{Pool, each_of};
 use crate::tally::Tally;
 use crate::tile::Tile;
 use extents::Ranges;
@@ -78,12 +77,7 @@ where
         pool: &Pool<P, F>,
     ) -> Vec<Collision> {
         let parallel = self.parallel;
-        let bounds = |tile: &mut Tile<P, F>| self.bounds(tile);
-        let mut bounds: Vec<_> = if parallel {
-            tiles.par_iter_mut().map(bounds).collect()
-        } else {
-            tiles.iter_mut().map(bounds).collect()
-        };
+        let mut bounds = each_of(parallel, tiles.iter_mut(), |_, tile| self.bounds(tile));
         let grid = self.grid;
         let learnt = &*arm;
         let scheme = self.density.scheme();

@@ -7,13 +7,13 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
 
 use crate::grid::{Grid, OFFSETS, offset, offset_number};
 use crate::share::Share;
 use crate::simulator::{Follow, SimulatorOf};
+use crate::sweep::each_of;
 use crate::tile::Tile;
 
 /// A tile, and those next to it.
@@ -211,7 +211,7 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
     let mut results = Vec::with_capacity(tiles.len());
     let here: Vec<bool> = tiles.iter().map(|tile| tile.is_here).collect();
     let locks: Vec<Mutex<&mut Tile<P, F>>> = tiles.iter_mut().map(Mutex::new).collect();
-    let one = |number: &u32| {
+    let one = |_, number: &u32| {
         let middle = grid.place_of(*number as usize);
         let around = Around::new(grid, &locks, middle, share);
         let began = Instant::now();
@@ -219,13 +219,7 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
         lock(&locks[*number as usize]).seconds += began.elapsed().as_secs_f64();
         (*number, result, changes)
     };
-    let work_on = |some: &[u32]| -> Vec<_> {
-        if parallel && some.len() > 1 {
-            some.par_iter().map(one).collect()
-        } else {
-            some.iter().map(one).collect()
-        }
-    };
+    let work_on = |some: &[u32]| each_of(parallel && some.len() > 1, some.iter(), one);
     let colours: Vec<Vec<u32>> = colours(grid)
         .into_iter()
         .map(|group| {
