@@ -86,10 +86,10 @@ impl Measure for SpeciesTemperatures {
         }
         .figure(figure.by(&["engine", "species"]));
         let times = plan.sample_times();
-        let theory = plan.partial_temperatures(&times);
+        let theory = plan.partial_temperatures();
         for (engine, records) in runs.each::<Record>(plan) {
             for (index, &time) in times.iter().enumerate() {
-                let expected = theory.as_ref().map(|all| &all[index]);
+                let expected = theory.map(|all| &all[index]);
                 for species in 0..plan.species.len() {
                     let of = |record: &Record, place: usize| record[index].1[place];
                     let own = over(records.iter().map(|r| Some(of(r, species) / r[0].0)));
@@ -119,7 +119,7 @@ impl Measure for SpeciesTemperatures {
             (EARLY[0]..=EARLY[1]).contains(&time)
         };
         let early: Vec<usize> = (0..times.len()).filter(within).collect();
-        let (Some(theory), false) = (plan.partial_temperatures(&times), early.is_empty()) else {
+        let (Some(theory), false) = (plan.partial_temperatures(), early.is_empty()) else {
             return Vec::new();
         };
         let mut list = Vec::new();

@@ -32,6 +32,8 @@ pub struct Plan {
     pub classes: Vec<Class>,
     /// Theory of a gas without positions, once it is asked for.
     pub theory: OnceLock<Result<Curves, TheoryError>>,
+    /// What [`Plan::partial_temperatures`] gives.
+    pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
     /// What particles are, for the engines.
     pub grains: Grains,
     /// Restitution of pairs.

@@ -78,6 +78,7 @@ impl Plan {
             kinds_in_groups: case.continuous.as_ref().map(|one| one.number as usize),
             classes: std::mem::take(&mut gas.classes),
             theory: OnceLock::new(),
+            partial_temperatures: OnceLock::new(),
             grains,
             law,
             restitution,

@@ -223,24 +223,24 @@ impl Plan {
         }
     }
 
-    /// Temperatures of the species over that of the start at times of the case, by Enskog's equations in as many Sonine
-    /// orders as are quick; none where they do not apply.
-    pub fn partial_temperatures(&self, times: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let constant = !matches!(self.law, Law::Viscoelastic(_));
-        let applies = self.kind == Kind::Comparison && self.case.drive.is_none() && constant;
-        if !applies || self.case.species.len() < 2 {
-            return None;
-        }
-        let times: Vec<f64> = times.iter().map(|&time| self.engine_time(time)).collect();
-        let (mixture, start) = (self.mixture().ok()?, vec![1.0; self.species.len()]);
-        let mut orders = (1..=mixture.affordable_orders()).rev();
-        let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
-        Some(
-            found
-                .into_iter()
-                .map(|moment| moment.temperatures)
-                .collect(),
-        )
+    /// Temperatures of the species over that of the start at the sample times, by Enskog's equations in as many Sonine
+    /// orders as are quick, solved once; none where they do not apply.
+    pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
+        let solved = self.partial_temperatures.get_or_init(|| {
+            let constant = !matches!(self.law, Law::Viscoelastic(_));
+            let applies = self.kind == Kind::Comparison && self.case.drive.is_none() && constant;
+            if !applies || self.case.species.len() < 2 {
+                return None;
+            }
+            let times = self.sample_times();
+            let times: Vec<f64> = times.iter().map(|&time| self.engine_time(time)).collect();
+            let (mixture, start) = (self.mixture().ok()?, vec![1.0; self.species.len()]);
+            let mut orders = (1..=mixture.affordable_orders()).rev();
+            let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
+            let all = found.into_iter();
+            Some(all.map(|moment| moment.temperatures).collect())
+        });
+        solved.as_deref()
     }
 
     /// The drive in engine units.
