@@ -131,7 +131,7 @@ impl Layout {
             "the group before is too slow"
         );
         for (number, group) in self.groups[..end].iter_mut().enumerate().skip(first) {
-            // A particle may be faster than the fastest group.
+            // The last may be too slow: a particle may be faster than the fastest group.
             if group.length < group.capacity && group.square >= square {
                 self.order[(group.first + group.length) as usize] = index;
                 group.length += 1;

@@ -17,11 +17,10 @@ pub type Grains<C> = Scene<Plane, C, Law, Species, Gravity<Plane>>;
 
 /// Smooth disks of diameter and mass one.
 pub fn disks(restitution: f64) -> Disks {
-    let restitution = Constant::new(restitution).expect("a coefficient").into();
     Scene {
         space: Plane,
         surface: Smooth,
-        restitution,
+        restitution: law(restitution),
         sizes: Monodisperse {
             radius: 0.5,
             mass: 1.0,
@@ -50,10 +49,14 @@ pub fn of_kinds<C: Surface<Plane>>(
     Scene {
         space: Plane,
         surface,
-        restitution: disks(restitution).restitution,
+        restitution: law(restitution),
         sizes: Species::new(kinds).expect("species"),
         field,
     }
+}
+
+fn law(restitution: f64) -> Law {
+    Constant::new(restitution).expect("a coefficient").into()
 }
 
 pub fn rough(tangential: f64) -> Rough {
