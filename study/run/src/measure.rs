@@ -254,20 +254,6 @@ pub fn require(good: bool, key: &str, allowed: impl Into<String>) -> Result<(), 
     })
 }
 
-/// Refuses times before the start or beyond the end of the run.
-///
-/// # Errors
-/// [`BadOption`] for the first of them.
-pub fn require_times(plan: &Plan, key: &str, times: &[f64]) -> Result<(), BadOption> {
-    let until = plan.case.run.until;
-    for (index, time) in times.iter().enumerate() {
-        let good = (0.0..=until).contains(time);
-        let allowed = format!("times lie from 0 to run.until = {until}; found {time}");
-        require(good, &format!("{key}[{index}]"), allowed)?;
-    }
-    Ok(())
-}
-
 /// The name of a measure, what it measures in one sentence, and the type of its options.
 macro_rules! described {
     ($name:expr, $about:expr, $options:ty) => {

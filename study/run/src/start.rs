@@ -1,6 +1,6 @@
 //! The initial state of a replica, which all engines share: placed, given velocities, and equilibrated elastically.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::equilibrium::{self, Outcome};
 use stosszahl_case::Kind;
@@ -191,7 +191,7 @@ fn by_surface<S: Space, C: Surface<S>>(
         domain,
         bodies: positions.into_iter().map(body).collect(),
     };
-    velocities(plan, &scene, &mut state, streams)?;
+    velocities(plan, &scene, &mut state, streams);
     Ok((particles(plan, &scene, &state), reciprocal, placement))
 }
 
@@ -201,7 +201,7 @@ fn velocities<S: Space, C: Surface<S>>(
     scene: &Each<S, C>,
     state: &mut State<Each<S, C>>,
     streams: Streams,
-) -> Result<(), StartError> {
+) {
     if plan.case.start.velocities == Velocities::File {
         let velocities = plan
             .file
@@ -211,11 +211,11 @@ fn velocities<S: Space, C: Surface<S>>(
         for (body, velocity) in state.bodies.iter_mut().zip(velocities) {
             body.velocity = S::vector(|axis| velocity[axis]);
         }
-        return Ok(());
+        return;
     }
     let mut stream = streams.at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(scene, state, plan.temperature, &mut stream);
-    if let Some(drift) = plan.drift()? {
+    if let Some(drift) = &plan.case.start.velocity {
         for body in &mut state.bodies {
             body.velocity += S::vector(|axis| drift[axis]);
         }
@@ -223,7 +223,6 @@ fn velocities<S: Space, C: Surface<S>>(
     let spins = plan.case.start.spin_temperature.unwrap_or(plan.temperature);
     let mut stream = streams.at(Purpose::Spins, [0, 0]);
     initial::thermal_spins(scene, state, spins, &mut stream);
-    Ok(())
 }
 
 /// Places of disks in a periodic box, the lattice that they must forget, and its name.
@@ -479,13 +478,4 @@ pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
 /// Whether the start of a case is equilibrated or tested by elastic dynamics: disks that keep their distance.
 pub fn is_prepared(plan: &Plan) -> bool {
     plan.dimension == 2 && (plan.kind == Kind::Comparison || plan.equilibration() > 0.0)
-}
-
-impl Plan {
-    /// Mean velocity of the start.
-    fn drift(&self) -> Result<Option<Vector3<f64>>, PlanError> {
-        let list = self.case.start.velocity.as_deref();
-        list.map(|list| self.vector("start.velocity", list))
-            .transpose()
-    }
 }

@@ -584,3 +584,13 @@ fn a_box_in_critical_lengths_says_the_number_of_disks() {
     let refused = Plan::new(&file.points[0].case, Path::new("")).expect_err("no disks");
     assert_eq!(refused.key, "box.critical_lengths");
 }
+
+/// In SI units a temperature of each species is as good as one of the gas.
+#[test]
+fn species_with_temperatures_need_none_of_the_gas() {
+    let text = "units = \"si\"\n[gas]\nvolume = 1e-6\n[run]\nuntil = 1\n\
+                [[species]]\nnumber = 10\ndiameter = 1e-4\nmass = 1e-9\ntemperature = 1e-12\n\
+                [[species]]\nnumber = 10\ndiameter = 2e-4\nmass = 8e-9\ntemperature = 2e-12\n";
+    let plan = plan(text);
+    assert_eq!(plan.temperatures(), [1e-12, 2e-12]);
+}

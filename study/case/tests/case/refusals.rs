@@ -368,6 +368,21 @@ const OF_COMPARISONS: &[Row] = &[
         "start < end",
     ),
     (
+        &["measure.impact_parameters.windows=[[0, 11]]"],
+        "measure.impact_parameters.windows.1",
+        "0 <= start < end <= run.until = 10.0",
+    ),
+    (
+        &["measure.spectra.times=[-1]"],
+        "measure.spectra.times.1",
+        "from 0 to run.until = 10.0",
+    ),
+    (
+        &["measure.clusters.steady_from=-1"],
+        "measure.clusters.steady_from",
+        "from 0 to below run.until = 10.0",
+    ),
+    (
         &["measure.displacement.from=10"],
         "measure.displacement.from",
         "below run.until",

@@ -122,13 +122,6 @@ impl Measure for CollisionLog {
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let options: Options = measure::options(plan, self.name())?;
-        let until = plan.case.run.until;
-        let good = (0.0..=until).contains(&options.from);
-        let allowed = format!(
-            "a time from 0 to run.until = {until}; found {}",
-            options.from
-        );
-        measure::require(good, "from", allowed)?;
         let allowed = format!("a number of collisions from 1 to {MOST}");
         measure::require((1..=MOST).contains(&options.most), "most", allowed)?;
         check_engines(plan, options.engines.as_deref())?;

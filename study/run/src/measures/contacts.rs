@@ -86,7 +86,7 @@ impl Measure for AtContact {
         let boxed = plan.kind != Kind::Homogeneous;
         measure::require(boxed, "", "a gas in a box; this one has no positions")?;
         let Options { windows } = measure::options(plan, self.name())?;
-        super::impact_parameters::check_windows(plan, windows)
+        super::impact_parameters::check_windows(windows.as_ref())
     }
 
     /// The edges of the windows, and some looks at the local temperature in each.

@@ -92,12 +92,6 @@ impl Measure for Fields {
         let few = columns * rows * blocks * plan.species.len() <= MOST_SUMS;
         let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
         measure::require(few, "cells", allowed)?;
-        let until = plan.case.run.until;
-        for (index, [start, end]) in options.windows.iter().enumerate() {
-            let good = 0.0 <= *start && start < end && *end <= until;
-            let allowed = format!("[start, end] with 0 <= start < end <= {until} (run.until)");
-            measure::require(good, &format!("windows[{index}]"), allowed)?;
-        }
         let failed = |error: stosszahl_analysis::Error| BadOption {
             key: String::new(),
             allowed: error.to_string(),

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::modes::{Amplitudes, Weighing};
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::Shells;
-use stosszahl_model::brief;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::spectra::{LARGEST, require_number, require_waves, shells};
@@ -64,12 +63,6 @@ impl Measure for IntermediateScattering {
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         require_waves(plan)?;
         let options: Options = measure::options(plan, self.name())?;
-        let (from, until) = (options.from, plan.case.run.until);
-        let allowed = format!(
-            "a time from 0 to below run.until = {until}; found {}",
-            brief(from)
-        );
-        measure::require((0.0..until).contains(&from), "from", allowed)?;
         let numbers = &options.wave_numbers;
         let allowed = format!("a rising list of whole numbers from 1 to {LARGEST}");
         let good = !numbers.is_empty()

@@ -423,7 +423,6 @@ fn what_cannot_be_measured_is_refused() {
     let with = |options: &str| format!("{sticky}[measure.clusters]\n{options}\n");
     for (key, options) in [
         ("times", "times = [3, 2]"),
-        ("times", "times = [11]"),
         ("steady_from", "steady_from = 2"),
         ("fit_monomers", "fit_monomers = [2, 9]"),
         ("nothing", "nothing = 1"),

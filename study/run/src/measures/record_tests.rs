@@ -211,10 +211,6 @@ fn options_that_cannot_be_are_named() {
         assert_eq!(found, expected);
     }
     for (options, expected) in [
-        (
-            "from = 21",
-            "from: a time from 0 to run.until = 20; found 21",
-        ),
         ("most = 0", "most: a number of collisions from 1 to 1000000"),
         (
             "replicas = [9]",

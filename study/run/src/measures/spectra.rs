@@ -178,7 +178,6 @@ impl Measure for HydrodynamicSpectra {
         let options: Options = measure::options(plan, self.name())?;
         require_number(options.largest_wave_number, "largest_wave_number")?;
         require_number(options.modes_per_shell, "modes_per_shell")?;
-        measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())?;
         if let Some(interval) = options.interval {
             let until = plan.case.run.until;
             let good = interval > 0.0 && interval <= until && until / interval <= MOST_LOOKS;

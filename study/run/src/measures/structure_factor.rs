@@ -144,7 +144,6 @@ impl Measure for StructureFactors {
             "largest_wave_number",
             allowed,
         )?;
-        measure::require_times(plan, "times", options.times.as_deref().unwrap_or_default())?;
         let (lengths, options) = Self::lattice(&options, plan);
         let grid = StructureFactorPlan::new(lengths, options);
         grid.map(drop).map_err(|error| BadOption {

@@ -638,8 +638,6 @@ fn options_that_cannot_be_are_refused() {
     refused("cells = [1000, 1001]", "cells");
     refused("blocks = 7", "blocks");
     refused("blocks = 0", "blocks");
-    refused("blocks = 4, windows = [[0, 4], [3, 2]]", "windows[1]");
-    refused("blocks = 4, windows = [[0, 9]]", "windows[0]");
     refused("cell = [1, 1]", "cell");
     refused("cells = 3", "cells");
     // Fields of a long run on a fine grid would fill the memory.

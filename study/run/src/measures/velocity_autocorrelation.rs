@@ -52,10 +52,7 @@ impl Measure for VelocityAutocorrelation {
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let Options { from } = measure::options(plan, self.name())?;
-        let until = plan.case.run.until;
-        let allowed = format!("a time from 0 to below run.until = {until}; found {from}");
-        measure::require((0.0..until).contains(&from), "from", allowed)?;
+        measure::options::<Options>(plan, self.name())?;
         let closed = plan.case.inflow.is_empty() && plan.case.sticking.is_none();
         let allowed =
             "a gas whose particles neither come nor go nor stick: they are known by their index";

@@ -1,7 +1,6 @@
 //! Walls, obstacles, streams and weights of a case, as engines have them.
 
 use nalgebra::{Vector2, Vector3, vector};
-use stosszahl_case::Case;
 use stosszahl_case::format::{
     Along, FACES, Face as Written, FaceWord, Obstacle as Body, Weights as Regions,
 };
@@ -16,29 +15,11 @@ use super::data::{EnginePlan, Plan, PlanError, in_space};
 const ED: u64 = 1;
 
 /// A list of components as a vector; the third is zero in the plane.
-pub(super) fn vector(case: &Case, key: &str, list: &[f64]) -> Result<Vector3<f64>, PlanError> {
-    let (count, dimension) = (list.len() as u64, case.gas.dimension);
-    let allowed = format!("{dimension}, one for each axis of the gas");
-    PlanError::unless(
-        count == dimension,
-        key,
-        format!("{count} components"),
-        allowed,
-    )?;
-    Ok(Vector3::from_fn(|axis, _| {
-        list.get(axis).copied().unwrap_or(0.0)
-    }))
+pub(super) fn vector(list: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| list.get(axis).copied().unwrap_or(0.0))
 }
 
 impl Plan {
-    /// A list of components as a vector; the third is zero in the plane.
-    ///
-    /// # Errors
-    /// [`PlanError`] names the key unless there is a component for each axis.
-    pub fn vector(&self, key: &str, list: &[f64]) -> Result<Vector3<f64>, PlanError> {
-        vector(&self.case, key, list)
-    }
-
     /// What stands at the faces of the box.
     ///
     /// # Errors
@@ -53,13 +34,7 @@ impl Plan {
                 Written::Word(FaceWord::Specular) => return Ok(Face::Wall(Wall::specular())),
                 Written::Wall(wall) => wall,
             };
-            let one = wall.restitution.is_some() != wall.temperature.is_some();
-            let found = "both restitution and temperature, or neither";
-            PlanError::unless(one, &key, found, "one of the two")?;
-            let sliding = match &wall.sliding {
-                Some(list) => vector(case, &format!("{key}.sliding"), list)?,
-                None => Vector3::zeros(),
-            };
+            let sliding = vector(wall.sliding.as_deref().unwrap_or_default());
             let vibration = wall.vibration.map(|one| {
                 Vibration::new(one.amplitude, one.period).map_err(|error| {
                     PlanError::new(format!("{key}.vibration"), error.found, error.allowed)
@@ -142,7 +117,7 @@ impl Plan {
             let face = face.filter(is_open).ok_or_else(|| {
                 PlanError::new(key("face"), &inflow.face, "an open face of the box")
             })?;
-            let velocity = vector(case, &key("velocity"), &inflow.velocity)?;
+            let velocity = vector(&inflow.velocity);
             let densities = inflow.number_density.as_deref();
             let each = densities.is_none_or(|list| list.len() == self.species.len());
             let allowed = "one density for each species";
@@ -181,36 +156,16 @@ pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
         return Ok(());
     }
     for (axis, names) in FACES.iter().enumerate() {
-        let faces = [0, 1].map(|side| case.walls.at(axis, side));
-        let periodic = faces.map(|face| *face == Written::default());
-        let key = |side: usize| format!("walls.{}", names[side]);
-        let odd = key(usize::from(periodic[0]));
-        let known = axis < plan.dimension || periodic == [true; 2];
-        PlanError::unless(known, &odd, "a face of a third axis", "none for disks")?;
-        let found = "a face opposite a periodic one";
-        PlanError::unless(
-            periodic[0] == periodic[1],
-            odd,
-            found,
-            "both periodic, or neither",
-        )?;
-        for (side, face) in faces.iter().enumerate() {
-            let Written::Wall(wall) = face else { continue };
+        for (side, name) in names.iter().enumerate() {
+            let Written::Wall(wall) = case.walls.at(axis, side) else {
+                continue;
+            };
             let half = 0.5 * plan.lengths[axis];
             let flat = wall.vibration.is_none_or(|one| one.amplitude < half);
-            let key = format!("{}.vibration.amplitude", key(side));
+            let key = format!("walls.{name}.vibration.amplitude");
             PlanError::unless(flat, key, "half the box or more", "less than half the box")?;
         }
     }
-    let flat = plan.dimension == 2 || case.obstacle.is_empty();
-    PlanError::unless(
-        flat,
-        "obstacle",
-        "obstacles among spheres",
-        "obstacles among disks",
-    )?;
-    let fed = !case.start.empty || !case.inflow.is_empty();
-    PlanError::unless(fed, "start.empty", true, "an [[inflow]] beside it")?;
     in_space!(plan.dimension, S => plan.inflows::<S>().map(drop))?;
     plan.obstacles()?;
     in_space!(plan.dimension, S => plan.walls::<S>().map(drop))

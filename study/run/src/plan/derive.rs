@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Units, Velocities};
+use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Velocities};
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Arrangement, SEQUENTIAL_LIMIT, StartFile};
 use stosszahl_model::{
@@ -24,6 +24,8 @@ use crate::words::short;
 
 impl Plan {
     /// Derives what follows from a case; `folder` holds the case file.
+    ///
+    /// The case is one that [`CaseFile`](stosszahl_case::CaseFile) has read: what it checks of keys and their relations is not checked again.
     ///
     /// # Errors
     /// [`PlanError`] names the key that is to blame.
@@ -59,7 +61,8 @@ impl Plan {
             sizes: gas.sizes,
             restitution: law.clone(),
             rough: rough(case)?,
-            gravity: gravity(case)?,
+            gravity: (case.gravity.as_ref())
+                .map(|gravity| boundaries::vector(&gravity.acceleration)),
             is_bounded: !case.walls.is_periodic() || !case.obstacle.is_empty(),
         };
         let contact_value = match dimension {
@@ -182,11 +185,7 @@ impl Plan {
         let disks = self.kind != Kind::Homogeneous && self.dimension == 2;
         let possible = disks && closed && !self.case.start.empty;
         let allowed = "0, but for disks in a closed box";
-        PlanError::unless(asked <= 0.0 || possible, key, asked, allowed)?;
-        if let Some(velocity) = &self.case.start.velocity {
-            self.vector("start.velocity", velocity)?;
-        }
-        Ok(())
+        PlanError::unless(asked <= 0.0 || possible, key, asked, allowed)
     }
 
     /// Refuses packings that hard particles cannot have.
@@ -234,15 +233,6 @@ pub(super) struct Gas {
     pub(super) file: Option<StartFile>,
 }
 
-/// The default 1 of reduced units; SI units have no defaults.
-fn or_one(case: &Case, key: &str, value: Option<f64>) -> Result<f64, PlanError> {
-    match (value, case.units) {
-        (Some(value), _) => Ok(value),
-        (None, Units::Reduced) => Ok(1.0),
-        (None, Units::Si) => Err(PlanError::new(key, "none", "a value, with units = \"si\"")),
-    }
-}
-
 /// Contact value of equal disks. A start beyond close packing is possible only for particles of several sizes.
 fn contact_value(packing: f64) -> f64 {
     kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
@@ -276,9 +266,9 @@ fn temperature(case: &Case) -> Result<f64, PlanError> {
         return Ok(1.0);
     }
     let Some(speed) = case.gas.rms_speed else {
-        return or_one(case, "gas.temperature", case.gas.temperature);
+        return Ok(case.gas.temperature.unwrap_or(1.0));
     };
-    let mass = or_one(case, "gas.mass", case.gas.mass)?;
+    let mass = case.gas.mass.unwrap_or(1.0);
     let temperature = 1.0 / case.gas.dimension as f64 * mass * speed * speed;
     let allowed = "a speed whose temperature is a number";
     PlanError::unless(temperature.is_normal(), "gas.rms_speed", speed, allowed)?;
@@ -302,13 +292,6 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
     Rough::new(tangential, inertia)
         .map(Some)
         .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
-}
-
-fn gravity(case: &Case) -> Result<Option<nalgebra::Vector3<f64>>, PlanError> {
-    let Some(gravity) = &case.gravity else {
-        return Ok(None);
-    };
-    boundaries::vector(case, "gravity.acceleration", &gravity.acceleration).map(Some)
 }
 
 /// A gas without positions.
@@ -348,17 +331,6 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
 
 /// A gas in a box, placed by the program.
 fn boxed(case: &Case, kind: Kind, temperature: f64, free: Option<f64>) -> Result<Gas, PlanError> {
-    for (key, given) in [
-        ("power_law", case.power_law.is_some()),
-        ("continuous", case.continuous.is_some()),
-    ] {
-        let allowed = "[[species]], or a gas without positions";
-        PlanError::unless(!given, key, "sizes in a [box]", allowed)?;
-    }
-    if case.species.is_empty() {
-        or_one(case, "gas.diameter", case.gas.diameter)?;
-        or_one(case, "gas.mass", case.gas.mass)?;
-    }
     let mut particles = species::particles(case, temperature)?;
     let scale = match kind {
         Kind::Comparison => Scale {
@@ -514,9 +486,6 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
     let mut lengths = [0.0; 3];
     match (size, packing) {
         (Some(size), None) => {
-            let allowed = format!("{dimension} sides, as gas.dimension says");
-            let found = format!("{} sides", size.len());
-            PlanError::unless(size.len() == dimension, "box.size", found, allowed)?;
             for (length, side) in lengths.iter_mut().zip(size) {
                 *length = side / unit;
             }

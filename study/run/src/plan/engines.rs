@@ -1,8 +1,8 @@
 //! The engines of a case, with every numerical choice made.
 
 use stosszahl_case::format::{
-    Copies as WrittenCopies, Displacement as WrittenDisplacement, Face, FaceWord, Inelastic,
-    MonteCarlo, Neighbourhood as WrittenNeighbourhood, WallsActOn,
+    Copies as WrittenCopies, Displacement as WrittenDisplacement, Inelastic, MonteCarlo,
+    Neighbourhood as WrittenNeighbourhood, WallsActOn,
 };
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
@@ -16,23 +16,6 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
     let mut list = Vec::new();
     if let Some(ed) = &written.ed {
-        let refuse =
-            |good, found: &str, allowed| PlanError::unless(good, "engine.ed", found, allowed);
-        let boxed = plan.kind != Kind::Homogeneous;
-        refuse(boxed, "exact dynamics without a box", "a [box] beside it")?;
-        let disks = plan.dimension == 2;
-        refuse(
-            disks,
-            "exact dynamics of spheres",
-            "disks: gas.dimension = 2",
-        )?;
-        let open = Face::Word(FaceWord::Open);
-        let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
-        let closed = sides
-            .iter()
-            .all(|&(axis, side)| *plan.case.walls.at(axis, side) != open);
-        let allowed = "closed faces: it keeps its disks";
-        refuse(closed, "exact dynamics in an open box", allowed)?;
         list.push(EnginePlan {
             name: "ed",
             kind: EngineKind::EventDriven {
@@ -48,9 +31,6 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
         let Some((written, scheme)) = written.zip(scheme_of(name)) else {
             continue;
         };
-        let (key, boxed) = (format!("engine.{name}"), plan.kind != Kind::Homogeneous);
-        let allowed = "[engine.dsmc-homogeneous], or a [box]";
-        PlanError::unless(boxed, key, "cells without a box", allowed)?;
         let dimension = plan.dimension;
         let engine = in_space!(dimension, S => monte_carlo::<S>(plan, name, &written, scheme));
         list.push(engine?);
@@ -62,23 +42,7 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
             clearance: Clearance::Centre,
             weights: Weights::uniform(),
         });
-    } else {
-        let (key, found) = (
-            "engine.dsmc-homogeneous",
-            "a gas without positions in a [box]",
-        );
-        PlanError::unless(
-            written.homogeneous.is_none(),
-            key,
-            found,
-            "no [box] beside it",
-        )?;
     }
-    PlanError::unless(!list.is_empty(), "engine", "none", "at least one engine")?;
-    let alone = list.iter().all(|one| one.name == "dsmc-boltzmann");
-    let alone = plan.case.gas.mean_free_path.is_none() || alone;
-    let allowed = "dsmc-boltzmann alone beside it: diameters are scaled";
-    PlanError::unless(alone, "gas.mean_free_path", "other engines", allowed)?;
     Ok(list)
 }
 
@@ -119,8 +83,6 @@ fn monte_carlo<S: Space>(
     written: &MonteCarlo,
     scheme: Scheme,
 ) -> Result<EnginePlan, PlanError> {
-    let key = |name_of_key: &str| format!("engine.{name}.{name_of_key}");
-    refuse_unknown(written, scheme, &key)?;
     let unit = plan.scale.length;
     let neighbourhood = |default| match written.neighbourhood {
         Some(WrittenNeighbourhood::Cells(cells)) => Neighbourhood::Cells(cells as u32),
@@ -148,19 +110,11 @@ fn monte_carlo<S: Space>(
     }
     let boxed = plan.is_bounded() || !plan.case.inflow.is_empty() || written.weights.is_some();
     let free = !boxed || parameters.displacement == Displacement::None;
+    let key = format!("engine.{name}.displacement");
     let found =
         "a displacement (the default of this scheme) beside walls, openings, obstacles or weights";
     let allowed = "false there, for partners would be displaced through walls";
-    PlanError::unless(free, key("displacement"), found, allowed)?;
-    let plain = written.weights.is_none() && plan.case.obstacle.is_empty();
-    let allowed = "dsmc-boltzmann, dsmc-free-volume or dsmc-enskog";
-    let known = !scheme.is_across() || plain;
-    PlanError::unless(
-        known,
-        format!("engine.{name}"),
-        "obstacles or weights",
-        allowed,
-    )?;
+    PlanError::unless(free, key, found, allowed)?;
     let steps = (written.steps_per_crossing).or(written.steps_per_mean_free_time);
     parameters.steps_per_crossing = steps.unwrap_or(parameters.steps_per_crossing);
     parameters.largest_contact_value =
@@ -202,37 +156,6 @@ fn monte_carlo<S: Space>(
         },
         weights: boundaries::weights(&format!("engine.{name}"), written.weights.as_ref())?,
     })
-}
-
-/// Refuses keys that a scheme does not have.
-fn refuse_unknown(
-    written: &MonteCarlo,
-    scheme: Scheme,
-    key: &impl Fn(&str) -> String,
-) -> Result<(), PlanError> {
-    let point = matches!(scheme, Scheme::ContactPoint { .. });
-    let stochastic = matches!(scheme, Scheme::StochasticDisks { .. });
-    let around = matches!(scheme, Scheme::Enskog(_) | Scheme::Esmc(_));
-    let across = scheme.is_across();
-    let limited = !stochastic && scheme != Scheme::Boltzmann;
-    let (crossing, free) = (written.steps_per_crossing, written.steps_per_mean_free_time);
-    let contact_value = written.largest_contact_value;
-    for (name, given, known) in [
-        ("cell_size", written.cell_size.is_some(), !stochastic),
-        ("steps_per_crossing", crossing.is_some(), !across),
-        ("steps_per_mean_free_time", free.is_some(), across),
-        ("displacement", written.displacement.is_some(), !across),
-        ("neighbourhood", written.neighbourhood.is_some(), around),
-        ("largest_contact_value", contact_value.is_some(), limited),
-        ("partner_radius", written.partner_radius.is_some(), point),
-        ("copies", written.copies.is_some(), point),
-        ("stiffness", written.stiffness.is_some(), stochastic),
-        ("weights", written.weights.is_some(), !across),
-    ] {
-        let good = known || !given;
-        PlanError::unless(good, key(name), "a key of other schemes", "nothing here")?;
-    }
-    Ok(())
 }
 
 impl Plan {

@@ -1,8 +1,8 @@
 //! Species, sizes and laws of a case.
 
 use rand::{Rng, RngExt};
+use stosszahl_case::Case;
 use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
-use stosszahl_case::{Case, Kind};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
     Constant, GrainSizes, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
@@ -11,10 +11,6 @@ use stosszahl_model::{
 use super::data::{Class, PlanError, SpeciesPlan};
 use super::derive::Gas;
 
-/// Most particles of a gas.
-const MOST: usize = (1 << 31) - 1;
-/// Most species in a power law.
-const MOST_MASSES: u64 = 100_000;
 /// Classes of like size in a group, if there are as many particles: theory of one size for each of 12 groups of a wide
 /// distribution is off by 3 %.
 const CLASSES: usize = 8;
@@ -46,8 +42,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
                 Rounding::Nearest => share.round() as usize,
             }
         };
-        let most = law.largest_mass.unwrap_or(MOST_MASSES + 1);
-        let kinds: Vec<Like> = (1..=most)
+        let kinds: Vec<Like> = (1..=law.largest_mass.unwrap_or(u64::MAX))
             .map(|mass| Like {
                 radius: 0.5 * root(mass as f64, case.gas.dimension),
                 mass: mass as f64,
@@ -55,9 +50,6 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
             })
             .take_while(|kind| kind.count > 0)
             .collect();
-        let few = kinds.len() as u64 <= MOST_MASSES;
-        let allowed = format!("a largest mass of at most {MOST_MASSES}");
-        PlanError::unless(few, "power_law.largest_mass", most, allowed)?;
         Particles {
             temperatures: vec![temperature; kinds.len()],
             kinds,
@@ -65,7 +57,6 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
         }
     } else if let Some(continuous) = &case.continuous {
         let count = continuous.number as usize;
-        not_too_many("continuous.number", count)?;
         let mut stream = Streams::new(case.seed, 0).at(Purpose::Placement, [0, 0]);
         let mut diameters: Vec<f64> = (0..count)
             .map(|_| diameter(continuous, &mut stream))
@@ -94,56 +85,28 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
             ..Particles::default()
         }
     };
-    let total = (found.kinds.iter()).fold(0_usize, |sum, kind| sum.saturating_add(kind.count));
-    let allowed = "at least one particle: gas.number, [[species]], [power_law] or [continuous]";
-    PlanError::unless(total > 0, "gas.number", "no particles", allowed)?;
-    not_too_many("gas.number", total)?;
     Ok(found)
-}
-
-fn not_too_many(key: &str, count: usize) -> Result<(), PlanError> {
-    let allowed = format!("at most {MOST}");
-    PlanError::unless(count <= MOST, key, format!("{count} particles"), allowed)
 }
 
 /// The species of `[[species]]`.
 fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
-    let counts = counts(case)?;
     let mut found = Particles::default();
-    for (index, (one, count)) in case.species.iter().zip(counts).enumerate() {
-        let key = |name: &str| format!("species.{}.{name}", index + 1);
-        let warm = one.temperature.unwrap_or(temperature);
-        let homogeneous = case.kind() == Kind::Homogeneous;
-        let allowed = "that of the gas: engines in a box start at one temperature";
-        let good = warm == temperature || homogeneous;
-        PlanError::unless(good, key("temperature"), warm, allowed)?;
-        let allowed = "false, but for one species of a gas without positions";
-        let good = !one.tracer || homogeneous && found.tracer.is_none();
-        PlanError::unless(good, key("tracer"), true, allowed)?;
+    for (index, (one, count)) in case.species.iter().zip(counts(case)?).enumerate() {
         if one.tracer {
             found.tracer = Some(index);
         }
-        let name = one.name.clone().filter(|name| !name.is_empty());
-        let known = |name: &String| name == "all" || found.names.contains(&Some(name.clone()));
-        let shown = name.clone().unwrap_or_default();
-        let allowed = "a name of its own, other than \"all\"";
-        PlanError::unless(
-            !name.as_ref().is_some_and(known),
-            key("name"),
-            shown,
-            allowed,
-        )?;
-        found.names.push(name);
-        found.temperatures.push(warm);
+        found
+            .names
+            .push(one.name.clone().filter(|name| !name.is_empty()));
+        found
+            .temperatures
+            .push(one.temperature.unwrap_or(temperature));
         found.kinds.push(Like {
             radius: 0.5 * one.diameter,
             mass: one.mass,
             count,
         });
     }
-    let meets = found.tracer.is_none() || found.kinds.len() > 1;
-    let allowed = "a species beside it, which it meets";
-    PlanError::unless(meets, "species.1.tracer", true, allowed)?;
     Ok(found)
 }
 
@@ -152,13 +115,8 @@ fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
 fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     let shared = case.species.iter().all(|one| one.share.is_some());
     if shared {
-        let allowed = "the number of all particles";
-        let lacking = || PlanError::new("gas.number", "shares of no number", allowed);
-        let all = case.gas.number.ok_or_else(lacking)? as usize;
+        let all = case.gas.number.unwrap_or(0) as usize;
         let total: f64 = case.species.iter().filter_map(|one| one.share).sum();
-        // Shares are written with a few digits.
-        let (found, whole) = (format!("shares of {total}"), (total - 1.0).abs() < 1e-6);
-        PlanError::unless(whole, "species", found, "shares that sum to 1")?;
         let share = |one: &Written| one.share.unwrap_or(0.0) / total;
         let mut counts: Vec<usize> = (case.species.iter())
             .map(|one| (share(one) * all as f64).round() as usize)
@@ -179,18 +137,11 @@ fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
         return Ok(counts);
     }
     let volume = case.gas.simulated_volume();
-    let one = |(index, one): (usize, &Written)| match (one.number, one.number_density, volume) {
-        (Some(number), None, _) if one.share.is_none() => Ok(number as usize),
-        (None, Some(density), Some(volume)) if one.share.is_none() && !one.tracer => {
-            Ok((density * volume).round() as usize)
-        }
-        _ => Err(PlanError::new(
-            format!("species.{}.number", index + 1),
-            "none, or several of number, share and number_density",
-            "number for each species, share for each, or number_density in a gas of known volume",
-        )),
+    let one = |one: &Written| match (one.number, one.number_density, volume) {
+        (None, Some(density), Some(volume)) => (density * volume).round() as usize,
+        (number, _, _) => number.unwrap_or(0) as usize,
     };
-    case.species.iter().enumerate().map(one).collect()
+    Ok(case.species.iter().map(one).collect())
 }
 
 /// `k^(1/D)`.
@@ -332,16 +283,9 @@ pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError
         return Ok(first);
     }
     let few = species <= MOST_IN_PAIRS;
+    let key = if material { "gas.restitution" } else { "pair" };
     let allowed = format!("at most {MOST_IN_PAIRS} species, as each pair has its own law");
-    PlanError::unless(
-        few || !material,
-        "gas.restitution",
-        format!("{species} species"),
-        allowed,
-    )?;
-    let listed = few && (case.pair.is_empty() || !case.species.is_empty());
-    let allowed = format!("species in [[species]], at most {MOST_IN_PAIRS}");
-    PlanError::unless(listed, "pair", "pairs", allowed)?;
+    PlanError::unless(few, key, format!("{species} species"), allowed)?;
     let mut laws = vec![first; species * species];
     if material {
         for (place, law) in laws.iter_mut().enumerate() {
@@ -349,19 +293,9 @@ pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError
             *law = one("gas.restitution", case.gas.restitution, pair)?;
         }
     }
-    let mut known = Vec::new();
     for (index, pair) in case.pair.iter().enumerate() {
-        let [a, b] = pair.species;
-        let named = [a.min(b), a.max(b)];
-        let good = named[0] > 0 && named[1] <= species as u64 && !known.contains(&named);
-        let (key, found) = (
-            format!("pair.{}.species", index + 1),
-            format!("{a} and {b}"),
-        );
-        let allowed = format!("two of the {species} species, counted from 1; each pair once");
-        PlanError::unless(good, key, found, allowed)?;
-        known.push(named);
-        let [first, second] = named.map(|number| number as usize - 1);
+        let [a, b] = pair.species.map(|number| number as usize - 1);
+        let [first, second] = [a.min(b), a.max(b)];
         let key = format!("pair.{}.restitution", index + 1);
         laws[first * species + second] = one(&key, pair.restitution, [first, second])?;
     }
