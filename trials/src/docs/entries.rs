@@ -20,7 +20,7 @@ pub struct Entry {
     /// Whether a check makes it again, in some ten seconds.
     pub is_cheap: bool,
     /// The text of the block, and its files.
-    pub make: fn(&Results) -> Result<Made, Trouble>,
+    pub make: Make,
 }
 
 /// What is run for an entry.
@@ -60,255 +60,116 @@ impl From<String> for Made {
     }
 }
 
-/// An engine with a statistics version.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engine {
-    /// Exact dynamics.
-    EventDriven,
-    /// Monte Carlo in cells.
-    MonteCarlo,
-    /// What `contact-point` with many simulators for each disk has of its own.
-    Halfway,
-    /// Monte Carlo without positions.
-    Homogeneous,
+/// The name of an engine in the first line of a block, and its statistics version now.
+pub type Engine = (&'static str, u32);
+
+const ED: Engine = ("ed", stosszahl_ed::STATISTICS_VERSION);
+const DSMC: Engine = ("dsmc", stosszahl_dsmc::STATISTICS_VERSION);
+/// What `contact-point` with many simulators for each disk has of its own.
+const HALFWAY: Engine = ("dsmc-halfway", stosszahl_dsmc::HALFWAY_STATISTICS_VERSION);
+const HOMOGENEOUS: Engine = (
+    "homogeneous",
+    stosszahl_dsmc::homogeneous::STATISTICS_VERSION,
+);
+
+/// All engines.
+pub(super) const VERSIONS: [Engine; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
+
+type Make = fn(&Results) -> Result<Made, Trouble>;
+
+/// A block that runs the bundled case of its name, and that a check does not make again.
+const fn entry(
+    name: &'static str,
+    file: &'static str,
+    engines: &'static [Engine],
+    make: Make,
+) -> Entry {
+    Entry {
+        name,
+        file,
+        source: Source::Case(name),
+        engines,
+        is_cheap: false,
+        make,
+    }
 }
 
-impl Engine {
-    /// All of them.
-    pub const ALL: [Self; 4] = [
-        Self::EventDriven,
-        Self::MonteCarlo,
-        Self::Halfway,
-        Self::Homogeneous,
-    ];
-
-    /// Its name in the first line of a block, and its statistics version now.
-    pub fn version(self) -> (&'static str, u32) {
-        match self {
-            Self::EventDriven => ("ed", stosszahl_ed::STATISTICS_VERSION),
-            Self::MonteCarlo => ("dsmc", stosszahl_dsmc::STATISTICS_VERSION),
-            Self::Halfway => ("dsmc-halfway", stosszahl_dsmc::HALFWAY_STATISTICS_VERSION),
-            Self::Homogeneous => (
-                "homogeneous",
-                stosszahl_dsmc::homogeneous::STATISTICS_VERSION,
-            ),
-        }
-    }
+/// Engines as they stand in the first line of a block.
+pub(super) fn versions(engines: &[Engine]) -> Vec<(String, u32)> {
+    let named = |&(name, version): &Engine| (name.to_owned(), version);
+    engines.iter().map(named).collect()
 }
 
 impl Entry {
     /// The statistics versions of its engines now.
     pub fn statistics(&self) -> Vec<(String, u32)> {
-        let versions = self.engines.iter().map(|engine| engine.version());
-        versions
-            .map(|(name, version)| (name.to_owned(), version))
-            .collect()
+        versions(self.engines)
+    }
+
+    const fn of(mut self, source: Source) -> Self {
+        self.source = source;
+        self
+    }
+
+    const fn cheap(mut self) -> Self {
+        self.is_cheap = true;
+        self
     }
 }
 
-const BOTH: &[Engine] = &[Engine::EventDriven, Engine::MonteCarlo];
+const BOTH: &[Engine] = &[ED, DSMC];
 /// No paper asks for so many simulators.
-const ALL_BUT_HALFWAY: &[Engine] = &[Engine::EventDriven, Engine::MonteCarlo, Engine::Homogeneous];
-const EXACT: &[Engine] = &[Engine::EventDriven];
-const WITHOUT_POSITIONS: &[Engine] = &[Engine::Homogeneous];
+const ALL_BUT_HALFWAY: &[Engine] = &[ED, DSMC, HOMOGENEOUS];
+const EXACT: &[Engine] = &[ED];
+const WITHOUT_POSITIONS: &[Engine] = &[HOMOGENEOUS];
+const LUDING: Source = Source::Case("luding-1998");
 const PAIRED: &str = "docs/paired-case.md";
+const MIXTURES: &str = "docs/mixtures.md";
+const FLOWS: &str = "docs/flows.md";
 /// The picture of README.
 const EVIDENCE: &str = "docs/evidence.svg";
 
 /// All blocks.
 pub const ENTRIES: &[Entry] = &[
-    Entry {
-        name: "quick",
-        file: "README.md",
-        source: Source::Case("quick"),
-        engines: BOTH,
-        is_cheap: true,
-        make: quick,
-    },
-    Entry {
-        name: "luding-1998-fig3b",
-        file: PAIRED,
-        source: Source::Case("luding-1998-fig3b"),
-        engines: EXACT,
-        is_cheap: true,
-        make: fig3b,
-    },
-    Entry {
-        name: "luding-1998-energies",
-        file: PAIRED,
-        source: Source::Case("luding-1998"),
-        engines: BOTH,
-        is_cheap: false,
-        make: energies,
-    },
-    Entry {
-        name: "luding-1998-dissipation",
-        file: PAIRED,
-        source: Source::Case("luding-1998"),
-        engines: BOTH,
-        is_cheap: false,
-        make: dissipation,
-    },
-    Entry {
-        name: "luding-1998-slopes",
-        file: PAIRED,
-        source: Source::Case("luding-1998"),
-        engines: BOTH,
-        is_cheap: false,
-        make: slopes,
-    },
-    Entry {
-        name: "map-uniform",
-        file: map::PAGE,
-        source: Source::Case("map-uniform"),
-        engines: EXACT,
-        is_cheap: false,
-        make: map::uniform,
-    },
-    Entry {
-        name: "map-waves",
-        file: map::PAGE,
-        source: Source::Case("map-waves"),
-        engines: EXACT,
-        is_cheap: false,
-        make: map::waves,
-    },
-    Entry {
-        name: "short-range-correlation",
-        file: PAIRED,
-        source: Source::Case("short-range-correlation"),
-        engines: EXACT,
-        is_cheap: false,
-        make: gases::pairs,
-    },
-    Entry {
-        name: "broken-chaos",
-        file: PAIRED,
-        source: Source::Case("broken-chaos"),
-        engines: &[Engine::EventDriven, Engine::MonteCarlo, Engine::Halfway],
-        is_cheap: false,
-        make: gases::broken_chaos,
-    },
-    Entry {
-        name: "luding-1998-unbiased",
-        file: PAIRED,
-        source: Source::Case("luding-1998-unbiased"),
-        engines: BOTH,
-        is_cheap: false,
-        make: gases::unbiased,
-    },
-    Entry {
-        name: "density-ladder",
-        file: map::PAGE,
-        source: Source::Case("density-ladder"),
-        engines: BOTH,
-        is_cheap: false,
-        make: gases::ladder,
-    },
-    Entry {
-        name: "transport",
-        file: "docs/hydrodynamics.md",
-        source: Source::Case("transport"),
-        engines: EXACT,
-        is_cheap: false,
-        make: gases::transport,
-    },
-    Entry {
-        name: "haff-3d",
-        file: "docs/mixtures.md",
-        source: Source::Case("haff-3d"),
-        engines: WITHOUT_POSITIONS,
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "mixture-cooling",
-        file: "docs/mixtures.md",
-        source: Source::Case("mixture-cooling"),
-        engines: WITHOUT_POSITIONS,
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "binary-disks",
-        file: "docs/mixtures.md",
-        source: Source::Case("binary-disks"),
-        engines: BOTH,
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "sedimentation-disks",
-        file: "docs/flows.md",
-        source: Source::Case("sedimentation-disks"),
-        engines: BOTH,
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "vibrated-box",
-        file: "docs/flows.md",
-        source: Source::Case("vibrated-box"),
-        engines: BOTH,
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "channel-disks",
-        file: "docs/flows.md",
-        source: Source::Case("channel-disks"),
-        engines: BOTH,
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "flow-past-disc",
-        file: "docs/flows.md",
-        source: Source::Case("flow-past-disc"),
-        engines: &[Engine::MonteCarlo],
-        is_cheap: false,
-        make: gases::verdicts,
-    },
-    Entry {
-        name: "papers",
-        file: "docs/reproduce.md",
-        source: Source::Papers,
-        engines: ALL_BUT_HALFWAY,
-        is_cheap: false,
-        make: papers::all,
-    },
-    Entry {
-        name: "kawasaki-1985",
-        file: "docs/flows.md",
-        source: Source::Papers,
-        engines: ALL_BUT_HALFWAY,
-        is_cheap: false,
-        make: papers::kawasaki,
-    },
-    Entry {
-        name: "bodrova-2024",
-        file: "docs/mixtures.md",
-        source: Source::Papers,
-        engines: WITHOUT_POSITIONS,
-        is_cheap: false,
-        make: papers::bodrova,
-    },
-    Entry {
-        name: "evidence",
-        file: "README.md",
-        source: Source::Case("luding-1998"),
-        engines: BOTH,
-        is_cheap: false,
-        make: evidence,
-    },
-    Entry {
-        name: "map-onset",
-        file: map::PAGE,
-        source: Source::Case("map-onset"),
-        engines: &[Engine::EventDriven],
-        is_cheap: false,
-        make: map::onset,
-    },
+    entry("quick", "README.md", BOTH, quick).cheap(),
+    entry("luding-1998-fig3b", PAIRED, EXACT, fig3b).cheap(),
+    entry("luding-1998-energies", PAIRED, BOTH, energies).of(LUDING),
+    entry("luding-1998-dissipation", PAIRED, BOTH, dissipation).of(LUDING),
+    entry("luding-1998-slopes", PAIRED, BOTH, slopes).of(LUDING),
+    entry("map-uniform", map::PAGE, EXACT, map::uniform),
+    entry("map-waves", map::PAGE, EXACT, map::waves),
+    entry("short-range-correlation", PAIRED, EXACT, gases::pairs),
+    entry(
+        "broken-chaos",
+        PAIRED,
+        &[ED, DSMC, HALFWAY],
+        gases::broken_chaos,
+    ),
+    entry("luding-1998-unbiased", PAIRED, BOTH, gases::unbiased),
+    entry("density-ladder", map::PAGE, BOTH, gases::ladder),
+    entry(
+        "transport",
+        "docs/hydrodynamics.md",
+        EXACT,
+        gases::transport,
+    ),
+    entry("haff-3d", MIXTURES, WITHOUT_POSITIONS, gases::verdicts),
+    entry(
+        "mixture-cooling",
+        MIXTURES,
+        WITHOUT_POSITIONS,
+        gases::verdicts,
+    ),
+    entry("binary-disks", MIXTURES, BOTH, gases::verdicts),
+    entry("sedimentation-disks", FLOWS, BOTH, gases::verdicts),
+    entry("vibrated-box", FLOWS, BOTH, gases::verdicts),
+    entry("channel-disks", FLOWS, BOTH, gases::verdicts),
+    entry("flow-past-disc", FLOWS, &[DSMC], gases::verdicts),
+    entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(Source::Papers),
+    entry("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::kawasaki).of(Source::Papers),
+    entry("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::bodrova).of(Source::Papers),
+    entry("evidence", "README.md", BOTH, evidence).of(LUDING),
+    entry("map-onset", map::PAGE, EXACT, map::onset),
 ];
 
 /// A table of Markdown.

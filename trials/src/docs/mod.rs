@@ -29,6 +29,7 @@ use crate::{Done, Trouble};
 pub use block::{Block, Head, find, is_open, names as block_names, outside, replace};
 pub use compare::differences;
 pub use entries::{ENTRIES, Engine, Entry, Made, Source};
+use entries::{VERSIONS, versions};
 pub use results::Results;
 
 /// The root of the repository.
@@ -121,18 +122,11 @@ pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
                         .to_owned(),
                 ]
             }
-            Some(block) => outdated(&block.head, &versions()),
+            Some(block) => outdated(&block.head, &versions(&VERSIONS)),
         };
         (name, found)
     };
     names.into_iter().map(look).collect()
-}
-
-/// The statistics versions of all engines now.
-fn versions() -> Vec<(String, u32)> {
-    let all = Engine::ALL.map(Engine::version);
-    all.map(|(name, version)| (name.to_owned(), version))
-        .to_vec()
 }
 
 /// Which engines of those that a block rests on have other statistics by now.
@@ -222,7 +216,7 @@ pub(crate) fn typed(name: &str, command: &str, text: &str) -> String {
         name: name.to_owned(),
         date: date(root, &commit),
         commit,
-        statistics: versions(),
+        statistics: versions(&VERSIONS),
         typed: Some(command.to_owned()),
     };
     head.around(text)
