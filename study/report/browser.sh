@@ -24,4 +24,5 @@ if [ ! -x "$work/venv/bin/python" ] && ! python3 -m venv "$work/venv"; then
 fi
 "$work/venv/bin/pip" install --quiet --disable-pip-version-check -r study/report/browser/requirements.txt
 export BROWSER_PATH="$browser" STOSSZAHL="$PWD/target/release/stosszahl" RESULTS="$work/results" PYTHONDONTWRITEBYTECODE=1
-exec "$work/venv/bin/python" -m pytest -p no:cacheprovider study/report/browser "$@"
+# Most of the time pages are waited for.
+exec "$work/venv/bin/python" -m pytest -p no:cacheprovider -n 2 study/report/browser "$@"

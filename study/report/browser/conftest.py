@@ -41,6 +41,13 @@ def make(kind):
     return page
 
 
+def pytest_configure(config):
+    """Makes all pages before tests begin, which several processes share."""
+    if not hasattr(config, "workerinput"):
+        for kind in KINDS:
+            make(kind)
+
+
 @pytest.fixture(scope="session")
 def browser():
     with sync_playwright() as playwright:
@@ -82,25 +89,37 @@ def open_page(browser):
     assert not said, said
 
 
+def soon(page, holds):
+    """Whether something holds within ten seconds."""
+    for _ in range(200):
+        if holds():
+            return True
+        page.wait_for_timeout(50)
+    return False
+
+
 def until(page, condition):
     """Waits until a condition holds; Playwright's own way is stopped by the policy of the page, which allows no `eval`."""
-    for _ in range(200):
-        if page.evaluate(condition):
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError(f"never: {condition}")
+    assert soon(page, lambda: page.evaluate(condition)), f"never: {condition}"
+
+
+# Whether all figures have their charts or maps.
+DRAWN = (
+    "[...document.querySelectorAll('figure.interactive')].every((figure) => figure.querySelector('.u-over')"
+    " || [...figure.querySelectorAll('.panel')].every((panel) => panel.querySelector('g.cells')))"
+)
 
 
 def show_all(page):
     """Scrolls through the page, as charts are made when they come into view, until all are there."""
-    height = page.evaluate("document.documentElement.scrollHeight")
-    for place in range(0, height, 600):
-        page.evaluate(f"scrollTo(0, {place})")
-        page.wait_for_timeout(30)
-    until(
-        page,
-        "[...document.querySelectorAll('figure.interactive')].every((figure) => figure.querySelector('.u-over')"
-        " || [...figure.querySelectorAll('.panel')].every((panel) => panel.querySelector('g.cells')))",
-    )
+
+    def seen():
+        height = page.evaluate("document.documentElement.scrollHeight")
+        for place in range(0, height, 600):
+            page.evaluate(f"scrollTo(0, {place})")
+            page.wait_for_timeout(30)
+        return page.evaluate(DRAWN)
+
+    assert soon(page, seen), "some figures are never drawn"
     page.evaluate("scrollTo(0, 0)")
     page.wait_for_timeout(100)

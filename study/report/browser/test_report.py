@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from pypdf import PdfReader
 
-from conftest import CUT, KINDS, until
+from conftest import CUT, KINDS, soon, until
 
 # All that a figure shows: pixels of its charts, which buttons are pressed, and its text.
 STATE = """(figure) => [...figure.querySelectorAll("canvas")].map((canvas) => canvas.toDataURL()).join()
@@ -182,8 +182,7 @@ def test_every_control_of_the_player_moves_something(open_page, kind):
     def changes(action):
         before = page.evaluate(PICTURES)
         action()
-        page.wait_for_timeout(200)
-        return page.evaluate(PICTURES) != before
+        return soon(page, lambda: page.evaluate(PICTURES) != before)
 
     assert len(set(page.evaluate(PICTURES).split(","))) >= 2, "engines look alike"
     for colour in ("speed", "density", "field", "partner", "impact", "direction"):
@@ -210,7 +209,9 @@ def test_every_control_of_the_player_moves_something(open_page, kind):
     until(page, "Number(document.getElementById('viewer-time').value) > 2")
     page.locator("#viewer-play").click()
     page.wait_for_timeout(150)
-    assert not changes(lambda: None)
+    paused = page.evaluate(PICTURES)
+    page.wait_for_timeout(200)
+    assert page.evaluate(PICTURES) == paused
 
 
 # Colours at shares of the width and height of the first picture, from its lower left corner.
@@ -231,8 +232,7 @@ def test_obstacles_cover_what_they_cover(open_page):
     inside = [(14 / 40, 0.5), (12.5 / 40, 0.5), (15.5 / 40, 0.5), (14 / 40, 8.5 / 20), (14 / 40, 11.5 / 20)]
     for colour in ("direction", "speed", "density", "field"):
         page.select_option("#viewer-colour", colour)
-        page.wait_for_timeout(200)
-        assert set(page.evaluate(PIXELS, inside)) == {"85,85,85,255"}, colour
+        assert soon(page, lambda: set(page.evaluate(PIXELS, inside)) == {"85,85,85,255"}), colour
     # Outside of it there is the field.
     outside = [(11 / 40, 0.5), (17 / 40, 0.5), (14 / 40, 7 / 20), (14 / 40, 13 / 20)]
     assert "85,85,85,255" not in page.evaluate(PIXELS, outside)
