@@ -1,5 +1,6 @@
 """Common to all tests: the clone that they are in, and the program that was built in it."""
 
+import signal
 import subprocess
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import matplotlib
 import pytest
 
 matplotlib.use("Agg")
+# What a shell starts in the background may ignore Ctrl-C, and tests of it would wait for ever.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[2]
 
