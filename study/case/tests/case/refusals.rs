@@ -383,6 +383,31 @@ const OF_COMPARISONS: &[Row] = &[
         "from 0 to below run.until = 10.0",
     ),
     (
+        &["measure.structure_factor.times=[50]"],
+        "measure.structure_factor.times.1",
+        "from 0 to run.until = 10.0",
+    ),
+    (
+        &["measure.clusters.times=[11]"],
+        "measure.clusters.times.1",
+        "from 0 to run.until = 10.0",
+    ),
+    (
+        &["measure.fields.windows=[[0, 4], [3, 2]]"],
+        "measure.fields.windows.2",
+        "start < end",
+    ),
+    (
+        &["measure.intermediate_scattering.from=40"],
+        "measure.intermediate_scattering.from",
+        "below run.until = 10.0",
+    ),
+    (
+        &["measure.collision_log.from=21"],
+        "measure.collision_log.from",
+        "below run.until = 10.0",
+    ),
+    (
         &["measure.displacement.from=10"],
         "measure.displacement.from",
         "below run.until",
