@@ -104,6 +104,14 @@ impl List {
     }
 }
 
+impl Drop for List {
+    /// Lets go of the lock itself: closing the file would leave it to a child process that another thread is starting, which
+    /// holds a copy of each open file until it runs its own program.
+    fn drop(&mut self) {
+        let _ = self.file.unlock();
+    }
+}
+
 /// The file that a half-written one was to become, by its name.
 pub(crate) fn half_written(name: &str) -> Option<String> {
     let hidden = || {
@@ -127,5 +135,25 @@ fn remove_file(path: &Path) -> Result<(), ResultsError> {
             Err(ResultsError::system(path, "removed")(source))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A copy of the open file, such as a child process has for a moment, does not keep the lock.
+    #[test]
+    fn a_copy_of_the_open_list_keeps_no_lock() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (list, _) = List::lock(folder.path()).expect("free");
+        let copy = list.file.try_clone().expect("a copy");
+        assert!(matches!(
+            List::lock(folder.path()),
+            Err(ResultsError::Locked { .. })
+        ));
+        drop(list);
+        List::lock(folder.path()).expect("free again");
+        drop(copy);
     }
 }
