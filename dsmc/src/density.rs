@@ -480,39 +480,40 @@ impl<S: Space> Density<S> {
         f64::from(self.sums[self.index(cell, step)]) - own
     }
 
-    /// The most of [`Density::others`] up to so many steps along each axis.
+    /// The most of [`Density::others`] up to so many steps along each axis, for each cell of a part of a line along the first axis.
+    /// `first`: its first cell; `line`: memory to work in.
     #[inline(always)]
-    pub(crate) fn most_others(&self, cell: [u32; 3], [x, y, z]: [i64; 3]) -> f64 {
-        let mut most = 0.0;
-        let at = i64::from(cell[0]);
-        let is_inside = at >= x && at + x < self.counts[0] as i64;
+    pub(crate) fn most_others(
+        &self,
+        first: [u32; 3],
+        [x, y, z]: [i64; 3],
+        line: &mut Vec<f32>,
+        most: &mut [f64],
+    ) {
+        let columns = self.counts[0];
+        most.fill(0.0);
         for layer in -z..=z {
             for row in -y..=y {
-                if !is_inside {
-                    for column in -x..=x {
-                        most = larger(most, self.others(cell, [column, row, layer]));
-                    }
-                    continue;
+                // The sums of the line there, from so many steps before the first cell to so many after the last, around the box.
+                let begin = self.index([0, first[1], first[2]], [0, row, layer]);
+                let mut column = self.index(first, [-x, 0, 0]) % columns;
+                let length = most.len() + 2 * x as usize;
+                line.clear();
+                while line.len() < length {
+                    let next = (length - line.len()).min(columns - column);
+                    line.extend_from_slice(&self.sums[begin + column..begin + column + next]);
+                    column = 0;
                 }
-                // As far as the row, and then along it.
-                let middle = self.index(cell, [0, row, layer]);
-                let beside = self.share_of([
-                    self.reach[0],
-                    row.unsigned_abs() as usize,
-                    layer.unsigned_abs() as usize,
-                ]);
-                let line = &self.sums[middle - x as usize..=middle + x as usize];
-                for (column, &units) in (-x..=x).zip(line) {
-                    let own = beside
-                        * self
-                            .weighing
-                            .along(self.reach[0], column.unsigned_abs() as usize)
-                            as f64;
-                    most = larger(most, f64::from(units) - own);
+                for column in -x..=x {
+                    let own = self
+                        .share_of([column, row, layer].map(|step| step.unsigned_abs() as usize));
+                    let shifted = &line[(column + x) as usize..];
+                    for (most, &units) in most.iter_mut().zip(shifted) {
+                        *most = larger(*most, f64::from(units) - own);
+                    }
                 }
             }
         }
-        most
     }
 
     /// The number of the cell that is so many steps from one.
@@ -683,7 +684,8 @@ mod tests {
                 *value = held(x + 7 * line) as f32;
             }
         });
-        for (x, y) in (0..7).flat_map(|x| (0..6).map(move |y| (x, y))) {
+        let mut expected = Vec::new();
+        for (y, x) in (0..6).flat_map(|y| (0..7).map(move |x| (y, x))) {
             let cell = [x as u32, y as u32, 0];
             let mut most = 0.0;
             for (right, up) in (-2..=2).flat_map(|right| (-2..=2).map(move |up| (right, up))) {
@@ -696,7 +698,13 @@ mod tests {
                 assert_eq!(density.others(cell, [right, up, 0]), others as f64);
                 most = larger(most, others as f64);
             }
-            assert_eq!(density.most_others(cell, [2, 2, 0]), most);
+            expected.push(most);
+        }
+        for (y, part) in (0..6).flat_map(|y| [(y, 0..7), (y, 3..5)]) {
+            let mut most = vec![f64::NAN; part.len()];
+            let first = [part.start as u32, y as u32, 0];
+            density.most_others(first, [2, 2, 0], &mut Vec::new(), &mut most);
+            assert_eq!(most, expected[7 * y..][part]);
         }
     }
 

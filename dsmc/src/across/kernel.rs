@@ -24,7 +24,7 @@ use crate::tally::smaller;
 /// numbers next to its mean, so that it varies less than the Poisson law has it; how much so moves the collision rate by some tenths of
 /// a per cent (`docs/development/monte-carlo.md`).
 const SIMULATORS_IN_PIECE: f64 = 5.0;
-const LONGEST_PIECE: f64 = 8.0;
+const LONGEST_PIECE: usize = 8;
 
 /// What works around a tile.
 pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
@@ -66,11 +66,10 @@ pub(super) struct Cell<S: Space> {
     pub(super) class: u8,
     /// Cross section times chi of pairs of the largest, over that of the contact distance and the chi of equal ones.
     pub(super) ceiling: f64,
-    /// n chi times the ceiling of those that have most; trials expected in the step for each simulator, and for all of the piece up to
-    /// here; the velocities that these may meet.
+    /// n chi times the ceiling of those that have most; trials expected in the step for each simulator; the velocities that these may
+    /// meet.
     pub(super) most: f64,
     rate: f64,
-    sum: f64,
     extent: Extent<S>,
     collisions: u64,
     virial: f64,
@@ -164,7 +163,11 @@ where
         let sizes = (kernel.scene.sizes(), kernel.mean_radius);
         self.patch
             .fill(&self.around, kernel.grid, ranges, self.moves, sizes);
-        let mut search = Search::new(kernel.grid, kernel.partner_radius, ranges);
+        let search = Search::new(kernel.grid, kernel.partner_radius, ranges);
+        let is_halfway = self.is_halfway();
+        let mut around_points =
+            (self.rates).map(|rates| AroundPoints::new(kernel, rates, search, is_halfway));
+        let mut in_cells = InCells::new(kernel, self.bounds.chi, ranges.point);
         let [columns, rows, layers] = self.around.home().place.sides.map(|side| side as usize);
         for number in 0..rows * layers {
             if kernel.stop.is_raised() {
@@ -185,15 +188,12 @@ where
             if self.moves {
                 self.patch.bound_line([line.row, line.layer]);
             }
-            match (kernel.density.scheme(), self.rates) {
-                (Scheme::ContactPoint { .. }, Some(rates)) => {
-                    let halfway = self.is_halfway();
-                    let trials = AroundPoints::new(kernel, rates, &mut search, halfway);
+            match (kernel.density.scheme(), &mut around_points) {
+                (Scheme::ContactPoint { .. }, Some(trials)) => {
                     self.for_trials(line, columns, &mut stream, trials);
                 }
                 (Scheme::Esmc(_), _) => {
-                    let trials = InCells::new(kernel, self.bounds.chi, ranges.point, line);
-                    self.for_trials(line, columns, &mut stream, trials);
+                    self.for_trials(line, columns, &mut stream, &mut in_cells);
                 }
                 (Scheme::StochasticDisks { stiffness }, _) => {
                     for column in 0..columns {
@@ -221,13 +221,7 @@ where
         if members.is_empty() {
             return None;
         }
-        let home = self.around.home();
-        let first = home.place.first;
-        let at = [
-            first[0] + column as u32,
-            first[1] + line.row as u32,
-            first[2] + line.layer as u32,
-        ];
+        let at = self.cell_of(line, column);
         let local = column + columns * line.number;
         let own = if kernel.density.looks_around() {
             0.0
@@ -268,11 +262,21 @@ where
             ceiling,
             most: 0.0,
             rate: 0.0,
-            sum: 0.0,
             extent: Extent::nobody(),
             collisions: 0,
             virial: 0.0,
         })
+    }
+
+    /// The coordinates among all of a cell of a line.
+    #[inline(always)]
+    pub(super) fn cell_of(&self, line: Line, column: usize) -> [u32; 3] {
+        let [x, y, z] = self.around.home().place.first;
+        [
+            x + column as u32,
+            y + line.row as u32,
+            z + line.layer as u32,
+        ]
     }
 
     /// Notes what happened in a cell.
@@ -301,13 +305,14 @@ where
         line: Line,
         columns: usize,
         stream: &mut impl Rng,
-        mut trials: impl Trials<P, F>,
+        trials: &mut impl Trials<P, F>,
     ) {
         let kernel = self.kernel;
+        trials.begin(self, line, columns);
         let mut cells = std::mem::take(&mut self.cells);
         let home = self.around.home();
         let in_cell = home.simulators.len() as f64 / home.cells() as f64;
-        let length = (SIMULATORS_IN_PIECE / in_cell).clamp(1.0, LONGEST_PIECE) as usize;
+        let length = (SIMULATORS_IN_PIECE / in_cell).clamp(1.0, LONGEST_PIECE as f64) as usize;
         let pieces = columns.div_ceil(length);
         // Trials for each n chi and length of the sides of a box of velocities: the mean of h(k) is half of their sum times the mean
         // component.
@@ -318,7 +323,8 @@ where
         for piece in 0..pieces {
             let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
             cells.clear();
-            let mut sum = 0.0;
+            // Trials expected up to each cell, side by side, so that all are compared at once.
+            let (mut sum, mut sums) = (0.0, [f64::MAX; LONGEST_PIECE]);
             for column in from..to {
                 let Some(mut cell) = self.cell(line, columns, column) else {
                     continue;
@@ -327,7 +333,7 @@ where
                 cell.most = trials.most(self, &cell, column);
                 cell.rate = cell.most * each * total::<P::Space>(cell.extent.sides());
                 sum += cell.rate * cell.members.len() as f64;
-                cell.sum = sum;
+                sums[cells.len()] = sum;
                 cells.push(cell);
             }
             let count = draw_whole(sum, stream);
@@ -339,9 +345,9 @@ where
                 let [who, pick] = two_numbers(stream);
                 // Below the sum also where the product rounds up to it: so there is a cell.
                 let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
-                let number = cells.iter().filter(|cell| cell.sum <= at).count();
+                let number = sums.iter().filter(|&&sum| sum <= at).count();
                 let cell = &mut cells[number];
-                let left = ((cell.sum - at) / cell.rate) as usize;
+                let left = ((sums[number] - at) / cell.rate) as usize;
                 let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
                 let trial = self.propose(first, &cell.extent, stream);
                 if !trials.meet(self, cell, &trial, pick, stream) {

@@ -38,6 +38,8 @@ pub(super) struct Search<'a, P: Physics> {
     /// Narrowest side of a cell.
     narrowest: f64,
     runs: Vec<Range<usize>>,
+    /// Squares of the distances of those that are looked at together.
+    squares: [[f64; LANES]; RUNS],
 }
 
 impl<'a, P: Physics> Search<'a, P> {
@@ -50,6 +52,7 @@ impl<'a, P: Physics> Search<'a, P> {
             shift: ranges.shift as i64,
             narrowest: grid.narrowest(),
             runs: Vec::new(),
+            squares: [[0.0; LANES]; RUNS],
         }
     }
 
@@ -84,7 +87,7 @@ impl<'a, P: Physics> Search<'a, P> {
     /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden.
     #[inline(always)]
     fn closest(
-        &self,
+        &mut self,
         patch: &Patch<P>,
         aim: Aim<VectorOf<P>>,
         cell: usize,
@@ -101,7 +104,7 @@ impl<'a, P: Physics> Search<'a, P> {
         // In each lane: the least square, in which run it was found, and how many are within the radius.
         let (mut best, mut found) = ([f64::MAX; LANES], [0_u64; LANES]);
         let mut near = [0_u64; LANES];
-        let mut runs = [[0_u32; 2]; RUNS];
+        let mut runs = [0_u32; RUNS];
         let mut count = 0;
         let [_, column, layer] = patch.strides();
         let first = cell - block * (1 + column + if is_deep { layer } else { 0 });
@@ -125,14 +128,15 @@ impl<'a, P: Physics> Search<'a, P> {
                     };
                     best[lane] = smaller(square, best[lane]);
                 }
-                runs[count] = [begin as u32, members.end as u32];
+                self.squares[count] = squares;
+                runs[count] = begin as u32;
                 count += 1;
                 begin += LANES;
             }
         }
         let near: u64 = near.iter().sum();
         if near > 1 {
-            return self.pick(patch, aim, &runs[..count], (pick * near) >> 32);
+            return self.pick(&runs[..count], (pick * near) >> 32);
         }
         // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
         // squares are not negative, so that their bits have their order, and the last seven are none that matter.
@@ -154,30 +158,27 @@ impl<'a, P: Physics> Search<'a, P> {
             return None;
         }
         let number = (best.to_bits() & (FEW - 1)) as usize;
-        Some(runs[number / LANES][0] as usize + number % LANES)
+        Some(runs[number / LANES] as usize + number % LANES)
     }
 
-    /// The one within the radius of where it is sought that comes after so many others.
-    #[inline(never)]
-    fn pick(
-        &self,
-        patch: &Patch<P>,
-        aim: Aim<VectorOf<P>>,
-        runs: &[[u32; 2]],
-        mut skip: u64,
-    ) -> Option<usize> {
+    /// The one within the radius of where it is sought that comes after so many others, of runs that begin there.
+    #[inline(always)]
+    fn pick(&self, runs: &[u32], mut skip: u64) -> Option<usize> {
         let limit = self.radius * self.radius;
-        for &[begin, end] in runs {
-            let [begin, end] = [begin as usize, end as usize];
-            let squares = patch.squares(aim, begin, end);
-            for (index, square) in (begin..).zip(squares) {
-                if square < limit {
-                    if skip == 0 {
-                        return Some(index);
-                    }
-                    skip -= 1;
-                }
+        for (&begin, squares) in runs.iter().zip(&self.squares) {
+            let near = squares.map(|square| u64::from(square < limit));
+            let all: u64 = near.iter().sum();
+            if skip >= all {
+                skip -= all;
+                continue;
             }
+            // As many lanes come before it as have no more than those to be skipped up to them; without a branch.
+            let (mut up_to, mut before) = (0, 0);
+            for near in near {
+                up_to += near;
+                before += usize::from(up_to <= skip);
+            }
+            return Some(begin as usize + before);
         }
         None
     }

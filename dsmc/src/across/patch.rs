@@ -69,7 +69,9 @@ pub(crate) struct Patch<P: Physics> {
     /// What simulators of the cells of a line of the tile can meet, and the row and layer of that line in the patch.
     pub(super) bounds: Vec<Extent<P::Space>>,
     line: [usize; 2],
+    /// Memory to work in.
     work: Vec<Extent<P::Space>>,
+    places: Vec<bool>,
 }
 
 impl<P: Physics> Default for Patch<P> {
@@ -97,6 +99,7 @@ impl<P: Physics> Default for Patch<P> {
             bounds: Vec::new(),
             line: [0; 2],
             work: Vec::new(),
+            places: Vec::new(),
         }
     }
 }
@@ -334,33 +337,47 @@ impl<P: Physics> Patch<P> {
         if far <= self.ranges.near {
             return;
         }
-        let deep = |cells: usize| cells * usize::from(P::Space::DIMENSION > 2);
-        let mut lines = (z - deep(point)..=z + deep(point))
-            .flat_map(|layer| (y - point..=y + point).map(move |row| row + rows * layer));
-        if !lines.any(|line| self.lonely[line]) {
+        let lines = |cells: usize| {
+            let deep = cells * usize::from(P::Space::DIMENSION > 2);
+            (z - deep..=z + deep)
+                .flat_map(move |layer| (y - cells..=y + cells).map(move |row| row + rows * layer))
+        };
+        if !lines(point).any(|line| self.lonely[line]) {
             return;
         }
+        // Whether nobody is near a place in a column of the cells around, from the first that counts on.
+        let begin = self.margin[0] - point;
+        let length = self.bounds.len() + 2 * point;
+        self.places.clear();
+        self.places.resize(length, false);
+        for line in lines(point) {
+            let first = begin + columns * line;
+            let near = &self.near[first..first + length];
+            for (is_lonely, &near) in self.places.iter_mut().zip(near) {
+                *is_lonely |= near <= 1;
+            }
+        }
         let far = point + far + shift;
+        // Boxes of the columns around, as far as they were needed: lonely places are next to each other.
+        let begin = self.margin[0] - far;
+        self.work.clear();
+        self.work
+            .resize(self.bounds.len() + 2 * far, Extent::nobody());
+        let mut known = 0;
         for x in 0..self.bounds.len() {
-            let at = x + self.margin[0];
-            let is_lonely = (z - deep(point)..=z + deep(point)).any(|layer| {
-                (y - point..=y + point).any(|row| {
-                    let first = at - point + columns * (row + rows * layer);
-                    self.near[first..=first + 2 * point]
-                        .iter()
-                        .any(|&near| near <= 1)
-                })
-            });
-            if !is_lonely {
+            if !self.places[x..=x + 2 * point].contains(&true) {
                 continue;
             }
-            for layer in z - deep(far)..=z + deep(far) {
-                for row in y - far..=y + far {
-                    let first = at - far + columns * (row + rows * layer);
-                    for one in &self.extents[first..=first + 2 * far] {
-                        self.bounds[x].join(one);
-                    }
+            let around = x..=x + 2 * far;
+            for line in lines(far) {
+                let first = begin + columns * line;
+                for column in known.max(x)..=x + 2 * far {
+                    self.work[column].join(&self.extents[first + column]);
                 }
+            }
+            known = x + 2 * far + 1;
+            for one in &self.work[around] {
+                self.bounds[x].join(one);
             }
         }
     }
@@ -603,6 +620,7 @@ impl<P: Physics> Patch<P> {
                 + self.near.capacity()
                 + self.sums.capacity())
             + self.lonely.capacity()
+            + self.places.capacity()
             + size_of::<VectorOf<P>>() * self.velocities.capacity()
             + size_of::<<P::Sizes as Sizes>::Tag>() * self.tags.capacity()
             + size_of::<At>() * self.homes.capacity()

@@ -16,6 +16,9 @@ use crate::simulator::Follow;
 ///
 /// Not closures: whether one is compiled into the loop around it, and so with the vector instructions of that, is up to the compiler.
 pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
+    /// Looks at a line of so many cells before all that is in it.
+    fn begin(&mut self, worker: &Worker<'_, '_, '_, P, F>, line: Line, columns: usize);
+
     /// n chi times the ceiling in a cell, at most.
     fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64;
 
@@ -32,26 +35,30 @@ pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
 
 /// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
 /// halfway.
-pub(super) struct AroundPoints<'a, 'b, P: Physics> {
+pub(super) struct AroundPoints<'a, P: Physics> {
     rates: &'a Rates<P::Space>,
-    search: &'b mut Search<'a, P>,
+    search: Search<'a, P>,
     /// How far from a simulator the point halfway is, in cells, if the density is that there; less where a coordinate at the edge of a cell is
     /// rounded to the other side.
     farthest: Option<[i64; 3]>,
+    /// The most others around points halfway from each cell of the line, and memory to work in.
+    most_others: Vec<f64>,
+    work: Vec<f32>,
 }
 
-impl<'a, 'b, P: Physics> AroundPoints<'a, 'b, P> {
-    #[inline(always)]
+impl<'a, P: Physics> AroundPoints<'a, P> {
     pub(super) fn new(
         kernel: &Kernel<'_, P>,
         rates: &'a Rates<P::Space>,
-        search: &'b mut Search<'a, P>,
+        search: Search<'a, P>,
         halfway: bool,
     ) -> Self {
         Self {
             rates,
             search,
             farthest: halfway.then(|| steps_within(kernel.grid, kernel.mean_radius)),
+            most_others: Vec::new(),
+            work: Vec::new(),
         }
     }
 
@@ -62,11 +69,21 @@ impl<'a, 'b, P: Physics> AroundPoints<'a, 'b, P> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for AroundPoints<'_, '_, P> {
+impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for AroundPoints<'_, P> {
     #[inline(always)]
-    fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, _: usize) -> f64 {
+    fn begin(&mut self, worker: &Worker<'_, '_, '_, P, F>, line: Line, columns: usize) {
+        if let Some(farthest) = self.farthest {
+            self.most_others.resize(columns, 0.0);
+            let first = worker.cell_of(line, 0);
+            let (work, most) = (&mut self.work, &mut self.most_others);
+            (worker.kernel.density).most_others(first, farthest, work, most);
+        }
+    }
+
+    #[inline(always)]
+    fn most(&self, _: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64 {
         match self.farthest {
-            Some(farthest) => self.n_chi((worker.kernel.density).most_others(cell.at, farthest)),
+            Some(_) => self.n_chi(self.most_others[column]),
             None => cell.ceiling * self.rates.most(cell.units, cell.crowding),
         }
     }
@@ -139,17 +156,12 @@ pub(super) struct InCells {
     least: f64,
     /// Cells around a simulator that points of contact are in.
     point: usize,
-    line: Line,
+    /// The first cell of the line, in the patch.
+    first: usize,
 }
 
 impl InCells {
-    #[inline(always)]
-    pub(super) fn new<P: Physics>(
-        kernel: &Kernel<'_, P>,
-        chi: f64,
-        point: usize,
-        line: Line,
-    ) -> Self {
+    pub(super) fn new<P: Physics>(kernel: &Kernel<'_, P>, chi: f64, point: usize) -> Self {
         // Cells that walls cut are denser than their number says.
         let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
         Self {
@@ -157,17 +169,21 @@ impl InCells {
             density: kernel.weight / (least * kernel.grid.cell_volume()),
             least,
             point,
-            line,
+            first: 0,
         }
     }
 }
 
 impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
     #[inline(always)]
+    fn begin(&mut self, worker: &Worker<'_, '_, '_, P, F>, line: Line, _: usize) {
+        self.first = worker.patch.own_cell([0, line.row, line.layer]);
+    }
+
+    #[inline(always)]
     fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64 {
-        let here = (worker.patch).own_cell([column, self.line.row, self.line.layer]);
-        let crowd = f64::from(worker.patch.crowd(here, self.point));
-        cell.ceiling * self.chi * crowd * self.density
+        let crowd = worker.patch.crowd(self.first + column, self.point);
+        cell.ceiling * self.chi * f64::from(crowd) * self.density
     }
 
     #[inline(always)]
