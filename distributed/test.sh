@@ -14,4 +14,4 @@ if ! is_there; then
     exit 77
 fi
 cargo clippy -p stosszahl-mpi --features mpi --all-targets -- -D warnings
-cargo test --release -p stosszahl-mpi --features mpi -- --test-threads 1 "$@"
+cargo test -p stosszahl-mpi --features mpi -- --test-threads 1 "$@"

@@ -2,14 +2,12 @@
 //!
 //! Each wait has a limit: `timeout` kills a job that hangs, and what it says of that fails the test.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use support::{
+use crate::support::{
     Scratch, appears, done, ends, job, kill, processes, said, scripted, slow_down, started,
     succeeds, tables,
 };

@@ -1,11 +1,9 @@
 //! A frontier measured by several processes, against one: the same tables but for times.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 
-use support::{
+use crate::support::{
     Scratch, appears, appears_like, done, ends, job, kill, processes, said, started, succeeds,
 };
 

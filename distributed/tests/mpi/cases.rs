@@ -1,11 +1,9 @@
 //! Ten bundled cases, shortened, over processes: as replicas handed out, and with each gas in all processes. The same tables as in
 //! one process.
 
-mod support;
-
 use std::path::Path;
 
-use support::{Scratch, alone, job, succeeds, tables};
+use crate::support::{Scratch, alone, job, succeeds, tables};
 
 /// Cases, and what makes them short.
 const CASES: [(&str, &[&str]); 10] = [

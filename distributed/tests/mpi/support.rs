@@ -1,8 +1,6 @@
 //! What the tests over several processes share. Each wait has a limit: `timeout` kills a job that hangs, and what it says of that
 //! fails the test.
 
-#![allow(dead_code, reason = "each file of tests uses what it needs")]
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,14 +1,12 @@
 //! One gas that several processes hold, against the same in one: the same tables.
 
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{ExitCode, Output};
 
 use stosszahl::commands;
 
-use support::{
+use crate::support::{
     Scratch, appears, done, ends, job, kill, processes, said, scripted, slow_down, started,
     succeeds, tables,
 };

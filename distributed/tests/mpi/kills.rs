@@ -4,8 +4,6 @@
 //! A chain of legs goes on in one folder until a job ends well; then the tables are compared, and the next chain begins. Only kills
 //! that end a job count. Each wait has a limit.
 
-mod support;
-
 use std::path::Path;
 use std::thread;
 use std::time::Duration;
@@ -13,7 +11,7 @@ use std::time::Duration;
 use rand::RngExt as _;
 use stosszahl::model::random::{Purpose, Streams};
 
-use support::{Scratch, ends, job, kill, processes, said, started, succeeds, tables};
+use crate::support::{Scratch, ends, job, kill, processes, said, started, succeeds, tables};
 
 /// A sweep with a prepared start, exact dynamics and Monte Carlo.
 const SWEEP: &str = r#"
