@@ -340,7 +340,7 @@ fn shards_that_cannot_be_used_are_named() {
             fs::write(path, whole).expect("written");
         }
         let found = if alone {
-            support::alone(&scratch.case, &["--resume"], &out)
+            crate::support::alone(&scratch.case, &["--resume"], &out)
         } else {
             succeeds(job(2, &[], &resumes));
             tables(Path::new(&out))
