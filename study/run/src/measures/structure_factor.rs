@@ -130,7 +130,7 @@ impl Measure for StructureFactors {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison
+        plan.kind == Kind::Comparison && plan.dimension == 2
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {

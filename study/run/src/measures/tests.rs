@@ -491,6 +491,37 @@ fn fields_in_space_are_sums_over_columns() {
     check_fields(&case(&text), false);
 }
 
+/// Disks and spheres, in a periodic box, between walls and without positions.
+#[test]
+fn what_is_measured_by_default_can_be_measured() {
+    let disks = PERIODIC
+        .replace(", samples = 16", "")
+        .replace("measure.fields = { cells = [3, 2], blocks = 4 }", "");
+    let spheres = disks
+        .replace("[7, 6]", "[4, 4, 4]")
+        .replace("number = 16", "number = 27, dimension = 3")
+        .replace("ed = {}, ", "");
+    let walls = "walls = { bottom = 'specular', top = 'specular' }\n    box =";
+    let between = [&disks, &spheres].map(|text| text.replace("box =", walls));
+    let nowhere = spheres
+        .replace("box = { size = [4, 4, 4] }", "")
+        .replace("dimension = 3", "dimension = 3, volume = 64")
+        .replace(
+            "dsmc-contact-point = { simulators_per_particle = 2 }",
+            "dsmc-homogeneous = {}",
+        );
+    for text in [&disks, &spheres, &between[0], &between[1], &nowhere] {
+        let plan = case(text);
+        let mut found = 0;
+        for measure in ALL.iter().filter(|one| one.by_default(&plan)) {
+            let checked = measure.check(&plan);
+            assert!(checked.is_ok(), "{}: {checked:?}\n{text}", measure.name());
+            found += 1;
+        }
+        assert!(found > 1, "{text}");
+    }
+}
+
 /// Momentum and energy that boundaries give, with the pull of gravity, are what the gas gains; so are particles.
 fn check_balance(plan: &Plan, names: &[&str]) {
     let (tables, verdicts, log) = run(plan, measure("boundaries"));
