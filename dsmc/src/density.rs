@@ -491,13 +491,14 @@ impl<S: Space> Density<S> {
         most: &mut [f64],
     ) {
         let columns = self.counts[0];
+        let before = wrapped(first[0] as usize, x as usize, columns);
+        let length = most.len() + 2 * x as usize;
         most.fill(0.0);
         for layer in -z..=z {
             for row in -y..=y {
                 // The sums of the line there, from so many steps before the first cell to so many after the last, around the box.
                 let begin = self.index([0, first[1], first[2]], [0, row, layer]);
-                let mut column = self.index(first, [-x, 0, 0]) % columns;
-                let length = most.len() + 2 * x as usize;
+                let mut column = before;
                 line.clear();
                 while line.len() < length {
                     let next = (length - line.len()).min(columns - column);

@@ -368,15 +368,15 @@ impl<P: Physics> Patch<P> {
             if !self.places[x..=x + 2 * point].contains(&true) {
                 continue;
             }
-            let around = x..=x + 2 * far;
+            let end = x + 2 * far + 1;
             for line in lines(far) {
                 let first = begin + columns * line;
-                for column in known.max(x)..=x + 2 * far {
+                for column in known.max(x)..end {
                     self.work[column].join(&self.extents[first + column]);
                 }
             }
-            known = x + 2 * far + 1;
-            for one in &self.work[around] {
+            known = end;
+            for one in &self.work[x..end] {
                 self.bounds[x].join(one);
             }
         }
