@@ -13,16 +13,17 @@
 //!
 //! # Algorithm
 //!
-//! The box is cut into cells at least as wide as the range, points are sorted by cell, and each cell is compared
-//! with itself and its neighbours, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation
-//! Using Particles*, chapter 8). The cost is O(N) at fixed range and density, 9/π times the pairs that
-//! count, rising to all N (N - 1) / 2 pairs as the range nears half the box. Narrower cells would look at fewer
-//! pairs but at more cells; trees pay only for inhomogeneity far beyond what clusters of hard disks reach.
+//! The box is cut into cells that hold a few points each, points are sorted by cell, and each cell is compared with those that may hold
+//! points in range, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation Using Particles*, chapter 8). Cells of
+//! a line along the first axis lie side by side in memory, so that distances are computed several at once. The cost is O(N) at fixed range and
+//! density, rising to all N (N - 1) / 2 pairs as the range nears half the box; trees pay only for inhomogeneity far beyond what clusters of
+//! hard disks reach.
 //!
 //! Distances are those of the nearest periodic image, so the range is refused beyond half the shortest side of
 //! the box: there a second image of the same point would be missing from the count.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -31,9 +32,16 @@ use stosszahl_model::{Adds, Interrupt, Particle};
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions, is_positive};
 
-/// Room between the range and the width of a cell, relative, so that no rounding of a position into its cell can
-/// put a pair within range two cells apart.
+/// Added to the range, relative, where it is asked which cells may hold points in range: no rounding of a position into its cell can put a
+/// pair in range farther apart.
 const CELL_MARGIN: f64 = 1e-9;
+
+/// Points in a cell, at least, in the mean; and cells along the range, at most.
+const LEAST_IN_CELL: f64 = 2.0;
+const CELLS_IN_RANGE: f64 = 8.0;
+
+/// Distances that are computed together.
+const TOGETHER: usize = 64;
 
 /// One bin of distances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,7 +134,7 @@ fn measure<const D: usize>(
         diameter,
         range,
         positions.len(),
-        &histogram.twice,
+        histogram.bins(),
     ))
 }
 
@@ -183,7 +191,7 @@ pub struct Pairs {
     twice: Vec<u64>,
     /// The strip that is open: places, and what their pairs count.
     #[serde(skip)]
-    open: Vec<(Vector3<f64>, u64)>,
+    open: Vec<(Vector3<f64>, u8)>,
     #[serde(skip)]
     interrupt: Interrupt,
     #[serde(skip)]
@@ -238,19 +246,19 @@ impl Pairs {
     fn count<const D: usize>(&mut self, lengths: [f64; D]) {
         let mut histogram = Histogram::new(lengths, self.range, self.twice.len());
         let open = self.open.drain(..);
-        let points: Vec<(SVector<f64, D>, u64)> = open
+        let points: Vec<(SVector<f64, D>, u8)> = open
             .map(|(place, count)| (SVector::from_fn(|axis, _| place[axis]), count))
             .collect();
         let counted = count_by_cells(&points, &mut histogram, &self.interrupt);
         self.is_broken_off |= counted.is_err();
-        for (sum, more) in self.twice.iter_mut().zip(histogram.twice) {
+        for (sum, more) in self.twice.iter_mut().zip(histogram.bins()) {
             *sum += more;
         }
     }
 }
 
 /// What the pairs of a point count: of one that is only near, nothing.
-const OWN: u64 = 1;
+const OWN: u8 = 1;
 
 impl Adds for Pairs {
     const NAME: &'static str = "pairs";
@@ -297,7 +305,7 @@ struct Histogram<const D: usize> {
     lengths: [f64; D],
     range: f64,
     bins_per_length: f64,
-    /// By bin, each pair of own points counted twice.
+    /// By bin, each pair of own points counted twice; at the end those that are farther apart.
     twice: Vec<u64>,
 }
 
@@ -307,80 +315,199 @@ impl<const D: usize> Histogram<D> {
             lengths,
             range,
             bins_per_length: bins as f64 / range,
-            twice: vec![0; bins],
+            twice: vec![0; bins + 1],
         }
     }
 
-    /// Counts a pair if it is in range. The same bits whichever point comes first: rounding is symmetric in sign.
-    fn add(&mut self, one: &(SVector<f64, D>, u64), other: &(SVector<f64, D>, u64)) {
-        let count = one.1 + other.1;
-        let (one, other) = (&one.0, &other.0);
-        let mut squared = 0.0;
-        for (axis, &length) in self.lengths.iter().enumerate() {
-            let mut apart = one[axis] - other[axis];
-            // Most pairs need no other image, and rounding is slow.
-            if apart.abs() > 0.5 * length {
-                apart -= length * (apart / length).round();
+    /// Pairs in range, by bin.
+    fn bins(&self) -> &[u64] {
+        &self.twice[..self.twice.len() - 1]
+    }
+
+    /// Counts the pairs of a point with a run of others. The same bits whichever of two points comes first: rounding is symmetric in
+    /// sign.
+    fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>) {
+        let own = u64::from(points.counts[one]);
+        let (bins, squared_range) = (self.twice.len() - 1, self.range * self.range);
+        for from in run.clone().step_by(TOGETHER) {
+            let to = run.end.min(from + TOGETHER);
+            let mut squares = [0.0; TOGETHER];
+            let squares = &mut squares[..to - from];
+            for axis in 0..D {
+                let (length, half) = (self.lengths[axis], 0.5 * self.lengths[axis]);
+                let here = points.places[axis][one];
+                for (square, there) in squares.iter_mut().zip(&points.places[axis][from..to]) {
+                    let apart = here - there;
+                    let image = if apart > half { length } else { 0.0 };
+                    let image = if apart < -half { -length } else { image };
+                    *square += (apart - image) * (apart - image);
+                }
             }
-            squared += apart * apart;
-        }
-        if squared < self.range * self.range {
-            // Rounding may take a distance just below the range into a bin beyond the last.
-            let bin = (squared.sqrt() * self.bins_per_length) as usize;
-            let last = self.twice.len() - 1;
-            self.twice[bin.min(last)] += count;
+            for (&square, &other) in squares.iter().zip(&points.counts[from..to]) {
+                // Rounding may take a distance just below the range into a bin beyond the last.
+                let bin = (square.sqrt() * self.bins_per_length) as i64 as usize;
+                let bin = if square < squared_range {
+                    bin.min(bins - 1)
+                } else {
+                    bins
+                };
+                self.twice[bin] += own + u64::from(other);
+            }
         }
     }
 }
 
+/// Points by cell, the first axis running fastest.
+struct ByCell<const D: usize> {
+    /// Cells along each axis.
+    sides: [usize; 3],
+    /// Where the points of each cell begin, and the end.
+    starts: Vec<usize>,
+    /// Each coordinate, within the box or at its far edge.
+    places: [Vec<f64>; D],
+    /// What the pairs of each count.
+    counts: Vec<u8>,
+}
+
+impl<const D: usize> ByCell<D> {
+    fn new(points: &[(SVector<f64, D>, u8)], lengths: [f64; D], range: f64) -> Self {
+        let sides = sides(points.len(), lengths, range);
+        // In the box, its far edge included.
+        let fold = |x: f64, length: f64| {
+            let inside = x - length * (x / length).floor();
+            match x {
+                x if (0.0..=length).contains(&x) => x,
+                _ if inside < length => inside,
+                _ => 0.0,
+            }
+        };
+        let cell_of = |place: &SVector<f64, D>| {
+            (0..D).rev().fold(0, |cell, axis| {
+                let at = fold(place[axis], lengths[axis]) / lengths[axis] * sides[axis] as f64;
+                // The far edge of the box is the near one.
+                cell * sides[axis] + at as usize % sides[axis]
+            })
+        };
+        // Counting sort.
+        let mut starts = vec![0; sides.iter().product::<usize>() + 1];
+        for (place, _) in points {
+            starts[cell_of(place) + 1] += 1;
+        }
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let mut next = starts.clone();
+        let mut places = [const { Vec::new() }; D].map(|_: Vec<f64>| vec![0.0; points.len()]);
+        let mut counts = vec![0; points.len()];
+        for &(place, count) in points {
+            let next = &mut next[cell_of(&place)];
+            for axis in 0..D {
+                places[axis][*next] = fold(place[axis], lengths[axis]);
+            }
+            counts[*next] = count;
+            *next += 1;
+        }
+        Self {
+            sides,
+            starts,
+            places,
+            counts,
+        }
+    }
+
+    /// The points in some cells of a line.
+    fn run(&self, line: usize, cells: Range<usize>) -> Range<usize> {
+        let begin = line * self.sides[0];
+        self.starts[begin + cells.start]..self.starts[begin + cells.end]
+    }
+}
+
+/// Cells along each axis, for so many points in a box.
+fn sides<const D: usize>(points: usize, lengths: [f64; D], range: f64) -> [usize; 3] {
+    let points = points.max(1) as f64;
+    let spacing = (lengths.iter().product::<f64>() * LEAST_IN_CELL / points).powf(1.0 / D as f64);
+    let mut width = spacing.max(range / CELLS_IN_RANGE).max(f64::MIN_POSITIVE);
+    loop {
+        let sides = [0, 1, 2].map(|axis| {
+            lengths
+                .get(axis)
+                .map_or(1.0, |length| (length / width).max(1.0))
+        });
+        // A box that is narrower than a cell has more of them than its area says.
+        if sides.iter().product::<f64>() <= points.max(8.0) {
+            return sides.map(|side| side as usize);
+        }
+        width *= 2.0;
+    }
+}
+
+/// Lines of cells along the first axis that are near another: how many rows and layers on, around the box, and cells of it on each side that
+/// may be in range.
+struct Near {
+    steps: [usize; 2],
+    reach: usize,
+}
+
+/// The lines around each, with cells of these widths.
+fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
+    let range = range * (1.0 + CELL_MARGIN);
+    // Between points of cells that are so many apart, at least.
+    let gap = |axis: usize, apart: usize| apart.saturating_sub(1) as f64 * widths[axis];
+    let around = |step: usize, side: usize| step.min(side - step);
+    let steps = (0..sides[2]).flat_map(|layer| (0..sides[1]).map(move |row| [row, layer]));
+    let near = steps.filter_map(|steps| {
+        let gaps = [0, 1].map(|one| gap(one + 1, around(steps[one], sides[one + 1])));
+        let left = range * range - gaps[0] * gaps[0] - gaps[1] * gaps[1];
+        let reach = (left.max(0.0).sqrt() / widths[0]) as usize + 1;
+        (left >= 0.0).then_some(Near { steps, reach })
+    });
+    near.collect()
+}
+
 /// Adds all pairs in range to the histogram, cell by cell.
 fn count_by_cells<const D: usize>(
-    points: &[(SVector<f64, D>, u64)],
+    points: &[(SVector<f64, D>, u8)],
     histogram: &mut Histogram<D>,
     interrupt: &Interrupt,
 ) -> Result<(), Error> {
-    let lengths = histogram.lengths;
-    let counts = lengths.map(|length| cells_along::<D>(length, histogram.range, points.len()));
-    let cell_of = |position: &SVector<f64, D>| {
-        (0..D).rev().fold(0, |cell, axis| {
-            let fraction = position[axis] / lengths[axis];
-            let place = ((fraction - fraction.floor()) * counts[axis] as f64) as usize;
-            cell * counts[axis] + place % counts[axis]
-        })
-    };
-    // Counting sort: cell c owns sorted[starts[c] .. starts[c + 1]].
-    let total: usize = counts.iter().product();
-    let cells: Vec<usize> = points.iter().map(|point| cell_of(&point.0)).collect();
-    let mut starts = vec![0; total + 1];
-    for &cell in &cells {
-        starts[cell + 1] += 1;
+    let points = ByCell::new(points, histogram.lengths, histogram.range);
+    let sides = points.sides;
+    let [columns, rows, layers] = sides;
+    let mut widths = [1.0; 3];
+    for axis in 0..D {
+        widths[axis] = histogram.lengths[axis] / sides[axis] as f64;
     }
-    for cell in 0..total {
-        starts[cell + 1] += starts[cell];
-    }
-    let mut next = starts.clone();
-    let mut sorted = vec![(SVector::zeros(), 0); points.len()];
-    for (&cell, point) in cells.iter().zip(points) {
-        sorted[next[cell]] = *point;
-        next[cell] += 1;
-    }
-    let inside = |cell: usize| &sorted[starts[cell]..starts[cell + 1]];
-
-    let mut others = Vec::new();
-    for here in 0..total {
-        others.clear();
-        // Each pair of cells is met from both sides.
-        others.extend(around(here, counts).filter(|&there| there > here));
-        for (i, one) in inside(here).iter().enumerate() {
-            if interrupt.is_raised() {
-                return Err(Error::Interrupted);
+    let near = lines_around(sides, widths, histogram.range);
+    let mut runs = Vec::new();
+    for line in 0..rows * layers {
+        for column in 0..columns {
+            let members = points.run(line, column..column + 1);
+            if members.is_empty() {
+                continue;
             }
-            for other in &inside(here)[i + 1..] {
-                histogram.add(one, other);
+            // Each pair of cells is met from the first of them.
+            runs.clear();
+            for Near { steps, reach } in &near {
+                let row = (line % rows + steps[0]) % rows;
+                let there = row + rows * ((line / rows + steps[1]) % layers);
+                if there < line {
+                    continue;
+                }
+                let first = if there == line { column + 1 } else { 0 };
+                for cells in within(column, *reach, columns) {
+                    let begin = cells.start.max(first);
+                    if begin < cells.end {
+                        runs.push(points.run(there, begin..cells.end));
+                    }
+                }
             }
-            for &there in &others {
-                for other in inside(there) {
-                    histogram.add(one, other);
+            for one in members.clone() {
+                if interrupt.is_raised() {
+                    return Err(Error::Interrupted);
+                }
+                histogram.add(&points, one, one + 1..members.end);
+                for run in &runs {
+                    histogram.add(&points, one, run.clone());
                 }
             }
         }
@@ -388,28 +515,18 @@ fn count_by_cells<const D: usize>(
     Ok(())
 }
 
-/// Number of cells along a side: at least as wide as the range, one instead of two, where the neighbours on both
-/// sides would be the same cell, and not so many that empty ones dominate.
-fn cells_along<const D: usize>(length: f64, range: f64, points: usize) -> usize {
-    let most = (points as f64).powf(1.0 / D as f64).ceil().max(3.0);
-    let cells = (length / (range * (1.0 + CELL_MARGIN))).min(most) as usize;
-    if cells < 3 { 1 } else { cells }
-}
-
-/// The cell itself and those around it, each once.
-fn around<const D: usize>(cell: usize, counts: [usize; D]) -> impl Iterator<Item = usize> {
-    (0..3_usize.pow(D as u32)).filter_map(move |step| {
-        let (mut step, mut rest, mut there, mut stride) = (step, cell, 0, 1);
-        for count in counts {
-            let (turn, place) = (step % 3, rest % count);
-            if turn > 0 && count == 1 {
-                return None;
-            }
-            there += (place + count + turn - 1) % count * stride;
-            (step, rest, stride) = (step / 3, rest / count, stride * count);
-        }
-        Some(there)
-    })
+/// Cells of a line of so many that are near one of them, around the box: in at most two pieces.
+fn within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
+    let (low, high) = (column + columns - reach.min(columns), column + reach + 1);
+    if 2 * reach + 1 >= columns {
+        [0..columns, 0..0]
+    } else if low < columns {
+        [0..high, low..columns]
+    } else if high > columns {
+        [low - columns..columns, 0..high - columns]
+    } else {
+        [low - columns..high, 0..0]
+    }
 }
 
 #[cfg(test)]
@@ -437,19 +554,29 @@ mod tests {
         super::measure(positions, lengths, diameter, range, bins, &never)
     }
 
-    fn all_pairs(
-        positions: &[Vector2<f64>],
-        lengths: [f64; 2],
+    /// All pairs, one by one.
+    fn all_pairs<const D: usize>(
+        positions: &[SVector<f64, D>],
+        lengths: [f64; D],
         range: f64,
         bins: usize,
     ) -> Vec<u64> {
-        let mut histogram = Histogram::new(lengths, range, bins);
+        let mut found = vec![0; bins];
         for (i, one) in positions.iter().enumerate() {
             for other in &positions[..i] {
-                histogram.add(&(*one, OWN), &(*other, OWN));
+                let mut squared = 0.0;
+                for (axis, &length) in lengths.iter().enumerate() {
+                    let apart = one[axis] - other[axis];
+                    let apart = apart - length * (apart / length).round();
+                    squared += apart * apart;
+                }
+                if squared < range * range {
+                    let bin = (f64::sqrt(squared) * (bins as f64 / range)) as usize;
+                    found[bin.min(bins - 1)] += 1;
+                }
             }
         }
-        histogram.twice.iter().map(|count| count / 2).collect()
+        found
     }
 
     fn pairs(correlation: &PairCorrelation) -> Vec<u64> {
@@ -480,7 +607,7 @@ mod tests {
         #[test]
         fn cells_match_all_pairs(
             fractions in prop::collection::vec((coordinate(), coordinate()), 2..120),
-            lengths in prop_oneof![Just([10.0, 10.0]), Just([10.0, 4.0]), Just([3.7, 11.3])],
+            lengths in prop_oneof![Just([10.0, 10.0]), Just([10.0, 4.0]), Just([3.7, 11.3]), Just([1e4, 0.5])],
             part in prop_oneof![Just(1.0), Just(2.0 / 3.0), Just(0.5), Just(0.4), Just(0.2), 0.01_f64..1.0],
             bins in 1_usize..40,
         ) {
@@ -522,15 +649,7 @@ mod tests {
             .collect();
         for range in [1.0, 2.2, 3.5] {
             let found = measure(&positions, lengths, 1.0, range, 20).unwrap();
-            let mut plain = Histogram::new(lengths, range, 20);
-            for (i, one) in positions.iter().enumerate() {
-                for other in &positions[..i] {
-                    plain.add(&(*one, OWN), &(*other, OWN));
-                }
-            }
-            assert!(plain.twice.iter().all(|count| count % 2 == 0));
-            let once: Vec<u64> = plain.twice.iter().map(|count| count / 2).collect();
-            assert_eq!(pairs(&found), once);
+            assert_eq!(pairs(&found), all_pairs(&positions, lengths, range, 20));
             assert_eq!(in_strips(&positions, lengths, range), found);
             for bin in &found.bins[10..] {
                 assert!(
@@ -562,6 +681,26 @@ mod tests {
             Adds::merge(&mut all, own);
         }
         all.correlation(1.0).unwrap()
+    }
+
+    /// Boxes far narrower than a cell, or whose area is no number: cells are no more than points.
+    #[test]
+    fn cells_are_few_in_every_box() {
+        for (lengths, range) in [
+            ([1e9, 1e-3], 4e-4),
+            ([1e-150, 1e150], 4e-151),
+            ([1e300, 1e300], 1.0),
+            ([1e-200, 1e-200], 1e-320),
+        ] {
+            for points in [0, 1, 2, 1000] {
+                let sides = sides(points, lengths, range);
+                assert!(
+                    sides.iter().product::<usize>() <= points.max(8),
+                    "{sides:?}"
+                );
+            }
+        }
+        assert_eq!(sides(1000, [1e9, 1e-3], 4e-4)[1..], [1, 1]);
     }
 
     #[test]
