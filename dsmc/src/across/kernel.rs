@@ -53,14 +53,14 @@ pub(super) struct Line {
 /// A cell that is not empty.
 pub(super) struct Cell<S: Space> {
     /// Its number in the tile, and its coordinates among all.
-    local: usize,
+    pub(super) local: usize,
     pub(super) at: [u32; 3],
     /// Who is in it, in the patch.
     members: Range<usize>,
     /// Units around, what boundaries leave of the room for them, and their packing fraction.
     pub(super) units: f64,
     pub(super) crowding: Crowding,
-    packing: f64,
+    pub(super) packing: f64,
     limited: bool,
     /// Of the distance at which partners are sought.
     pub(super) class: u8,
@@ -398,13 +398,14 @@ where
     }
 
     /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles differ in size, their
-    /// cross section lets them. Returns how far apart they were along the line of centres, in contact distances.
+    /// cross section lets them, of as much as `ceiling`. Returns how far apart they were along the line of centres, in contact distances.
     #[inline(always)]
     pub(super) fn try_pair(
         &mut self,
         cell: &mut Cell<P::Space>,
         trial: &Trial<VectorOf<P>>,
         second: usize,
+        ceiling: f64,
         stream: &mut impl Rng,
     ) -> Option<f64> {
         let speed = trial.along - self.patch.velocities[second].inner(&trial.normal);
@@ -417,8 +418,9 @@ where
         if !sizes.are_equal() {
             let largest = 2.0 * sizes.largest_radius();
             let diameters = radii.map(|radius| 2.0 * radius);
-            let share = pair_share(self.kernel, cell.packing, diameters, largest) / cell.ceiling;
-            if stream.random::<f64>() >= share {
+            let share = pair_share(self.kernel, cell.packing, diameters, largest);
+            debug_assert!(share <= ceiling * (1.0 + 1e-12));
+            if stream.random::<f64>() * ceiling >= share {
                 return None;
             }
         }
@@ -507,7 +509,7 @@ fn total<S: Space>(vector: S::Vector) -> f64 {
 }
 
 /// Cross section times chi of pairs of given diameters, over `largest^(D-1)` and the chi of equal ones.
-fn pair_share<P: Physics>(
+pub(super) fn pair_share<P: Physics>(
     kernel: &Kernel<'_, P>,
     packing: f64,
     diameters: [f64; 2],

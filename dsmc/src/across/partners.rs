@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Space, Vector, VectorOf};
+use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
 use super::patch::{LANES, Patch};
 use crate::grid::Grid;
@@ -12,9 +12,16 @@ use crate::tally::smaller;
 /// Draws before all simulators around are looked at one by one, and the number of them up to which none is drawn.
 const DRAWS: u32 = 12;
 
-/// Simulators around that are looked at once, for one within the radius and for the nearest: their numbers have seven bits.
+/// Runs of simulators around that are looked at once, for one within the radius and for the nearest; and fewer, which are enough for equal
+/// disks.
+const RUNS: usize = 32;
+const FEW_RUNS: usize = 16;
+
+/// Simulators that were gathered up to which none is drawn before all are looked at.
 const FEW: u64 = 128;
-const RUNS: usize = FEW as usize / LANES;
+
+/// Square of a distance that somebody has who is hidden, or nobody.
+const ANYWHERE: f64 = 1e290;
 
 /// Widest search for the nearest, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
@@ -40,6 +47,33 @@ pub(super) struct Search<'a, P: Physics> {
     runs: Vec<Range<usize>>,
     /// Squares of the distances of those that are looked at together.
     squares: [[f64; LANES]; RUNS],
+}
+
+/// Cells side by side: the first, and how many along each axis.
+#[derive(Clone, Copy)]
+pub(super) struct Block {
+    pub(super) first: usize,
+    pub(super) sides: [usize; 3],
+}
+
+impl Block {
+    /// A cell and so many around it.
+    #[inline(always)]
+    fn around<P: Physics>(patch: &Patch<P>, cell: usize, cells: usize) -> Self {
+        let [_, column, layer] = patch.strides();
+        let side = 2 * cells + 1;
+        if P::Space::DIMENSION == 2 {
+            Self {
+                first: cell - cells * (1 + column),
+                sides: [side, side, 1],
+            }
+        } else {
+            Self {
+                first: cell - cells * (1 + column + layer),
+                sides: [side; 3],
+            }
+        }
+    }
 }
 
 impl<'a, P: Physics> Search<'a, P> {
@@ -73,8 +107,11 @@ impl<'a, P: Physics> Search<'a, P> {
         if !patch.is_narrow() {
             let hidden = patch.hide(who);
             let found = match self.near + self.shift {
-                1 => self.closest(patch, aim, cell, pick, 1),
-                block => self.closest(patch, aim, cell, pick, block as usize),
+                1 if P::Space::DIMENSION == 2 => {
+                    let block = Block::around(patch, cell, 1);
+                    self.closest::<FEW_RUNS>(patch, aim, block, ANYWHERE, pick)
+                }
+                cells => self.closest_around(patch, aim, cell, cells as usize, pick),
             };
             patch.show(who, hidden);
             if found.is_some() {
@@ -84,19 +121,41 @@ impl<'a, P: Physics> Search<'a, P> {
         self.partner_around(patch, aim, who, stream)
     }
 
-    /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden.
+    /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden. Where sizes
+    /// differ, most of these cells are within the radius of no point of the aim.
     #[inline(always)]
-    fn closest(
+    fn closest_around(
         &mut self,
         patch: &Patch<P>,
         aim: Aim<VectorOf<P>>,
         cell: usize,
+        cells: usize,
         pick: u64,
-        block: usize,
     ) -> Option<usize> {
-        let side = 2 * block + 1;
-        let is_deep = P::Space::DIMENSION > 2;
-        let lines = if is_deep { side * side } else { side };
+        if !P::Sizes::UNIFORM && self.shift > 0 {
+            let block = patch.block_within(aim, self.radius);
+            let limit = self.radius * self.radius;
+            let found = self.closest::<RUNS>(patch, aim, block, limit, pick);
+            if found.is_some() {
+                return found;
+            }
+        }
+        let block = Block::around(patch, cell, cells);
+        self.closest::<RUNS>(patch, aim, block, ANYWHERE, pick)
+    }
+
+    /// The same in a block of cells, nearer than the root of a square.
+    #[inline(always)]
+    fn closest<const RUNS: usize>(
+        &mut self,
+        patch: &Patch<P>,
+        aim: Aim<VectorOf<P>>,
+        block: Block,
+        farthest: f64,
+        pick: u64,
+    ) -> Option<usize> {
+        let Block { first, sides } = block;
+        let lines = sides[1] * sides[2];
         if lines > RUNS {
             return None;
         }
@@ -107,10 +166,9 @@ impl<'a, P: Physics> Search<'a, P> {
         let mut runs = [0_u32; RUNS];
         let mut count = 0;
         let [_, column, layer] = patch.strides();
-        let first = cell - block * (1 + column + if is_deep { layer } else { 0 });
         for line in 0..lines {
-            let begin = first + line % side * column + line / side * layer;
-            let members = patch.members(begin, side);
+            let begin = first + line % sides[1] * column + line / sides[1] * layer;
+            let members = patch.members(begin, sides[0]);
             let mut begin = members.start;
             while begin < members.end {
                 if count == RUNS {
@@ -139,10 +197,11 @@ impl<'a, P: Physics> Search<'a, P> {
             return self.pick(&runs[..count], (pick * near) >> 32);
         }
         // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
-        // squares are not negative, so that their bits have their order, and the last seven are none that matter.
+        // squares are not negative, so that their bits have their order, and the last seven or eight are none that matter.
+        let numbers = (RUNS * LANES) as u64 - 1;
         for lane in 0..LANES {
             let number = found[lane] * LANES as u64 + lane as u64;
-            best[lane] = f64::from_bits((best[lane].to_bits() & !(FEW - 1)) | number);
+            best[lane] = f64::from_bits((best[lane].to_bits() & !numbers) | number);
         }
         // Half against half, so that three comparisons follow each other and not eight.
         let mut left = LANES;
@@ -153,11 +212,10 @@ impl<'a, P: Physics> Search<'a, P> {
             }
         }
         let best = best[0];
-        // Who is hidden, or nobody.
-        if best >= 1e290 {
+        if best >= farthest {
             return None;
         }
-        let number = (best.to_bits() & (FEW - 1)) as usize;
+        let number = (best.to_bits() & numbers) as usize;
         Some(runs[number / LANES] as usize + number % LANES)
     }
 

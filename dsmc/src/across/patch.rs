@@ -9,11 +9,11 @@ use stosszahl_model::{Physics, Sizes, Space, VectorOf};
 
 use super::Ranges;
 use super::extents::Extent;
-use super::partners::Aim;
+use super::partners::{Aim, Block};
 use super::shared::{Around, At};
 use crate::grid::{Grid, ROUNDER};
 use crate::simulator::Follow;
-use crate::tally::larger;
+use crate::tally::{larger, smaller};
 
 /// Simulators that are looked at together; lists of positions are as much longer.
 pub(super) const LANES: usize = 8;
@@ -55,6 +55,8 @@ pub(crate) struct Patch<P: Physics> {
     tags: Vec<<P::Sizes as Sizes>::Tag>,
     /// How much larger than the mean the radius of each is, where they differ and partners are sought around points.
     excess: Vec<f64>,
+    /// The least and the most of it.
+    spread: [f64; 2],
     /// The cell of each.
     cells: Vec<u32>,
     /// Where those of each cell are kept: the tile, and what is to be added to their number here.
@@ -66,6 +68,9 @@ pub(crate) struct Patch<P: Physics> {
     /// Whether there is at most one of them somewhere in a line of cells along the first axis.
     lonely: Vec<bool>,
     sums: Vec<u32>,
+    /// Velocities by column of cells across the layers around one, in space.
+    slab: Vec<Extent<P::Space>>,
+    slab_of: Option<usize>,
     /// What simulators of the cells of a line of the tile can meet, and the row and layer of that line in the patch.
     pub(super) bounds: Vec<Extent<P::Space>>,
     line: [usize; 2],
@@ -90,12 +95,15 @@ impl<P: Physics> Default for Patch<P> {
             velocities: Vec::new(),
             tags: Vec::new(),
             excess: Vec::new(),
+            spread: [0.0; 2],
             cells: Vec::new(),
             homes: Vec::new(),
             extents: Vec::new(),
             near: Vec::new(),
             lonely: Vec::new(),
             sums: Vec::new(),
+            slab: Vec::new(),
+            slab_of: None,
             bounds: Vec::new(),
             line: [0; 2],
             work: Vec::new(),
@@ -141,6 +149,13 @@ impl<P: Physics> Patch<P> {
         if ranges.shift > 0 {
             let excess = |&tag: &_| sizes.radius(tag) - mean_radius;
             self.excess.extend(self.tags.iter().map(excess));
+            let ends = self
+                .excess
+                .iter()
+                .fold([0.0, 0.0], |[least, most], &excess| {
+                    [smaller(least, excess), larger(most, excess)]
+                });
+            self.spread = ends;
             self.excess.resize(self.tags.len() + LANES, 0.0);
         }
         if moves {
@@ -159,6 +174,7 @@ impl<P: Physics> Patch<P> {
         self.extents.clear();
         self.near.clear();
         self.lonely.clear();
+        self.slab_of = None;
     }
 
     /// Takes in a line of cells along the first axis.
@@ -298,22 +314,23 @@ impl<P: Physics> Patch<P> {
     /// Bounds what simulators of a line of cells of the tile can meet: the velocities of all in the cells where they may look.
     #[inline(always)]
     pub(super) fn bound_line(&mut self, [y, z]: [usize; 2]) {
-        let [columns, rows, _] = self.sides;
+        let columns = self.sides[0];
         let (y, z) = (y + self.margin[1], z + self.margin[2]);
         self.line = [y, z];
         let reach = self.ranges.reach();
-        let deep = reach * usize::from(P::Space::DIMENSION > 2);
+        let is_deep = P::Space::DIMENSION > 2;
+        if is_deep && self.slab_of != Some(z) {
+            self.join_layers(z);
+        }
         let begin = self.margin[0] - reach;
         let length = columns - 2 * begin;
         self.work.clear();
         self.work.resize(length, Extent::nobody());
-        for layer in z - deep..=z + deep {
-            for row in y - reach..=y + reach {
-                let first = begin + columns * (row + rows * layer);
-                let line = &self.extents[first..first + length];
-                for (one, other) in self.work.iter_mut().zip(line) {
-                    one.join(other);
-                }
+        let layer = if is_deep { &self.slab } else { &self.extents };
+        for row in y - reach..=y + reach {
+            let first = begin + columns * row;
+            for (one, other) in self.work.iter_mut().zip(&layer[first..first + length]) {
+                one.join(other);
             }
         }
         self.bounds.clear();
@@ -325,6 +342,22 @@ impl<P: Physics> Patch<P> {
             }
         }
         self.bound_far();
+    }
+
+    /// Joins the layers around one, cell by cell, for all its lines.
+    #[inline(always)]
+    fn join_layers(&mut self, z: usize) {
+        let reach = self.ranges.reach();
+        let cells = self.sides[0] * self.sides[1];
+        self.slab.clear();
+        self.slab.resize(cells, Extent::nobody());
+        for layer in z - reach..=z + reach {
+            let layer = &self.extents[cells * layer..cells * (layer + 1)];
+            for (one, other) in self.slab.iter_mut().zip(layer) {
+                one.join(other);
+            }
+        }
+        self.slab_of = Some(z);
     }
 
     /// Where nobody is near a place, partners from farther away count as well.
@@ -391,6 +424,25 @@ impl<P: Physics> Patch<P> {
             cell = cell * self.sides[axis] + at as usize;
         }
         cell
+    }
+
+    /// The cells that hold all who are within a radius of where each of them is sought.
+    #[inline(always)]
+    pub(super) fn block_within(&self, aim: Aim<VectorOf<P>>, radius: f64) -> Block {
+        // A little more, so that it does not matter how a coordinate at the edge of a cell is rounded.
+        let radius = radius * (1.0 + 1e-9);
+        let (mut first, mut sides) = (0, [1; 3]);
+        for axis in (0..P::Space::DIMENSION).rev() {
+            let ends = self
+                .spread
+                .map(|excess| aim.point[axis] + aim.along[axis] * excess);
+            let at = |x: f64| floor(x * self.scale[axis]) - self.first[axis];
+            let low = at(smaller(ends[0], ends[1]) - radius);
+            let high = at(larger(ends[0], ends[1]) + radius);
+            first = first * self.sides[axis] + low as usize;
+            sides[axis] = (high - low) as usize + 1;
+        }
+        Block { first, sides }
     }
 
     /// How many cells along each axis a point is from a cell of the tile.
@@ -601,6 +653,9 @@ impl<P: Physics> Patch<P> {
             [line % self.sides[1], line / self.sides[1]]
         };
         let reach = self.ranges.reach();
+        if P::Space::DIMENSION > 2 && self.slab_of.is_some_and(|layer| z.abs_diff(layer) <= reach) {
+            self.slab[x + self.sides[0] * y].note(velocity);
+        }
         if y.abs_diff(self.line[0]) <= reach && z.abs_diff(self.line[1]) <= reach {
             let all = self.bounds.len();
             let from = x.saturating_sub(self.margin[0] + reach).min(all);
@@ -613,7 +668,10 @@ impl<P: Physics> Patch<P> {
 
     pub(crate) fn bytes(&self) -> usize {
         let positions: usize = self.positions.iter().map(Vec::capacity).sum();
-        let extents = self.extents.capacity() + self.bounds.capacity() + self.work.capacity();
+        let extents = self.extents.capacity()
+            + self.slab.capacity()
+            + self.bounds.capacity()
+            + self.work.capacity();
         8 * (positions + self.excess.capacity())
             + 4 * (self.starts.capacity()
                 + self.cells.capacity()

@@ -45,7 +45,9 @@ fn partners_are_those_of_a_plain_search() {
 }
 
 fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P) {
-    for (sides, count) in [([40.0, 30.0], 300), ([60.0, 3.0], 60), ([1.5, 2.5], 5)] {
+    let wide = [([40.0, 30.0], 300), ([20.0, 15.0], 600)];
+    let narrow = [([60.0, 3.0], 60), ([1.5, 2.5], 5)];
+    for (sides, count) in wide.into_iter().chain(narrow) {
         let state = start::<P>(count, Vector2::from(sides), 9);
         for radius in [0.0, 1.0, 2.5] {
             let parameters = Parameters {

@@ -4,7 +4,7 @@ use rand::{Rng, RngExt};
 use stosszahl_model::{Physics, Sizes, Space, VectorOf};
 
 use super::Rates;
-use super::kernel::{Cell, Line, Trial, Worker};
+use super::kernel::{Cell, Line, Trial, Worker, pair_share};
 use super::partners::{Aim, Search};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered};
@@ -44,6 +44,17 @@ pub(super) struct AroundPoints<'a, P: Physics> {
     /// The most others around points halfway from each cell of the line, and memory to work in.
     most_others: Vec<f64>,
     work: Vec<f32>,
+    /// The cell and the radius of the last trial where sizes differ.
+    last: ((usize, f64), OfSize),
+}
+
+/// What holds for simulators of a size in a cell.
+#[derive(Clone, Copy, Default)]
+struct OfSize {
+    n_chi: f64,
+    /// Cross section times chi of pairs with the largest particles, over that of the contact distance and the chi of equal ones: none of its
+    /// pairs has more.
+    ceiling: f64,
 }
 
 impl<'a, P: Physics> AroundPoints<'a, P> {
@@ -59,7 +70,24 @@ impl<'a, P: Physics> AroundPoints<'a, P> {
             farthest: halfway.then(|| steps_within(kernel.grid, kernel.mean_radius)),
             most_others: Vec::new(),
             work: Vec::new(),
+            last: Default::default(),
         }
+    }
+
+    /// What holds for simulators of a radius in a cell. Often they are those of the last trial.
+    #[inline(always)]
+    fn of_size(&mut self, kernel: &Kernel<'_, P>, cell: &Cell<P::Space>, radius: f64) -> OfSize {
+        let who = (cell.local, radius);
+        if self.last.0 != who {
+            let largest = kernel.scene.sizes().largest_radius();
+            let diameters = [2.0 * radius, 2.0 * largest];
+            let of_size = OfSize {
+                n_chi: (self.rates).at(cell.units, cell.crowding, radius / largest),
+                ceiling: pair_share(kernel, cell.packing, diameters, diameters[1]),
+            };
+            self.last = (who, of_size);
+        }
+        self.last.1
     }
 
     /// n chi of so many others.
@@ -108,10 +136,12 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for AroundPoints<'_, P> {
                 return true;
             }
         }
+        // What partners of its size can be of the ceiling at most is asked before one is sought.
+        let mut ceiling = cell.ceiling;
         if !sizes.are_equal() {
-            let share = sizes.radius(worker.patch.tag(trial.first)) / sizes.largest_radius();
-            let rate = cell.ceiling * self.rates.at(cell.units, cell.crowding, share);
-            if stream.random::<f64>() * cell.most >= rate {
+            let of_size = self.of_size(kernel, cell, sizes.radius(worker.patch.tag(trial.first)));
+            ceiling = of_size.ceiling;
+            if stream.random::<f64>() * cell.most >= ceiling * of_size.n_chi {
                 return true;
             }
             // A search among the small for the partner of a large one may look at ten thousands.
@@ -141,7 +171,7 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for AroundPoints<'_, P> {
             worker.report.tally.missed += 1;
             return true;
         };
-        if let Some(arm) = worker.try_pair(cell, trial, second, stream) {
+        if let Some(arm) = worker.try_pair(cell, trial, second, ceiling, stream) {
             worker.report.distances.note(cell.class, arm);
         }
         true
@@ -228,7 +258,7 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
         let middle = kernel.grid.cell_at(domain.wrap(middle));
         let (there, ..) = kernel.density.contact_value(middle, own);
         if self.chi * stream.random::<f64>() < there {
-            worker.try_pair(cell, trial, second, stream);
+            worker.try_pair(cell, trial, second, cell.ceiling, stream);
         }
         true
     }
