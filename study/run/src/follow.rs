@@ -101,8 +101,6 @@ pub(crate) struct Course<'a> {
     interrupt: &'a Interrupt,
     pub(crate) gas: Box<dyn Simulation>,
     pub(crate) probes: Vec<Box<dyn Probe>>,
-    /// What the looks of each measure took.
-    pub(crate) looks: Vec<Looks>,
     pub(crate) next: usize,
     /// Of the last checkpoint.
     set: Option<Set>,
@@ -111,23 +109,6 @@ pub(crate) struct Course<'a> {
     seconds: f64,
     bytes: usize,
     began: Instant,
-}
-
-/// What the looks of a probe took so far.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Looks {
-    /// How many there were.
-    pub(crate) count: u32,
-    /// Computing time \[s\].
-    pub(crate) seconds: f64,
-}
-
-impl Looks {
-    /// Counts a look that began then and is over now.
-    pub(crate) fn add(&mut self, began: Instant) {
-        self.count += 1;
-        self.seconds += began.elapsed().as_secs_f64();
-    }
 }
 
 impl Part<'_> {
@@ -271,7 +252,6 @@ impl<'a> Course<'a> {
             interrupt,
             bytes: gas.bytes(),
             gas,
-            looks: vec![Looks::default(); probes.len()],
             probes,
             next: 0,
             set: None,
@@ -378,9 +358,7 @@ impl<'a> Course<'a> {
         moment.interrupt = self.interrupt.clone();
         for &number in &due.measures {
             if self.part.measures[number].looks_at(self.part.plan, self.part.replica) {
-                let began = Instant::now();
                 self.probes[number].sample(&mut moment);
-                self.looks[number].add(began);
             }
             if self.interrupt.is_raised() {
                 return Err(PartError::Interrupted);

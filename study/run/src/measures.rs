@@ -22,7 +22,7 @@ mod positionless_tests;
 #[cfg(test)]
 mod record_tests;
 mod selection;
-mod series;
+pub(crate) mod series;
 mod snapshots;
 mod species;
 mod species_temperatures;

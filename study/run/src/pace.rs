@@ -2,7 +2,7 @@
 //! that it has to do.
 //!
 //! The share is that of the collisions that theory expects, which is also that of the time steps, whose length follows the
-//! gas. What probes take at each look is counted apart, for looks are crowded at the start. Engines run side by side as they do
+//! gas. What probes take at a look is measured apart, once, for some take longer than all of that. Engines run side by side as they do
 //! in a run, since they share the memory and the caches of the machine.
 
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -15,17 +15,20 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
 use crate::check::Planned;
-use crate::follow::{Course, Looks, Part, PartError};
+use crate::follow::{Course, Part, PartError};
 use crate::kicks::Kicks;
 use crate::measure::{Moment, share_of_others};
+use crate::measures::series;
 use crate::plan::{Pace, Plan};
 use crate::run::RunError;
-use crate::schedule::schedule;
+use crate::schedule::{Due, schedule};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
 /// A step that takes longer than so many times what an engine was given is broken off.
 const PATIENCE: u32 = 3;
+/// Looks that take less are taken twice.
+const QUICK: Duration = Duration::from_millis(20);
 /// Points of a sweep that are measured where there is a second for fewer.
 const MEASURED: usize = 6;
 
@@ -108,14 +111,21 @@ fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pac
     })
 }
 
-/// How long theory takes that the tables of a gas without positions are compared with \[s\]. It is solved once, here or later.
+/// How long theory takes that tables are compared with \[s\]. It is solved once, here or later.
 fn theory(plan: &Plan) -> f64 {
-    if plan.kind != Kind::Homogeneous {
-        return 0.0;
-    }
     let began = Instant::now();
     // Theory that cannot be followed is left out of a run, too, after the same time.
-    let _ = homogeneous::curves(plan);
+    match plan.kind {
+        Kind::Homogeneous => drop(homogeneous::curves(plan)),
+        Kind::Comparison => {
+            plan.partial_temperatures();
+        }
+        Kind::Flow => {
+            for engine in &plan.engines {
+                let _ = series::cooling(plan, engine);
+            }
+        }
+    }
     began.elapsed().as_secs_f64()
 }
 
@@ -143,15 +153,40 @@ fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Parti
 
 /// How long an engine of the first replica takes, and of another \[s\].
 fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
-    let (plan, streams) = (part.plan, part.streams());
-    let (pause, stop) = (Interrupt::default(), Interrupt::default());
+    let stop = Interrupt::default();
     let began = Instant::now();
     let mut course = Course::begin(part, &stop, None)?;
     let beginning = began.elapsed().as_secs_f64();
+    let looks = looking(part, &mut course);
+    let (flown, done) = flying(part, &mut course, &stop, each)?;
+    let flight = if done > 0.0 {
+        flown / done.min(1.0)
+    } else {
+        part.plan.seconds(part.engine).max(flown)
+    };
+    Ok([0, 1].map(|which| beginning + flight + looks[which]))
+}
+
+/// Lets an engine run for some time. Returns how long it ran \[s\], and which share of all that it has to do it did.
+fn flying(
+    part: &Part<'_>,
+    course: &mut Course<'_>,
+    stop: &Interrupt,
+    each: Duration,
+) -> Result<(f64, f64), PartError> {
+    let plan = part.plan;
+    // Looks are counted apart: one at the start would take the time in which the gas is to move.
+    let without_looks = |due| Due {
+        measures: Vec::new(),
+        ..due
+    };
+    let schedule: Vec<Due> = (schedule(plan, part.measures).into_iter())
+        .map(without_looks)
+        .collect();
+    let drive = Kicks::new(plan, part.streams())?;
+    let pause = Interrupt::default();
     course.gas.pause_on(&pause);
-    let schedule = schedule(plan, part.measures);
-    let drive = Kicks::new(plan, streams)?;
-    let watch = watch(each, &pause, &stop);
+    let _watch = watch(each, &pause, stop);
     let began = Instant::now();
     let mut broken = false;
     while let Some(due) = schedule.get(course.next)
@@ -168,27 +203,17 @@ fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
             Err(error) => return Err(error),
         }
     }
-    let spent = began.elapsed().as_secs_f64();
-    drop(watch);
-    let looked: f64 = course.looks.iter().map(|looks| looks.seconds).sum();
-    let flown = (spent - looked).max(0.0);
     let done = if broken {
         // In the middle of a step there is no time, but collisions are counted.
         course.gas.work().collisions as f64 / plan.collisions(part.engine)
     } else {
         plan.share(course.gas.time() / plan.time)
     };
-    let flight = if done > 0.0 {
-        flown / done.min(1.0)
-    } else {
-        plan.seconds(part.engine).max(flown)
-    };
-    let looks = looking(part, &mut course, broken);
-    Ok([0, 1].map(|which| beginning + flight + looks[which]))
+    Ok((began.elapsed().as_secs_f64(), done))
 }
 
-/// What the looks of all measures take: at the first replica, and at any other \[s\].
-fn looking(part: &Part<'_>, course: &mut Course<'_>, broken: bool) -> [f64; 2] {
+/// What the looks of all measures take, if each takes as long as one at the start: at the first replica, and at any other \[s\].
+fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
     let plan = part.plan;
     let mut sums = [0.0; 2];
     for (number, measure) in part.measures.iter().enumerate() {
@@ -198,14 +223,16 @@ fn looking(part: &Part<'_>, course: &mut Course<'_>, broken: bool) -> [f64; 2] {
         let Some(&first) = times.clone().next() else {
             continue;
         };
-        if course.looks[number].count == 0 && !broken {
+        let mut look = || {
             let began = Instant::now();
             let mut moment = Moment::new(first, &mut *course.gas);
             course.probes[number].sample(&mut moment);
-            course.looks[number].add(began);
-        }
-        let Looks { count, seconds } = course.looks[number];
-        let all = times.count() as f64 * seconds / f64::from(count.max(1));
+            began.elapsed()
+        };
+        // The first of quick ones waits for memory.
+        let found = look();
+        let found = if found < QUICK { look() } else { found };
+        let all = times.count() as f64 * found.as_secs_f64();
         if measure.looks_at(plan, 0) {
             sums[0] += all;
         }
@@ -228,4 +255,53 @@ fn watch(each: Duration, pause: &Interrupt, stop: &Interrupt) -> Sender<()> {
         }
     });
     sender
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::path::Path;
+
+    use super::*;
+    use crate::measure::{Measure, Probe, Recorder, described};
+    use crate::plan::EnginePlan;
+
+    /// A look at the start that takes longer than the engine is given.
+    struct Slow;
+
+    const GIVEN: Duration = Duration::from_millis(20);
+
+    impl Measure for Slow {
+        described!("slow", "Waits.", BTreeMap<String, f64>);
+
+        fn times(&self, _plan: &Plan) -> Vec<f64> {
+            vec![0.0]
+        }
+
+        fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+            Box::new(Recorder::new((), |(), _| thread::sleep(5 * GIVEN)))
+        }
+    }
+
+    /// However long the first look takes, the engine runs for its time: nothing is guessed.
+    #[test]
+    fn a_long_look_at_the_start_leaves_the_engine_its_time() {
+        let text = "format = 2\ntitle = \"slow\"\n[gas]\nnumber = 100\nrestitution = 1\n[box]\npacking_fraction = 0.1\n\
+                    [engine.ed]\n[run]\nuntil = 1e7\ntime_unit = \"mean-free-time\"";
+        let case = toml::from_str(text).expect("a case");
+        let plan = Plan::new(&case, Path::new(".")).expect("a plan");
+        let part = Part {
+            plan: &plan,
+            engine: &plan.engines[0],
+            measures: &[&Slow],
+            replica: 0,
+            start: None,
+        };
+        let stop = Interrupt::default();
+        let mut course = Course::begin(&part, &stop, None).expect("a course");
+        let looks = looking(&part, &mut course);
+        assert!(looks[0] >= 5.0 * GIVEN.as_secs_f64());
+        let (_, done) = flying(&part, &mut course, &stop, GIVEN).expect("a flight");
+        assert!(done > 0.0 && done < 1.0, "{done}");
+    }
 }

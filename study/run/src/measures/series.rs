@@ -169,7 +169,7 @@ fn fill_series(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[&
     for index in 0..shortest(courses) {
         let of = |of: &dyn Fn(&Sample) -> f64| mean(courses, index, |sample| Some(of(sample)));
         let energy = |energy: &dyn Fn(&Sample) -> f64| of(energy).times(unit);
-        let expected = theory.as_ref().and_then(|all| all.get(index));
+        let expected = theory.and_then(|all| all.get(index));
         let each = |sample: &Sample| {
             2.0 * sample.collisions / sample.total().number.max(f64::MIN_POSITIVE)
         };
@@ -215,11 +215,18 @@ fn fill_species(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[
     }
 }
 
-/// Theory of a homogeneous rough gas at the times of the samples.
-fn cooling(plan: &Plan, engine: &EnginePlan) -> Result<Option<Vec<Temperatures>>, TheoryError> {
-    let times = course::times(plan).into_iter();
-    let times: Vec<f64> = times.map(|time| plan.engine_time(time)).collect();
-    flow::cooling(plan, engine, &times)
+/// Theory of a homogeneous rough gas at the times of the samples, solved once; none of other gases.
+pub(crate) fn cooling<'a>(
+    plan: &'a Plan,
+    engine: &EnginePlan,
+) -> Result<Option<&'a [Temperatures]>, &'a TheoryError> {
+    let solved = &plan.rough_temperatures[usize::from(flow::is_dilute(engine))];
+    let solve = || {
+        let times = course::times(plan).into_iter();
+        let times: Vec<f64> = times.map(|time| plan.engine_time(time)).collect();
+        flow::cooling(plan, engine, &times)
+    };
+    solved.get_or_init(solve).as_ref().map(Option::as_deref)
 }
 
 /// Temperatures of two engines at a dozen times.
@@ -309,7 +316,7 @@ impl One<'_> {
         let topic = self.topic("two-temperature theory");
         let theory = match cooling(self.plan, self.engine) {
             Ok(theory) => theory.unwrap_or_default(),
-            Err(error) => return vec![judge::no_theory(topic, &error)],
+            Err(error) => return vec![judge::no_theory(topic, error)],
         };
         let (freedom, tolerance) = (course::freedom(self.plan), self.plan.case.verdict.tolerance);
         let test =

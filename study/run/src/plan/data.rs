@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::theory::TheoryError;
+use stosszahl_analysis::theory::{Temperatures, TheoryError};
 use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Weights};
@@ -34,6 +34,8 @@ pub struct Plan {
     pub theory: OnceLock<Result<Curves, TheoryError>>,
     /// What [`Plan::partial_temperatures`] gives.
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
+    /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at that of a dilute gas.
+    pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// What particles are, for the engines.
     pub grains: Grains,
     /// Restitution of pairs.

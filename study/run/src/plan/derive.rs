@@ -82,6 +82,7 @@ impl Plan {
             classes: std::mem::take(&mut gas.classes),
             theory: OnceLock::new(),
             partial_temperatures: OnceLock::new(),
+            rough_temperatures: Default::default(),
             grains,
             law,
             restitution,

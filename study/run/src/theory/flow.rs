@@ -53,6 +53,11 @@ fn spin_temperature(plan: &Plan) -> f64 {
     written.map_or(plan.temperature, |t| t / plan.scale.energy)
 }
 
+/// Whether particles collide as often as those of a dilute gas, however dense theirs is.
+pub fn is_dilute(engine: &EnginePlan) -> bool {
+    matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme == Scheme::Boltzmann)
+}
+
 /// Temperatures of translation and rotation at some engine times, of a homogeneous gas of equal rough particles at the
 /// collision rate of an engine; `None` of other gases.
 ///
@@ -76,11 +81,9 @@ pub fn cooling(
     ) else {
         return Ok(None);
     };
-    let dilute =
-        matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme == Scheme::Boltzmann);
     let (density, diameter) = (kind.count as f64 / plan.volume, 2.0 * kind.radius);
     let gas = in_space!(plan.dimension, S => {
-        let chi = if dilute { 1.0 } else { S::contact_value(plan.packing_fraction) };
+        let chi = if is_dilute(engine) { 1.0 } else { S::contact_value(plan.packing_fraction) };
         RoughGas::new::<S>(restitution, surface, density, diameter, kind.mass, chi)
     })?;
     let start = Temperatures {
