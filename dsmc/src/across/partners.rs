@@ -133,7 +133,7 @@ impl<'a, P: Physics> Search<'a, P> {
         pick: u64,
     ) -> Option<usize> {
         if !P::Sizes::UNIFORM && self.shift > 0 {
-            let block = patch.block_within(aim, self.radius);
+            let block = patch.block_within(aim, self.radius, cells);
             let limit = self.radius * self.radius;
             let found = self.closest::<RUNS>(patch, aim, block, limit, pick);
             if found.is_some() {

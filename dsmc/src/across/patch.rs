@@ -426,9 +426,9 @@ impl<P: Physics> Patch<P> {
         cell
     }
 
-    /// The cells that hold all who are within a radius of where each of them is sought.
+    /// The cells, of so many around that of an aim, that hold all who are within a radius of where each of them is sought.
     #[inline(always)]
-    pub(super) fn block_within(&self, aim: Aim<VectorOf<P>>, radius: f64) -> Block {
+    pub(super) fn block_within(&self, aim: Aim<VectorOf<P>>, radius: f64, cells: usize) -> Block {
         // A little more, so that it does not matter how a coordinate at the edge of a cell is rounded.
         let radius = radius * (1.0 + 1e-9);
         let (mut first, mut sides) = (0, [1; 3]);
@@ -437,8 +437,10 @@ impl<P: Physics> Patch<P> {
                 .spread
                 .map(|excess| aim.point[axis] + aim.along[axis] * excess);
             let at = |x: f64| floor(x * self.scale[axis]) - self.first[axis];
-            let low = at(smaller(ends[0], ends[1]) - radius);
-            let high = at(larger(ends[0], ends[1]) + radius);
+            // Between walls the radius may be far wider than the box.
+            let (middle, cells) = (at(aim.point[axis]), cells as i64);
+            let low = at(smaller(ends[0], ends[1]) - radius).max(middle - cells);
+            let high = at(larger(ends[0], ends[1]) + radius).min(middle + cells);
             first = first * self.sides[axis] + low as usize;
             sides[axis] = (high - low) as usize + 1;
         }

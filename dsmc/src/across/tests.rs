@@ -89,6 +89,11 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                         domain.distance(at, domain.wrap(point + along * more))
                     };
                     let cell = patch.cell_of(point);
+                    // However wide the radius, as it is of a thin gas between walls.
+                    let block = patch.block_within(aim, 1e9, reach as usize);
+                    let side = 2 * reach as usize + 1;
+                    assert_eq!(block.sides, [side, side, 1]);
+                    assert!(block.first < cell);
                     let others = || all.iter().filter(|(_, at)| *at != own);
                     let near: Vec<_> = others().filter(|one| distance(one) < radius).collect();
                     let mut draw = || {
