@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Collision, Constant, Free, Observer, Physics, Plane, Polydisperse, Scene, Sizes, Smooth, Space,
-    State, Vector, Volume, kinetic,
+    State, Vector, VectorOf, Volume, kinetic,
 };
 
 use super::kernel::line_of_centres;
@@ -42,6 +42,13 @@ const SCHEMES: [Scheme; 3] = [
 fn partners_are_those_of_a_plain_search() {
     search_like_a_plain_one(|_| equal(1.0));
     search_like_a_plain_one(unequal);
+}
+
+/// However wide the radius, as it is in a thin gas between walls, a search stays in the cells around.
+fn stays_around<P: Physics>(patch: &Patch<P>, aim: Aim<VectorOf<P>>, cell: usize, cells: usize) {
+    let block = patch.block_within(aim, 1e9, cells);
+    assert_eq!(block.sides, [2 * cells + 1, 2 * cells + 1, 1]);
+    assert_eq!(block.first, cell - cells * (1 + patch.strides()[1]));
 }
 
 fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P) {
@@ -89,11 +96,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                         domain.distance(at, domain.wrap(point + along * more))
                     };
                     let cell = patch.cell_of(point);
-                    // However wide the radius, as it is of a thin gas between walls.
-                    let block = patch.block_within(aim, 1e9, reach as usize);
-                    let side = 2 * reach as usize + 1;
-                    assert_eq!(block.sides, [side, side, 1]);
-                    assert!(block.first < cell);
+                    stays_around(&patch, aim, cell, reach as usize);
                     let others = || all.iter().filter(|(_, at)| *at != own);
                     let near: Vec<_> = others().filter(|one| distance(one) < radius).collect();
                     let mut draw = || {
