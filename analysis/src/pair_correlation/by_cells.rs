@@ -1,0 +1,255 @@
+//! Pairs in range, by their distance.
+//!
+//! The box is cut into cells that hold a few points each, points are sorted by cell, and each cell is compared with those that may hold
+//! points in range, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation Using Particles*, chapter 8). Cells of
+//! a line along the first axis lie side by side in memory, so that distances are computed several at once. The cost is O(N) at fixed range and
+//! density, rising to all N (N - 1) / 2 pairs as the range nears half the box; trees pay only for inhomogeneity far beyond what clusters of
+//! hard disks reach.
+
+use std::ops::Range;
+
+use nalgebra::SVector;
+use stosszahl_model::Interrupt;
+
+use crate::Error;
+
+/// Added to the range, relative, where it is asked which cells may hold points in range: no rounding of a position into its cell can put a
+/// pair in range farther apart.
+const CELL_MARGIN: f64 = 1e-9;
+
+/// Points in a cell, at least, in the mean; and cells along the range, at most.
+const LEAST_IN_CELL: f64 = 2.0;
+const CELLS_IN_RANGE: f64 = 8.0;
+
+/// Distances that are computed together.
+const TOGETHER: usize = 64;
+
+/// Pairs by distance to the nearest periodic image.
+pub(super) struct Histogram<const D: usize> {
+    lengths: [f64; D],
+    range: f64,
+    bins_per_length: f64,
+    /// By bin, each pair of own points counted twice; at the end those that are farther apart.
+    twice: Vec<u64>,
+}
+
+impl<const D: usize> Histogram<D> {
+    pub(super) fn new(lengths: [f64; D], range: f64, bins: usize) -> Self {
+        Self {
+            lengths,
+            range,
+            bins_per_length: bins as f64 / range,
+            twice: vec![0; bins + 1],
+        }
+    }
+
+    /// Pairs in range, by bin.
+    pub(super) fn bins(&self) -> &[u64] {
+        &self.twice[..self.twice.len() - 1]
+    }
+
+    /// Counts the pairs of a point with a run of others. The same bits whichever of two points comes first: rounding is symmetric in
+    /// sign.
+    fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>) {
+        let own = u64::from(points.counts[one]);
+        let (bins, squared_range) = (self.twice.len() - 1, self.range * self.range);
+        for from in run.clone().step_by(TOGETHER) {
+            let to = run.end.min(from + TOGETHER);
+            let mut squares = [0.0; TOGETHER];
+            let squares = &mut squares[..to - from];
+            for axis in 0..D {
+                let (length, half) = (self.lengths[axis], 0.5 * self.lengths[axis]);
+                let here = points.places[axis][one];
+                for (square, there) in squares.iter_mut().zip(&points.places[axis][from..to]) {
+                    let apart = here - there;
+                    let image = if apart > half { length } else { 0.0 };
+                    let image = if apart < -half { -length } else { image };
+                    *square += (apart - image) * (apart - image);
+                }
+            }
+            for (&square, &other) in squares.iter().zip(&points.counts[from..to]) {
+                // Rounding may take a distance just below the range into a bin beyond the last.
+                let bin = (square.sqrt() * self.bins_per_length) as i64 as usize;
+                let bin = if square < squared_range {
+                    bin.min(bins - 1)
+                } else {
+                    bins
+                };
+                self.twice[bin] += own + u64::from(other);
+            }
+        }
+    }
+}
+
+/// Points by cell, the first axis running fastest.
+struct ByCell<const D: usize> {
+    /// Cells along each axis.
+    sides: [usize; 3],
+    /// Where the points of each cell begin, and the end.
+    starts: Vec<usize>,
+    /// Each coordinate, within the box or at its far edge.
+    places: [Vec<f64>; D],
+    /// What the pairs of each count.
+    counts: Vec<u8>,
+}
+
+impl<const D: usize> ByCell<D> {
+    fn new(points: &[(SVector<f64, D>, u8)], lengths: [f64; D], range: f64) -> Self {
+        let sides = sides(points.len(), lengths, range);
+        let cell_of = |place: &SVector<f64, D>| {
+            (0..D).rev().fold(0, |cell, axis| {
+                let at = fold(place[axis], lengths[axis]) / lengths[axis] * sides[axis] as f64;
+                // The far edge of the box is the near one.
+                cell * sides[axis] + at as usize % sides[axis]
+            })
+        };
+        let cells: Vec<usize> = points.iter().map(|(place, _)| cell_of(place)).collect();
+        // Counting sort.
+        let mut starts = vec![0; sides.iter().product::<usize>() + 1];
+        for cell in &cells {
+            starts[cell + 1] += 1;
+        }
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let mut next = starts.clone();
+        let mut places = [const { Vec::new() }; D].map(|_: Vec<f64>| vec![0.0; points.len()]);
+        let mut counts = vec![0; points.len()];
+        for (&cell, &(place, count)) in cells.iter().zip(points) {
+            let next = &mut next[cell];
+            for axis in 0..D {
+                places[axis][*next] = fold(place[axis], lengths[axis]);
+            }
+            counts[*next] = count;
+            *next += 1;
+        }
+        Self {
+            sides,
+            starts,
+            places,
+            counts,
+        }
+    }
+
+    /// The points in some cells of a line.
+    fn run(&self, line: usize, cells: Range<usize>) -> Range<usize> {
+        let begin = line * self.sides[0];
+        self.starts[begin + cells.start]..self.starts[begin + cells.end]
+    }
+}
+
+/// A coordinate as it is in the box, the far edge included.
+fn fold(x: f64, length: f64) -> f64 {
+    if (0.0..=length).contains(&x) {
+        return x;
+    }
+    let inside = x - length * (x / length).floor();
+    if inside < length { inside } else { 0.0 }
+}
+
+/// Cells along each axis, for so many points in a box.
+pub(super) fn sides<const D: usize>(points: usize, lengths: [f64; D], range: f64) -> [usize; 3] {
+    let points = points.max(1) as f64;
+    let spacing = (lengths.iter().product::<f64>() * LEAST_IN_CELL / points).powf(1.0 / D as f64);
+    let mut width = spacing.max(range / CELLS_IN_RANGE).max(f64::MIN_POSITIVE);
+    loop {
+        let sides = [0, 1, 2].map(|axis| {
+            lengths
+                .get(axis)
+                .map_or(1.0, |length| (length / width).max(1.0))
+        });
+        // A box that is narrower than a cell has more of them than its area says.
+        if sides.iter().product::<f64>() <= points.max(8.0) {
+            return sides.map(|side| side as usize);
+        }
+        width *= 2.0;
+    }
+}
+
+/// Lines of cells along the first axis that are near another: how many rows and layers on, around the box, and cells of it on each side that
+/// may be in range.
+struct Near {
+    steps: [usize; 2],
+    reach: usize,
+}
+
+/// The lines around each, with cells of these widths.
+fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
+    let range = range * (1.0 + CELL_MARGIN);
+    // Between points of cells that are so many apart, at least.
+    let gap = |axis: usize, apart: usize| apart.saturating_sub(1) as f64 * widths[axis];
+    let around = |step: usize, side: usize| step.min(side - step);
+    let steps = (0..sides[2]).flat_map(|layer| (0..sides[1]).map(move |row| [row, layer]));
+    let near = steps.filter_map(|steps| {
+        let gaps = [0, 1].map(|one| gap(one + 1, around(steps[one], sides[one + 1])));
+        let left = range * range - gaps[0] * gaps[0] - gaps[1] * gaps[1];
+        let reach = (left.max(0.0).sqrt() / widths[0]) as usize + 1;
+        (left >= 0.0).then_some(Near { steps, reach })
+    });
+    near.collect()
+}
+
+/// Adds all pairs in range to the histogram, cell by cell.
+pub(super) fn count_by_cells<const D: usize>(
+    points: &[(SVector<f64, D>, u8)],
+    histogram: &mut Histogram<D>,
+    interrupt: &Interrupt,
+) -> Result<(), Error> {
+    let points = ByCell::new(points, histogram.lengths, histogram.range);
+    let sides = points.sides;
+    let [columns, rows, layers] = sides;
+    let mut widths = [1.0; 3];
+    for axis in 0..D {
+        widths[axis] = histogram.lengths[axis] / sides[axis] as f64;
+    }
+    let near = lines_around(sides, widths, histogram.range);
+    let mut runs = Vec::new();
+    for line in 0..rows * layers {
+        for column in 0..columns {
+            let members = points.run(line, column..column + 1);
+            if members.is_empty() {
+                continue;
+            }
+            // Each pair of cells is met from the first of them.
+            runs.clear();
+            for Near { steps, reach } in &near {
+                let row = (line % rows + steps[0]) % rows;
+                let there = row + rows * ((line / rows + steps[1]) % layers);
+                if there < line {
+                    continue;
+                }
+                let first = if there == line { column + 1 } else { 0 };
+                for cells in within(column, *reach, columns) {
+                    let begin = cells.start.max(first);
+                    if begin < cells.end {
+                        runs.push(points.run(there, begin..cells.end));
+                    }
+                }
+            }
+            for one in members.clone() {
+                if interrupt.is_raised() {
+                    return Err(Error::Interrupted);
+                }
+                histogram.add(&points, one, one + 1..members.end);
+                for run in &runs {
+                    histogram.add(&points, one, run.clone());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Cells of a line of so many that are near one of them, around the box: in at most two pieces.
+fn within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
+    let (low, high) = (column + columns - reach.min(columns), column + reach + 1);
+    if 2 * reach + 1 >= columns {
+        [0..columns, 0..0]
+    } else if low < columns {
+        [0..high, low..columns]
+    } else if high > columns {
+        [low - columns..columns, 0..high - columns]
+    } else {
+        [low - columns..high, 0..0]
+    }
+}
