@@ -277,18 +277,54 @@ pub(crate) fn brief(value: &toml::Value) -> String {
     text.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-/// The choice closest to a word, if any is close: two letters away at most.
+/// What other programs and papers call things, and the keys that they have here.
+pub const SYNONYMS: &[(&str, &str)] = &[
+    ("aggregation", "sticking"),
+    ("boundary", "walls"),
+    ("boundaries", "walls"),
+    ("coefficient_of_restitution", "restitution"),
+    ("count", "number"),
+    ("density", "packing_fraction"),
+    ("diffusion", "displacement"),
+    ("domain", "box"),
+    ("duration", "until"),
+    ("force", "gravity"),
+    ("mean_squared_displacement", "displacement"),
+    ("msd", "displacement"),
+    ("n", "number"),
+    ("observables", "measure"),
+    ("particles", "number"),
+    ("profile", "fields"),
+    ("profiles", "fields"),
+    ("radial_distribution", "pair_correlation"),
+    ("rdf", "pair_correlation"),
+    ("sides", "size"),
+    ("solid_fraction", "packing_fraction"),
+    ("temperature", "energy"),
+    ("trajectory", "snapshots"),
+    ("vacf", "velocity_autocorrelation"),
+    ("velocities", "velocity_distribution"),
+    ("viscosity", "transport"),
+    ("volume_fraction", "packing_fraction"),
+];
+
+/// The choice closest to a word, if any is close: another name of the same thing, or two letters away at most.
 pub fn nearest<'a>(word: &str, choices: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A word from a file may be of any length, and nothing this long is close.
     if word.len() > 64 {
         return None;
+    }
+    let choices: Vec<&str> = choices.into_iter().collect();
+    let means = |choice: &&&str| SYNONYMS.contains(&(word, **choice));
+    if let Some(choice) = choices.iter().find(means) {
+        return Some(choice);
     }
     let close = |choice: &&str| {
         let distance = strsim::osa_distance(word, choice);
         (distance <= 2 && distance < choice.len().min(word.len())).then_some(distance)
     };
     let scored = choices
-        .into_iter()
-        .filter_map(|choice| Some((close(&choice)?, choice)));
+        .iter()
+        .filter_map(|choice| Some((close(choice)?, *choice)));
     scored.min().map(|(_, choice)| choice)
 }

@@ -48,7 +48,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use toml::{Table, Value};
 
-pub use error::{CaseError, Fault, Refusal, nearest};
+pub use error::{CaseError, Fault, Refusal, SYNONYMS, nearest};
 pub use format::{Case, Kind};
 pub use paper::{Paper, PaperFile};
 pub use schema::{Format, schema, schema_of};

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use stosszahl_analysis::theory::TheoryError;
 use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
-use stosszahl_results::Table;
+use stosszahl_results::{Table, engine_title};
 
 use crate::accuracy;
 use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
@@ -171,7 +171,7 @@ impl<'a> Planned<'a> {
                 format!(
                     "{}: slow, for it tries about {} pairs for each collision: the largest particles meet far more often than \
                      most, and the lightest are far faster, while all pairs are tried as if they were both",
-                    engine.name,
+                    engine_title(engine.name),
                     short(trials.round())
                 )
             })

@@ -11,7 +11,7 @@ use stosszahl_case::format::TimeUnit;
 use stosszahl_case::{CaseFile, Kind};
 use stosszahl_results::{
     Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Place, Program,
-    SNAPSHOTS, Start, StartTest, Table, Verdict,
+    SNAPSHOTS, Start, StartTest, Table, Verdict, engine_title,
 };
 
 use crate::check::Planned;
@@ -429,7 +429,7 @@ fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
             format!(
                 "{}: {:.0} % of the collisions were in cells whose contact value was limited by largest_contact_value; the \
                  rate there is the limit's, not the density's",
-                engine.engine,
+                engine_title(&engine.engine),
                 100.0 * share
             )
         })

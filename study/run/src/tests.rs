@@ -528,6 +528,49 @@ impl Measure for Eager {
     }
 }
 
+/// What falls and is not heated makes a bed, and that is said before the run.
+#[test]
+fn a_gas_that_will_rest_is_named() {
+    let text = "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = RESTITUTION\n[box]\nsize = [20, 40]\n\
+                [walls]\nbottom = FLOOR\ntop = \"specular\"\n[gravity]\nacceleration = [0, GRAVITY]\n[run]\nuntil = 1\n[engine.ed]\n";
+    for (restitution, floor, gravity, rests) in [
+        ("0.9", "\"specular\"", "-1", true),
+        ("1", "{ restitution = 0.5 }", "-1", true),
+        ("0.9", "{ temperature = 1 }", "-1", false),
+        (
+            "0.9",
+            "{ restitution = 1, vibration = { amplitude = 0.5, period = 0.1 } }",
+            "-1",
+            false,
+        ),
+        ("1", "\"specular\"", "-1", false),
+        ("0.9", "\"specular\"", "-0.1", false),
+    ] {
+        let text = text.replace("RESTITUTION", restitution);
+        let text = text.replace("FLOOR", floor).replace("GRAVITY", gravity);
+        let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
+        let plan = Plan::new(&file.points[0].case, Path::new(".")).expect("a plan");
+        let said = plan.warnings.iter().any(|one| one.starts_with("gravity: "));
+        assert_eq!(said, rests, "{text}{:?}", plan.warnings);
+    }
+}
+
+/// A key that has another name elsewhere is led to the one that it has here.
+#[test]
+fn other_names_lead_to_keys() {
+    let format = crate::check::format();
+    let keys = serde_json::to_string(format.json()).expect("a schema");
+    for (other, key) in stosszahl_case::SYNONYMS {
+        assert!(keys.contains(&format!("\"{key}\":")), "{key}");
+        assert_ne!(other, key);
+    }
+    let text = "format = 2\ntitle = \"a test\"\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n\
+                [engine.ed]\n[measure.msd]\n";
+    let error = format.from_text(Path::new("test.toml"), text, &[]);
+    let said = error.expect_err("no such measure").to_string();
+    assert!(said.contains("did you mean displacement?"), "{said}");
+}
+
 /// A few large particles among many small ones make a scheme slow that tries all pairs as if they were the largest, and
 /// that is said; and exact dynamics tries none.
 #[test]
@@ -543,7 +586,7 @@ fn slow_schemes_are_called_slow() {
         let said = outline
             .warnings
             .iter()
-            .any(|one| one.starts_with("dsmc-esmc: slow"));
+            .any(|one| one.starts_with("ESMC: slow"));
         assert_eq!(said, slow, "{:?}", outline.warnings);
         assert!(outline.cost.engines[0].trials_per_collision.is_none());
         let trials = outline.cost.engines[1]

@@ -200,6 +200,12 @@ fn unknown_keys_are_refused_with_the_nearest() {
             (&["gass.number=3"], "gass", "did you mean gas?"),
             (&["gas.until=3"], "gas.until", "did you mean run.until?"),
             (&["gas.gravity=1"], "gas.gravity", "did you mean gravity?"),
+            (&["aggregation={}"], "aggregation", "did you mean sticking?"),
+            (
+                &["box.volume_fraction=0.1"],
+                "box.volume_fraction",
+                "did you mean packing_fraction?",
+            ),
             (
                 &["run.contact_time=1"],
                 "run.contact_time",

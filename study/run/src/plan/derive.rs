@@ -189,16 +189,21 @@ impl Plan {
         PlanError::unless(asked <= 0.0 || possible, key, asked, allowed)
     }
 
+    /// The largest packing fraction of the particles: that of equal ones, or all of the room where sizes differ.
+    pub fn closest_packing(&self) -> f64 {
+        match (self.classes.len(), self.dimension) {
+            (1, 2) => kinetic::CLOSE_PACKING,
+            (1, _) => PI / 18.0_f64.sqrt(),
+            _ => 1.0,
+        }
+    }
+
     /// Refuses packings that hard particles cannot have.
     fn check_density(&self) -> Result<(), PlanError> {
         let hard = self.engines.iter().any(|engine| {
             (engine.parameters()).is_none_or(|one| one.scheme != stosszahl_dsmc::Scheme::Boltzmann)
         });
-        let closest = match (self.classes.len(), self.dimension) {
-            (1, 2) => kinetic::CLOSE_PACKING,
-            (1, _) => PI / 18.0_f64.sqrt(),
-            _ => 1.0,
-        };
+        let closest = self.closest_packing();
         let fits = self.packing_fraction <= closest * (1.0 + 1e-9);
         let found = format!(
             "particles cover {} of the box",

@@ -17,6 +17,8 @@ const FEW: f64 = 5.0;
 const WIDE: f64 = 2.0;
 /// Share of the collision rate that walls may cost `dsmc-contact-point` without a word.
 const NOTABLE_WALLS: f64 = 0.02;
+/// Height of a box in T/(m g) from which a gas that nothing heats has lost far more by its fall than it had.
+const FALLS: f64 = 5.0;
 /// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left after half of it.
 const LEAST_RELAXATIONS: f64 = 20.0;
 /// Largest share of the temperature that a kick may add: the mean temperature then differs from that of white noise
@@ -49,7 +51,7 @@ impl Plan {
         match self.kind {
             Kind::Homogeneous => self.notable_without_box(&mut list),
             Kind::Comparison => self.notable_comparison(&mut list),
-            Kind::Flow => {}
+            Kind::Flow => self.notable_fall(&mut list),
         }
         for engine in &self.engines {
             if let EngineKind::MonteCarlo(parameters) = &engine.kind {
@@ -103,6 +105,45 @@ impl Plan {
             );
         }
         self.notable_drive(list);
+    }
+
+    /// A gas that falls onto a wall, and that nothing heats.
+    fn notable_fall(&self, list: &mut Vec<String>) {
+        let Some(gravity) = &self.grains.gravity else {
+            return;
+        };
+        let walls = || {
+            (0..self.dimension).flat_map(|axis| [0, 1].map(|side| self.case.walls.at(axis, side)))
+        };
+        let heats = |face: &Face| matches!(face, Face::Wall(wall) if wall.temperature.is_some() || wall.vibration.is_some());
+        let damps = |face: &Face| matches!(face, Face::Wall(wall) if wall.restitution.is_some_and(|kept| kept < 1.0) || wall.slip.is_some_and(|kept| kept.abs() < 1.0));
+        let loses = !self.law.is_elastic() || walls().any(damps);
+        if !loses || walls().any(heats) || !self.case.inflow.is_empty() {
+            return;
+        }
+        let masses = self.species.iter().map(|one| one.count as f64 * one.mass);
+        let mass = masses.sum::<f64>() / self.count() as f64;
+        let depth = |axis: usize| {
+            let side = usize::from(gravity[axis] > 0.0);
+            let stops = !matches!(
+                self.case.walls.at(axis, side),
+                Face::Word(FaceWord::Periodic | FaceWord::Open)
+            );
+            let height = gravity[axis].abs() * self.lengths[axis];
+            if stops {
+                mass * height / self.temperature
+            } else {
+                0.0
+            }
+        };
+        let deepest = (0..self.dimension).map(depth).fold(0.0, f64::max);
+        if deepest > FALLS {
+            list.push(format!(
+                "gravity: the box is {} T/(m g) high and nothing heats the gas, so it falls and comes to rest in a bed. A bed has far more \
+                 collisions than the start, from which work and time are told; Monte Carlo does not hold one up",
+                short(deepest)
+            ));
+        }
     }
 
     fn notable_drive(&self, list: &mut Vec<String>) {

@@ -1,17 +1,22 @@
 //! What fields and profiles say.
 
 use stosszahl_case::Kind;
+use stosszahl_dsmc::Scheme;
+use stosszahl_model::Space as _;
 use stosszahl_results::{Cell, Estimate, Table, Verdict};
 
 use super::Options;
 use super::channel::Channel;
 use crate::judge::{self, in_units, title};
 use crate::measures::course::Window;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{EnginePlan, Plan, in_space};
 use crate::theory::flow;
 
 /// Largest relative deviation of a profile, a temperature or a drift from theory.
 const MARGIN: f64 = 0.01;
+
+/// Standard errors by which a packing exceeds the closest one before it is named.
+const SURE: f64 = 4.0;
 
 /// One row of a table.
 #[derive(Clone, Copy)]
@@ -80,6 +85,8 @@ pub(super) fn all(
     let parts = window.blocks.len() * plan.case.replicas as usize;
     let mut list = vec![steadiness(plan, steady, window)];
     let profiles = |engine: &EnginePlan| rows(profiles, engine, window);
+    let may_overlap = (plan.engines.iter()).filter(|engine| may_overlap(engine));
+    list.extend(may_overlap.filter_map(|engine| overcrowded(plan, engine, &profiles(engine))));
     let first = &plan.engines[0];
     for other in plan.engines.iter().skip(1) {
         let [a, b] = [first, other].map(|engine| title(engine.name));
@@ -124,6 +131,65 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
     }
 }
 
+/// Whether an engine has particles of a size that nothing keeps from overlapping.
+fn may_overlap(engine: &EnginePlan) -> bool {
+    let points = [Scheme::Collisionless, Scheme::Boltzmann];
+    (engine.parameters()).is_some_and(|parameters| !points.contains(&parameters.scheme))
+}
+
+/// The place where an engine packs particles closer than they can lie, if there is one.
+fn overcrowded(plan: &Plan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<Verdict> {
+    let closest = plan.closest_packing();
+    let together = rows.iter().filter(|row| row.says("species", "all"));
+    let all = together.filter_map(|row| {
+        let packing = packing(plan, rows, row);
+        let (value, error) = (packing.value?, packing.standard_error?);
+        (value - SURE * error > closest).then_some((value, row))
+    });
+    let (packing, row) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let name = title(engine.name);
+    let sentence = format!(
+        "{name} packs particles closer than they can lie: their packing fraction is {} at {}, and at most {} is possible. Its particles \
+         collide and do not touch, so a bed that comes to rest sinks into itself, and its profiles there are not those of hard particles.",
+        judge::short(packing),
+        place(row),
+        judge::short(closest),
+    );
+    Some(judge::warning(format!("packing, {name}"), sentence))
+}
+
+/// Packing fraction of all species at the place of a row, from the rows of each where there are several.
+fn packing(plan: &Plan, rows: &[Row<'_>], at: &Row<'_>) -> Estimate {
+    let alone = plan.species.len() == 1;
+    let unit = plan.scale.length.powi(plan.dimension as i32);
+    let (mut sum, mut square) = (0.0, Some(0.0_f64));
+    for kind in plan.species.iter().filter(|kind| !kind.tracer) {
+        let name = if alone { "all" } else { &kind.name };
+        let is_there = |row: &&Row<'_>| {
+            row.says("species", name)
+                && row.number("at") == at.number("at")
+                && row.says("along", "x") == at.says("along", "x")
+        };
+        let volume = unit * in_space!(plan.dimension, S => S::ball(kind.radius));
+        let density = rows
+            .iter()
+            .find(is_there)
+            .map(|row| row.measured("number_density"));
+        let density = density.unwrap_or(Estimate::of(f64::NAN, None));
+        sum += volume * density.value.unwrap_or(f64::NAN);
+        let error = square.zip(density.standard_error);
+        square = error.map(|(square, error)| square + (volume * error).powi(2));
+    }
+    Estimate::of(sum, square.map(f64::sqrt))
+}
+
+/// The place of a row of a profile in words.
+fn place(row: &Row<'_>) -> String {
+    let axis = if row.says("along", "x") { "x" } else { "y" };
+    let at = row.number("at").unwrap_or(f64::NAN);
+    format!("{axis} = {}", judge::short(at))
+}
+
 /// The density profiles of two engines.
 fn profiles_agree(
     pair: [&str; 2],
@@ -135,15 +201,11 @@ fn profiles_agree(
         let all = rows[engine].iter();
         all.filter(|row| row.says("species", "all"))
     });
-    let place = |(a, b): (&Row<'_>, &Row<'_>)| {
-        let axis = if a.says("along", "x") { "x" } else { "y" };
-        let at = format!(
-            "{axis} = {}",
-            judge::short(a.number("at").unwrap_or(f64::NAN))
-        );
-        ([a, b].map(|row| row.measured("number_density")), at)
+    let pair_at = |(a, b): (&Row<'_>, &Row<'_>)| {
+        let densities = [a, b].map(|row| row.measured("number_density"));
+        (densities, place(a))
     };
-    let places: Vec<_> = first.zip(second).map(place).collect();
+    let places: Vec<_> = first.zip(second).map(pair_at).collect();
     let topic = format!("density profile, {} against {}", pair[0], pair[1]);
     let found = judge::profiles(&*topic, pair, &places, parts, level);
     let unknown = "Errors of the profiles are unknown, so they are not compared.";
