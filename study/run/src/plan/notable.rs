@@ -140,7 +140,7 @@ impl Plan {
         if deepest > FALLS {
             list.push(format!(
                 "gravity: the box is {} T/(m g) high and nothing heats the gas, so it falls and comes to rest in a bed. A bed has far more \
-                 collisions than the start, from which work and time are told; Monte Carlo does not hold one up",
+                 collisions than the start, from which work and time are estimated; Monte Carlo does not hold one up",
                 short(deepest)
             ));
         }
