@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{self, Freedom, Sighting};
 use stosszahl_analysis::steady;
+use stosszahl_case::format::Face;
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Adds, Grouping, Particle};
 
@@ -25,7 +26,7 @@ pub struct Sample {
     pub time: f64,
     /// Pair collisions so far, times what each stands for.
     pub collisions: f64,
-    /// Energy in the field, sum of -m a . r.
+    /// Energy of height, sum of -m a . r along the axes that end at walls or openings.
     pub potential: f64,
     /// By species.
     pub species: Vec<Share>,
@@ -122,10 +123,18 @@ impl Sample {
     }
 }
 
+/// Gravity along the axes that end at walls or openings: where a gas has a height.
+pub fn gravity(plan: &Plan) -> Vector3<f64> {
+    let all = plan.grains.gravity.unwrap_or_default();
+    let ends = |axis: usize| *plan.case.walls.at(axis, 0) != Face::default();
+    Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
+}
+
 /// What samples need to know of a plan.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
     grouping: Grouping,
+    /// As [`gravity`] has it.
     gravity: Vector3<f64>,
 }
 
@@ -134,7 +143,7 @@ impl Looking {
     pub fn of(plan: &Plan) -> Self {
         Self {
             grouping: plan.grouping(),
-            gravity: plan.grains.gravity.unwrap_or_default(),
+            gravity: gravity(plan),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `series`: the whole gas at equal intervals of time, and its species.
 
+use nalgebra::Vector3;
 use stosszahl_analysis::theory::{Column, TheoryError, rough::Temperatures};
 use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
@@ -107,7 +108,7 @@ fn series_table(plan: &Plan) -> Table {
         value "collisions_per_grain", "1", "Collisions that a particle took part in since the start, on average";
         value "translation", "energy", "Energy of translation, of all particles";
         value "rotation", "energy", "Energy of rotation";
-        value "potential", "energy", "Energy in the field; zero at the origin";
+        value "potential", "energy", "Energy of height along axes that end at walls or openings; zero at the origin";
         estimate "energy", "energy", "Their sum";
         estimate "temperature", "energy", "Granular temperature, m <(v - u)^2>/D with the mean velocity u of all particles";
         theory "theory_temperature", "energy", "The same by theory; empty where there is none";
@@ -115,7 +116,7 @@ fn series_table(plan: &Plan) -> Table {
         theory "theory_spin_temperature", "energy", "The same by theory; empty where there is none";
         note "replicas", "1", "Replicas that the averages run over";
     };
-    let (falls, spins) = (plan.grains.gravity.is_some(), plan.is_rough());
+    let (falls, spins) = (course::gravity(plan) != Vector3::zeros(), plan.is_rough());
     for (used, column, title) in [
         (true, "energy", "Energy of all particles"),
         (falls, "translation", "Energy of translation"),
