@@ -58,6 +58,11 @@ impl Faces {
         }
     }
 
+    /// All of them; in the plane those of the third axis are periodic.
+    pub fn all(&self) -> impl Iterator<Item = &Face> {
+        (0..3).flat_map(|axis| [0, 1].map(|side| self.at(axis, side)))
+    }
+
     /// Whether all faces are periodic.
     pub fn is_periodic(&self) -> bool {
         *self == Self::default()
@@ -72,6 +77,13 @@ pub enum Face {
     Word(FaceWord),
     /// A wall.
     Wall(Wall),
+}
+
+impl Face {
+    /// Whether particles bounce off it.
+    pub fn is_wall(&self) -> bool {
+        !matches!(self, Self::Word(FaceWord::Periodic | FaceWord::Open))
+    }
 }
 
 impl Default for Face {

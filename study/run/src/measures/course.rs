@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{self, Freedom, Sighting};
 use stosszahl_analysis::steady;
-use stosszahl_case::format::Face;
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Adds, Grouping, Particle};
 
@@ -123,18 +122,11 @@ impl Sample {
     }
 }
 
-/// Gravity along the axes that end at walls or openings: where a gas has a height.
-pub fn gravity(plan: &Plan) -> Vector3<f64> {
-    let all = plan.grains.gravity.unwrap_or_default();
-    let ends = |axis: usize| *plan.case.walls.at(axis, 0) != Face::default();
-    Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
-}
-
 /// What samples need to know of a plan.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
     grouping: Grouping,
-    /// As [`gravity`] has it.
+    /// As [`Plan::gravity`] has it.
     gravity: Vector3<f64>,
 }
 
@@ -143,7 +135,7 @@ impl Looking {
     pub fn of(plan: &Plan) -> Self {
         Self {
             grouping: plan.grouping(),
-            gravity: gravity(plan),
+            gravity: plan.gravity(),
         }
     }
 }

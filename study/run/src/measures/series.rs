@@ -116,7 +116,7 @@ fn series_table(plan: &Plan) -> Table {
         theory "theory_spin_temperature", "energy", "The same by theory; empty where there is none";
         note "replicas", "1", "Replicas that the averages run over";
     };
-    let (falls, spins) = (course::gravity(plan) != Vector3::zeros(), plan.is_rough());
+    let (falls, spins) = (plan.gravity() != Vector3::zeros(), plan.is_rough());
     for (used, column, title) in [
         (true, "energy", "Energy of all particles"),
         (falls, "translation", "Energy of translation"),

@@ -637,40 +637,6 @@ fn a_stream_gives_what_the_gas_gains() {
     );
 }
 
-/// Particles that collide and do not touch pile up in each other where they should rest.
-#[test]
-fn a_bed_that_sinks_into_itself_is_named() {
-    let text = r#"
-        format = 2
-        title = "a bed"
-        replicas = 2
-        gas = { number = 64, restitution = 0.5 }
-        box = { size = [8, 40] }
-        walls = { bottom = { restitution = 0.5 }, top = "specular" }
-        gravity = { acceleration = [0, GRAVITY] }
-        run = { until = 40, samples = 40 }
-        engine = { ENGINE = { simulators_per_particle = 4 } }
-        measure.fields = { cells = [1, 20], blocks = 20 }
-    "#;
-    for (engine, gravity, sinks) in [
-        ("dsmc-contact-point", "-1", true),
-        ("dsmc-contact-point", "-0.001", false),
-        // Points may lie as close as they like.
-        ("dsmc-boltzmann", "-1", false),
-    ] {
-        let plan = case(&text.replace("ENGINE", engine).replace("GRAVITY", gravity));
-        let (_, verdicts, _) = run(&plan, measure("fields"));
-        let named = verdicts
-            .iter()
-            .find(|one| one.topic.starts_with("packing, "));
-        assert_eq!(named.is_some(), sinks, "{engine}, {gravity}: {verdicts:?}");
-        if let Some(named) = named {
-            assert_eq!(named.kind, VerdictKind::Warning);
-            assert!(named.sentence.contains(" at y = "), "{}", named.sentence);
-        }
-    }
-}
-
 /// Few blocks, one replica: no verdict claims more than that allows.
 #[test]
 fn verdicts_without_errors_claim_nothing() {

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::{Temperatures, TheoryError};
 use stosszahl_case::format::{Face, Selection, TimeUnit};
@@ -243,6 +244,20 @@ impl Plan {
                 .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count))
                 .collect(),
         }
+    }
+
+    /// Whether all contacts of particles keep their energy.
+    pub fn is_elastic(&self) -> bool {
+        let rough = self.grains.rough;
+        self.law.is_elastic()
+            && rough.is_none_or(|rough| rough.tangential_restitution().abs() == 1.0)
+    }
+
+    /// Gravity along the axes that end at walls or openings: where a gas has a height.
+    pub fn gravity(&self) -> Vector3<f64> {
+        let all = self.grains.gravity.unwrap_or_default();
+        let ends = |axis: usize| *self.case.walls.at(axis, 0) != Face::default();
+        Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
     }
 
     /// Whether particles spin.

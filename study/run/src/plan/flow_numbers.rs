@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_case::format::{Face, FaceWord};
-
 use super::data::{Plan, Quantity};
 
 impl Plan {
@@ -53,10 +51,7 @@ impl Plan {
 
     /// The diameter of the first disc, or else the smallest distance between walls that face each other.
     fn width(&self) -> Option<f64> {
-        let is_wall = |axis: usize, side: usize| {
-            let face = self.case.walls.at(axis, side);
-            !matches!(face, Face::Word(FaceWord::Periodic | FaceWord::Open))
-        };
+        let is_wall = |axis: usize, side: usize| self.case.walls.at(axis, side).is_wall();
         let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));
         let between = between.map(|axis| self.lengths[axis]).reduce(f64::min);
         let disc = self.case.obstacle.iter().find_map(|one| one.disc.as_ref());

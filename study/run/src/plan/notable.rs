@@ -1,7 +1,7 @@
 //! What a reader should know of a case before it is run: warnings, and quantities that follow from it.
 
 use stosszahl_case::Kind;
-use stosszahl_case::format::{Face, FaceWord, Placement, Velocities};
+use stosszahl_case::format::{Face, Placement, Velocities};
 use stosszahl_dsmc::{Copies, Parameters, Scheme};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
 use stosszahl_model::kinetic;
@@ -109,34 +109,32 @@ impl Plan {
 
     /// A gas that falls onto a wall, and that nothing heats.
     fn notable_fall(&self, list: &mut Vec<String>) {
-        let Some(gravity) = &self.grains.gravity else {
-            return;
-        };
+        let gravity = self.gravity();
         let walls = || {
-            (0..self.dimension).flat_map(|axis| [0, 1].map(|side| self.case.walls.at(axis, side)))
+            self.case.walls.all().filter_map(|face| match face {
+                Face::Wall(wall) => Some(wall),
+                Face::Word(_) => None,
+            })
         };
-        let heats = |face: &Face| matches!(face, Face::Wall(wall) if wall.temperature.is_some() || wall.vibration.is_some());
-        let damps = |face: &Face| matches!(face, Face::Wall(wall) if wall.restitution.is_some_and(|kept| kept < 1.0) || wall.slip.is_some_and(|kept| kept.abs() < 1.0));
-        let loses = !self.law.is_elastic() || walls().any(damps);
-        if !loses || walls().any(heats) || !self.case.inflow.is_empty() {
+        let heated = walls().any(|wall| wall.temperature.is_some() || wall.vibration.is_some());
+        let damped = walls().any(|wall| {
+            wall.restitution.is_some_and(|kept| kept < 1.0)
+                || wall.slip.is_some_and(|kept| kept.abs() < 1.0)
+        });
+        let loses = !self.is_elastic() || damped;
+        if !loses || heated || !self.case.inflow.is_empty() {
             return;
         }
         let masses = self.species.iter().map(|one| one.count as f64 * one.mass);
         let mass = masses.sum::<f64>() / self.count() as f64;
-        let depth = |axis: usize| {
-            let side = usize::from(gravity[axis] > 0.0);
-            let stops = !matches!(
-                self.case.walls.at(axis, side),
-                Face::Word(FaceWord::Periodic | FaceWord::Open)
-            );
-            let height = gravity[axis].abs() * self.lengths[axis];
-            if stops {
-                mass * height / self.temperature
-            } else {
-                0.0
-            }
+        let stops = |axis: &usize| {
+            let side = usize::from(gravity[*axis] > 0.0);
+            self.case.walls.at(*axis, side).is_wall()
         };
-        let deepest = (0..self.dimension).map(depth).fold(0.0, f64::max);
+        let depths = (0..self.dimension)
+            .filter(stops)
+            .map(|axis| mass * gravity[axis].abs() * self.lengths[axis] / self.temperature);
+        let deepest = depths.fold(0.0, f64::max);
         if deepest > FALLS {
             list.push(format!(
                 "gravity: the box is {} T/(m g) high and nothing heats the gas, so it falls and comes to rest in a bed. A bed has far more \
@@ -194,10 +192,7 @@ impl Plan {
                 ));
             }
             // `stosszahl_dsmc::Engine::wall_error`, before there is an engine.
-            let walled = |axis: &usize| {
-                let face = self.case.walls.at(*axis, 0);
-                !matches!(face, Face::Word(FaceWord::Periodic | FaceWord::Open))
-            };
+            let walled = |axis: &usize| self.case.walls.at(*axis, 0).is_wall();
             let widths = (0..self.dimension)
                 .filter(walled)
                 .map(|axis| self.lengths[axis]);

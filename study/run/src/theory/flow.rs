@@ -9,12 +9,6 @@ use stosszahl_model::Space as _;
 
 use crate::plan::{EngineKind, EnginePlan, Plan, SpeciesPlan, in_space};
 
-/// Whether all contacts of particles keep their energy.
-pub fn is_elastic(plan: &Plan) -> bool {
-    let rough = plan.grains.rough;
-    plan.law.is_elastic() && rough.is_none_or(|rough| rough.tangential_restitution().abs() == 1.0)
-}
-
 /// Whether walls and obstacles keep the energy of particles too, and nothing leaves or is kicked.
 pub fn keeps_energy(plan: &Plan) -> bool {
     let specular = |face: &Face| match face {
@@ -28,13 +22,8 @@ pub fn keeps_energy(plan: &Plan) -> bool {
     });
     let driven = plan.case.drive.is_some() || plan.case.thermostat.is_some();
     // Along a periodic axis gravity does work for ever.
-    let pull = plan.grains.gravity.unwrap_or_default();
-    let ends = |axis: usize| pull[axis] == 0.0 || *plan.case.walls.at(axis, 0) != Face::default();
-    is_elastic(plan) && !driven && faces(plan).all(specular) && obstacles && (0..3).all(ends)
-}
-
-fn faces(plan: &Plan) -> impl Iterator<Item = &Face> {
-    (0..3).flat_map(|axis| [0, 1].map(|side| plan.case.walls.at(axis, side)))
+    let ends = plan.gravity() == plan.grains.gravity.unwrap_or_default();
+    plan.is_elastic() && !driven && plan.case.walls.all().all(specular) && obstacles && ends
 }
 
 /// Whether a wall gives no energy: it reverses velocities, and does not move where it has friction.
@@ -113,8 +102,7 @@ pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, Theory
     let points = engine.name == "dsmc-boltzmann"
         && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.walls_act_on))
         && case.engine.ed.is_none();
-    let open = |face: &Face| matches!(face, Face::Word(FaceWord::Open | FaceWord::Periodic));
-    let closed = [0, 1].iter().all(|&side| !open(case.walls.at(1, side)));
+    let closed = [0, 1].iter().all(|&side| case.walls.at(1, side).is_wall());
     let applies = points
         && closed
         && gravity.x == 0.0
@@ -166,11 +154,11 @@ pub fn density(plan: &Plan, column: &Column, species: Option<usize>, ends: [f64;
 
 /// The temperature of all walls, if all have the same, none moves and the gas is elastic.
 pub fn wall_temperature(plan: &Plan) -> Option<f64> {
-    if !is_elastic(plan) || plan.grains.gravity.is_some() || plan.case.drive.is_some() {
+    if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.drive.is_some() {
         return None;
     }
     let mut found = None;
-    for face in faces(plan) {
+    for face in plan.case.walls.all() {
         match face {
             Face::Word(FaceWord::Periodic | FaceWord::Specular) => {}
             Face::Wall(Wall {

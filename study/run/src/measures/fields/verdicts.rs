@@ -1,7 +1,6 @@
 //! What fields and profiles say.
 
 use stosszahl_case::Kind;
-use stosszahl_dsmc::Scheme;
 use stosszahl_model::Space as _;
 use stosszahl_results::{Cell, Estimate, Table, Verdict};
 
@@ -85,8 +84,13 @@ pub(super) fn all(
     let parts = window.blocks.len() * plan.case.replicas as usize;
     let mut list = vec![steadiness(plan, steady, window)];
     let profiles = |engine: &EnginePlan| rows(profiles, engine, window);
-    let may_overlap = (plan.engines.iter()).filter(|engine| may_overlap(engine));
-    list.extend(may_overlap.filter_map(|engine| overcrowded(plan, engine, &profiles(engine))));
+    // Nothing keeps the particles of Monte Carlo from overlapping; Boltzmann's are points.
+    let simulated = plan
+        .engines
+        .iter()
+        .filter(|engine| engine.parameters().is_some());
+    let sized = simulated.filter(|engine| !flow::is_dilute(engine));
+    list.extend(sized.filter_map(|engine| overcrowded(plan, engine, &profiles(engine))));
     let first = &plan.engines[0];
     for other in plan.engines.iter().skip(1) {
         let [a, b] = [first, other].map(|engine| title(engine.name));
@@ -131,21 +135,34 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
     }
 }
 
-/// Whether an engine has particles of a size that nothing keeps from overlapping.
-fn may_overlap(engine: &EnginePlan) -> bool {
-    let points = [Scheme::Collisionless, Scheme::Boltzmann];
-    (engine.parameters()).is_some_and(|parameters| !points.contains(&parameters.scheme))
-}
-
 /// The place where an engine packs particles closer than they can lie, if there is one.
 fn overcrowded(plan: &Plan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<Verdict> {
     let closest = plan.closest_packing();
-    let together = rows.iter().filter(|row| row.says("species", "all"));
-    let all = together.filter_map(|row| {
-        let packing = packing(plan, rows, row);
-        let (value, error) = (packing.value?, packing.standard_error?);
-        (value - SURE * error > closest).then_some((value, row))
-    });
+    let of = |species: &str| -> Vec<&Row<'_>> {
+        rows.iter()
+            .filter(|row| row.says("species", species))
+            .collect()
+    };
+    let unit = plan.scale.length.powi(plan.dimension as i32);
+    // Each species has the same places as all together, which are the only rows of a gas of one.
+    let (places, alone) = (of("all"), plan.species.len() == 1);
+    let solid = plan.species.iter().filter(|kind| !kind.tracer);
+    let kinds: Vec<_> = solid
+        .map(|kind| {
+            let volume = unit * in_space!(plan.dimension, S => S::ball(kind.radius));
+            (volume, of(if alone { "all" } else { &kind.name }))
+        })
+        .collect();
+    let surely_denser = |place: usize| {
+        let (mut packing, mut square) = (0.0, 0.0);
+        for (volume, rows) in &kinds {
+            let density = rows.get(place)?.measured("number_density");
+            packing += volume * density.value?;
+            square += (volume * density.standard_error?).powi(2);
+        }
+        (packing - SURE * square.sqrt() > closest).then_some((packing, places[place]))
+    };
+    let all = (0..places.len()).filter_map(surely_denser);
     let (packing, row) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let name = title(engine.name);
     let sentence = format!(
@@ -156,31 +173,6 @@ fn overcrowded(plan: &Plan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<Ver
         judge::short(closest),
     );
     Some(judge::warning(format!("packing, {name}"), sentence))
-}
-
-/// Packing fraction of all species at the place of a row, from the rows of each where there are several.
-fn packing(plan: &Plan, rows: &[Row<'_>], at: &Row<'_>) -> Estimate {
-    let alone = plan.species.len() == 1;
-    let unit = plan.scale.length.powi(plan.dimension as i32);
-    let (mut sum, mut square) = (0.0, Some(0.0_f64));
-    for kind in plan.species.iter().filter(|kind| !kind.tracer) {
-        let name = if alone { "all" } else { &kind.name };
-        let is_there = |row: &&Row<'_>| {
-            row.says("species", name)
-                && row.number("at") == at.number("at")
-                && row.says("along", "x") == at.says("along", "x")
-        };
-        let volume = unit * in_space!(plan.dimension, S => S::ball(kind.radius));
-        let density = rows
-            .iter()
-            .find(is_there)
-            .map(|row| row.measured("number_density"));
-        let density = density.unwrap_or(Estimate::of(f64::NAN, None));
-        sum += volume * density.value.unwrap_or(f64::NAN);
-        let error = square.zip(density.standard_error);
-        square = error.map(|(square, error)| square + (volume * error).powi(2));
-    }
-    Estimate::of(sum, square.map(f64::sqrt))
 }
 
 /// The place of a row of a profile in words.
@@ -290,4 +282,45 @@ fn walls(
     };
     let kind = judge::together([within(temperature, 1.0), within(drift, 0.0)]);
     Some(judge::verdict(topic, sentence, kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use stosszahl_results::VerdictKind;
+
+    use crate::measures::tests::{case, measure, run};
+
+    /// Particles that collide and do not touch pile up in each other where they should rest.
+    #[test]
+    fn a_bed_that_sinks_into_itself_is_named() {
+        let text = r#"
+            format = 2
+            title = "a bed"
+            replicas = 2
+            gas = { number = 64, restitution = 0.5 }
+            box = { size = [8, 40] }
+            walls = { bottom = { restitution = 0.5 }, top = "specular" }
+            gravity = { acceleration = [0, GRAVITY] }
+            run = { until = 40, samples = 40 }
+            engine = { ENGINE = { simulators_per_particle = 4 } }
+            measure.fields = { cells = [1, 20], blocks = 20 }
+        "#;
+        for (engine, gravity, sinks) in [
+            ("dsmc-contact-point", "-1", true),
+            ("dsmc-contact-point", "-0.001", false),
+            // Points may lie as close as they like.
+            ("dsmc-boltzmann", "-1", false),
+        ] {
+            let plan = case(&text.replace("ENGINE", engine).replace("GRAVITY", gravity));
+            let (_, verdicts, _) = run(&plan, measure("fields"));
+            let named = verdicts
+                .iter()
+                .find(|one| one.topic.starts_with("packing, "));
+            assert_eq!(named.is_some(), sinks, "{engine}, {gravity}: {verdicts:?}");
+            if let Some(named) = named {
+                assert_eq!(named.kind, VerdictKind::Warning);
+                assert!(named.sentence.contains(" at y = "), "{}", named.sentence);
+            }
+        }
+    }
 }
