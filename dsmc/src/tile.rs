@@ -193,6 +193,11 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         tile
     }
 
+    /// How many simulators are in a cell, on average.
+    pub(crate) fn in_cell(&self) -> f64 {
+        self.simulators.len() as f64 / self.cells() as f64
+    }
+
     /// Number of cells.
     pub(crate) fn cells(&self) -> usize {
         self.place.sides.iter().map(|&side| side as usize).product()

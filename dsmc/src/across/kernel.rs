@@ -163,7 +163,8 @@ where
         let sizes = (kernel.scene.sizes(), kernel.mean_radius);
         self.patch
             .fill(&self.around, kernel.grid, ranges, self.moves, sizes);
-        let search = Search::new(kernel.grid, kernel.partner_radius, ranges);
+        let in_cell = self.around.home().in_cell();
+        let search = Search::new(kernel.grid, kernel.partner_radius, ranges, in_cell);
         let is_halfway = self.is_halfway();
         let mut around_points =
             (self.rates).map(|rates| AroundPoints::new(kernel, rates, search, is_halfway));
@@ -311,8 +312,8 @@ where
         trials.begin(self, line, columns);
         let mut cells = std::mem::take(&mut self.cells);
         let home = self.around.home();
-        let in_cell = home.simulators.len() as f64 / home.cells() as f64;
-        let length = (SIMULATORS_IN_PIECE / in_cell).clamp(1.0, LONGEST_PIECE as f64) as usize;
+        let length =
+            (SIMULATORS_IN_PIECE / home.in_cell()).clamp(1.0, LONGEST_PIECE as f64) as usize;
         let pieces = columns.div_ceil(length);
         // Trials for each n chi and length of the sides of a box of velocities: the mean of h(k) is half of their sum times the mean
         // component.
