@@ -24,12 +24,13 @@ const FEW: u64 = 128;
 const ANYWHERE: f64 = 1e290;
 
 /// Fewest simulators around, on average, where some are drawn before all are looked at, and the least share of them that is within the
-/// radius: it is less where sizes differ, since partners of all sizes are around.
+/// radius: less is where sizes differ, and in space.
 const MANY: f64 = 24.0;
 const LEAST_SHARE: f64 = 0.3;
 
-/// How many are drawn then, at most.
-const FIRST_DRAWS: usize = 5;
+/// How many are drawn then, at most, and from how many lines of cells.
+const DRAWN_FIRST: usize = 5;
+const DRAWN_LINES: usize = 8;
 
 /// Widest search for the nearest, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
@@ -86,15 +87,6 @@ impl Block {
     }
 }
 
-/// What a few draws among those around give.
-enum Drawn {
-    Found(usize),
-    /// None of those drawn was within the radius.
-    Nobody,
-    /// None was drawn.
-    Few,
-}
-
 impl<'a, P: Physics> Search<'a, P> {
     /// `radius`: within which all simulators are equally likely; `in_cell`: how many are in a cell, on average.
     pub(super) fn new(
@@ -104,12 +96,14 @@ impl<'a, P: Physics> Search<'a, P> {
         in_cell: f64,
     ) -> Self {
         // In cells: what is within the radius, and what is around.
+        let side = 2 * ranges.block() + 1;
         let within = P::Space::ball(radius) / grid.cell_volume();
-        let around = ((2 * ranges.block() + 1) as f64).powi(P::Space::DIMENSION as i32);
+        let around = (side * side) as f64;
+        let has_many = in_cell * around >= MANY && within >= LEAST_SHARE * around;
         Self {
             grid,
             radius,
-            draws: in_cell * around >= MANY && within >= LEAST_SHARE * around,
+            draws: P::Space::DIMENSION == 2 && side <= DRAWN_LINES && has_many,
             near: ranges.near as i64,
             shift: ranges.shift as i64,
             narrowest: grid.narrowest(),
@@ -135,18 +129,12 @@ impl<'a, P: Physics> Search<'a, P> {
         let mut pick = pick;
         if !patch.is_narrow() {
             if self.draws {
-                let cells = (self.near + self.shift) as usize;
-                let block = Block::around(patch, cell, cells);
-                let drawn = if cells == 1 && P::Space::DIMENSION == 2 {
-                    self.drawn::<4>(patch, aim, block, who, pick, stream)
-                } else {
-                    self.drawn::<RUNS>(patch, aim, block, who, pick, stream)
-                };
-                match drawn {
-                    Drawn::Found(index) => return Some(index),
-                    Drawn::Nobody => pick = stream.random::<u64>() >> 32,
-                    Drawn::Few => {}
+                let block = Block::around(patch, cell, (self.near + self.shift) as usize);
+                let drawn = self.drawn(patch, aim, block, who, pick, stream);
+                if drawn.is_some() {
+                    return drawn;
                 }
+                pick = stream.random::<u64>() >> 32;
             }
             let hidden = patch.hide(who);
             let found = match self.near + self.shift {
@@ -164,9 +152,9 @@ impl<'a, P: Physics> Search<'a, P> {
         self.partner_around(patch, aim, who, stream)
     }
 
-    /// Any simulator within the radius, all equally likely, as the first of a few drawn among those around that is within it.
+    /// Any simulator within the radius, all equally likely, as the first of a few drawn in a block of cells that is within it.
     #[inline(always)]
-    fn drawn<const LINES: usize>(
+    fn drawn(
         &self,
         patch: &Patch<P>,
         aim: Aim<VectorOf<P>>,
@@ -174,38 +162,33 @@ impl<'a, P: Physics> Search<'a, P> {
         who: usize,
         pick: u64,
         stream: &mut impl Rng,
-    ) -> Drawn {
+    ) -> Option<usize> {
         let Block { first, sides } = block;
-        let lines = sides[1] * sides[2];
-        if lines > LINES {
-            return Drawn::Few;
-        }
-        let [_, column, layer] = patch.strides();
+        let column = patch.strides()[1];
         // How many there are up to each line, side by side, so that all are compared at once.
-        let (mut sums, mut starts) = ([u32::MAX; LINES], [0_u32; LINES]);
+        let (mut sums, mut starts) = ([u32::MAX; DRAWN_LINES], [0_u32; DRAWN_LINES]);
         let mut all = 0;
-        for line in 0..lines {
-            let begin = first + line % sides[1] * column + line / sides[1] * layer;
-            let members = patch.members(begin, sides[0]);
+        for line in 0..sides[1] {
+            let members = patch.members(first + column * line, sides[0]);
             starts[line] = (members.start as u32).wrapping_sub(all);
             all += members.len() as u32;
             sums[line] = all;
         }
         if all == 0 {
-            return Drawn::Few;
+            return None;
         }
         let limit = self.radius * self.radius;
         let mut number = pick;
-        for _ in 0..FIRST_DRAWS {
+        for _ in 0..DRAWN_FIRST {
             let slot = ((number * u64::from(all)) >> 32) as u32;
             let line = sums.iter().filter(|&&sum| sum <= slot).count();
             let index = starts[line].wrapping_add(slot) as usize;
             if index != who && self.distance_square(patch, aim, index) < limit {
-                return Drawn::Found(index);
+                return Some(index);
             }
             number = stream.random::<u64>() >> 32;
         }
-        Drawn::Nobody
+        None
     }
 
     /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden. Where sizes

@@ -277,7 +277,7 @@ pub(crate) fn brief(value: &toml::Value) -> String {
     text.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-/// What other programs and papers call things, and the keys that they have here.
+/// What other programs and papers call things, and the keys and words that they have here.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("aggregation", "sticking"),
     ("boundary", "walls"),
@@ -286,9 +286,14 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("count", "number"),
     ("density", "packing_fraction"),
     ("diffusion", "displacement"),
+    ("dimensions", "size"),
     ("domain", "box"),
     ("duration", "until"),
     ("force", "gravity"),
+    ("forces", "gravity"),
+    ("hard", "specular"),
+    ("length", "size"),
+    ("lengths", "size"),
     ("mean_squared_displacement", "displacement"),
     ("msd", "displacement"),
     ("n", "number"),
@@ -298,12 +303,16 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("profiles", "fields"),
     ("radial_distribution", "pair_correlation"),
     ("rdf", "pair_correlation"),
+    ("reflecting", "specular"),
+    ("reflective", "specular"),
+    ("shaking", "vibration"),
     ("sides", "size"),
     ("solid_fraction", "packing_fraction"),
     ("temperature", "energy"),
     ("trajectory", "snapshots"),
     ("vacf", "velocity_autocorrelation"),
     ("velocities", "velocity_distribution"),
+    ("vibrates", "vibration"),
     ("viscosity", "transport"),
     ("volume_fraction", "packing_fraction"),
 ];

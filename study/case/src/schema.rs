@@ -14,6 +14,9 @@ use crate::error::{Fault, Problem, nearest};
 use crate::format::Case;
 use crate::origin::{Key, OUTSIDE, below, dotted};
 
+/// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
+const DEPTH: usize = 3;
+
 /// Smallest and largest number, so that squares and cubes of what is written are numbers too.
 const SMALLEST: f64 = 1e-100;
 const LARGEST: f64 = 1e100;
@@ -105,6 +108,10 @@ impl Format {
             .filter(|choice| has_type(choice, value))
             .collect();
         let Some(&first) = fitting.first() else {
+            let is_list = |choice: &&Json| choice["items"]["type"] == "object";
+            if value.is_table() && alternatives(schema).iter().any(is_list) {
+                return refuse(value, Some(format!("[[{}]]", dotted(key))));
+            }
             let words = alternatives(schema).into_iter().flat_map(words).next();
             let text = value.as_str().unwrap_or_default();
             let close = words.and_then(|_| nearest(text, all_words(schema)));
@@ -166,7 +173,11 @@ impl Format {
                 let allowed = names().cloned().collect();
                 let close = nearest(name, names().map(String::as_str)).map(str::to_owned);
                 let mut problem = Problem::new(&below(key, name), Fault::UnknownKey { allowed });
-                problem.suggestion = close.or_else(|| self.elsewhere(name));
+                let inside = || {
+                    let path = (2..=DEPTH).find_map(|depth| path_to(schema, name, depth))?;
+                    Some(dotted(&[key, &path[..]].concat()))
+                };
+                problem.suggestion = close.or_else(inside).or_else(|| self.elsewhere(name));
                 return Err(problem);
             }
         }
@@ -186,8 +197,6 @@ impl Format {
 
     /// The full name of a key that belongs into another table, the least deep one.
     fn elsewhere(&self, name: &str) -> Option<String> {
-        /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
-        const DEPTH: usize = 3;
         let found = (1..=DEPTH).find_map(|depth| path_to(&self.json, name, depth))?;
         Some(match &found[..] {
             [alone] => format!("{alone}{OUTSIDE}"),

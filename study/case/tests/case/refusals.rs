@@ -493,6 +493,21 @@ const OF_FLOWS: &[Row] = &[
         "walls.top is periodic",
     ),
     (
+        &["inflow={ face = \"left\" }"],
+        "inflow",
+        "did you mean [[inflow]]?",
+    ),
+    (
+        &["walls.top=hard"],
+        "walls.top",
+        "did you mean \"specular\"?",
+    ),
+    (
+        &["walls.top.amplitude=1"],
+        "walls.top.amplitude",
+        "did you mean walls.top.vibration.amplitude?",
+    ),
+    (
         &["walls.top.temperature=1"],
         "walls.top.temperature",
         "or else restitution",

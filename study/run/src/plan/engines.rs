@@ -111,9 +111,8 @@ fn monte_carlo<S: Space>(
     let boxed = plan.is_bounded() || !plan.case.inflow.is_empty() || written.weights.is_some();
     let free = !boxed || parameters.displacement == Displacement::None;
     let key = format!("engine.{name}.displacement");
-    let found =
-        "a displacement (the default of this scheme) beside walls, openings, obstacles or weights";
-    let allowed = "false there, for partners would be displaced through walls";
+    let found = "a displacement, the default of this scheme";
+    let allowed = "false beside walls, openings, obstacles or weights, for partners would be displaced through walls";
     PlanError::unless(free, key, found, allowed)?;
     parameters.largest_contact_value =
         (written.largest_contact_value).unwrap_or(parameters.largest_contact_value);
