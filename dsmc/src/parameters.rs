@@ -262,32 +262,6 @@ impl Parameters {
             .min(MOST_COPIES)
     }
 
-    /// Steps in which a mean free time passes that a uniform gas of equal smooth disks needs, of [`Scheme::ContactPoint`]: fewer than
-    /// [`Parameters::for_scheme`] has, from packing 0.25 on, where few simulators leave more of the energy at restitution 0.8
-    /// ([`Parameters::excess_of_repeated_pairs`]) than the step can: 2 where that is 3 %, 3 where it is 0.5 %. Packing 0.25 has 2 with one
-    /// and two simulators for each disk, 3 with three to eight.
-    ///
-    /// Measured at packings 0.25 and 0.5 with one to eight simulators: energies at t0 and 3 t0 are within 0.3 % of those with four or eight
-    /// steps, at standard errors of 0.1 to 0.25 %. In thin gases the longer step costs more; in space, for unequal or rough particles and
-    /// beside walls it was not measured.
-    pub fn enough_steps<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
-        const RESTITUTION: f64 = 0.8;
-        let usual = self.steps_per_crossing;
-        let Scheme::ContactPoint { .. } = self.scheme else {
-            return usual;
-        };
-        let path = self.mean_free_path::<S>(packing_fraction, diameter);
-        // Packing 0.25 and denser.
-        if S::DIMENSION > 2 || path > 0.72 * diameter {
-            return usual;
-        }
-        match self.excess_of_repeated_pairs::<S>(packing_fraction, diameter, RESTITUTION) {
-            excess if excess > 0.03 => usual.min(2.0),
-            excess if excess > 0.005 => usual.min(3.0),
-            _ => usual,
-        }
-    }
-
     /// Number of cells along each axis of a box: as many as fit at the chosen size; one beyond the dimension.
     pub fn cells<S: Space>(
         &self,

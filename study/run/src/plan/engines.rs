@@ -114,6 +114,8 @@ fn monte_carlo<S: Space>(
     let found = "a displacement, the default of this scheme";
     let allowed = "false beside walls, openings, obstacles or weights, for partners would be displaced through walls";
     PlanError::unless(free, key, found, allowed)?;
+    let steps = (written.steps_per_crossing).or(written.steps_per_mean_free_time);
+    parameters.steps_per_crossing = steps.unwrap_or(parameters.steps_per_crossing);
     parameters.largest_contact_value =
         (written.largest_contact_value).unwrap_or(parameters.largest_contact_value);
     let diameter = 2.0 * plan.mean_radius();
@@ -124,14 +126,6 @@ fn monte_carlo<S: Space>(
             Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
         }
         None => parameters.simulators_per_disk,
-    };
-    let steps = (written.steps_per_crossing).or(written.steps_per_mean_free_time);
-    parameters.steps_per_crossing = match steps {
-        Some(steps) => steps,
-        None if plan.kind == Kind::Comparison && plan.species.len() == 1 && !plan.is_rough() => {
-            parameters.enough_steps::<S>(plan.packing_fraction, diameter)
-        }
-        None => parameters.steps_per_crossing,
     };
     parameters.copies = match written.copies {
         Some(WrittenCopies::Independent) => Copies::Independent,
