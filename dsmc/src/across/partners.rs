@@ -122,14 +122,13 @@ impl<'a, P: Physics> Search<'a, P> {
         aim: Aim<VectorOf<P>>,
         cell: usize,
         who: usize,
-        pick: u64,
+        mut pick: u64,
         stream: &mut impl Rng,
     ) -> Option<usize> {
-        // Nearly always cells next to it: written out, that is faster.
-        let mut pick = pick;
         if !patch.is_narrow() {
+            let cells = (self.near + self.shift) as usize;
             if self.draws {
-                let block = Block::around(patch, cell, (self.near + self.shift) as usize);
+                let block = Block::around(patch, cell, cells);
                 let drawn = self.drawn(patch, aim, block, who, pick, stream);
                 if drawn.is_some() {
                     return drawn;
@@ -137,12 +136,12 @@ impl<'a, P: Physics> Search<'a, P> {
                 pick = stream.random::<u64>() >> 32;
             }
             let hidden = patch.hide(who);
-            let found = match self.near + self.shift {
-                1 if P::Space::DIMENSION == 2 => {
-                    let block = Block::around(patch, cell, 1);
-                    self.closest::<FEW_RUNS>(patch, aim, block, ANYWHERE, pick)
-                }
-                cells => self.closest_around(patch, aim, cell, cells as usize, pick),
+            // Nearly always cells next to it: written out, that is faster.
+            let found = if cells == 1 && P::Space::DIMENSION == 2 {
+                let block = Block::around(patch, cell, 1);
+                self.closest::<FEW_RUNS>(patch, aim, block, ANYWHERE, pick)
+            } else {
+                self.closest_around(patch, aim, cell, cells, pick)
             };
             patch.show(who, hidden);
             if found.is_some() {

@@ -50,7 +50,7 @@ fn partners_are_those_of_a_plain_search() {
 
 /// However wide the radius, as it is in a thin gas between walls, a search stays in the cells around.
 fn stays_around<P: Physics>(patch: &Patch<P>, aim: Aim<VectorOf<P>>, cell: usize, cells: usize) {
-    let block = patch.block_within(aim, 1e8, cells);
+    let block = patch.block_within(aim, 1e9, cells);
     assert_eq!(block.sides, [2 * cells + 1, 2 * cells + 1, 1]);
     assert_eq!(block.first, cell - cells * (1 + patch.strides()[1]));
 }

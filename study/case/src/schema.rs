@@ -14,9 +14,6 @@ use crate::error::{Fault, Problem, nearest};
 use crate::format::Case;
 use crate::origin::{Key, OUTSIDE, below, dotted};
 
-/// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
-const DEPTH: usize = 3;
-
 /// Smallest and largest number, so that squares and cubes of what is written are numbers too.
 const SMALLEST: f64 = 1e-100;
 const LARGEST: f64 = 1e100;
@@ -174,7 +171,7 @@ impl Format {
                 let close = nearest(name, names().map(String::as_str)).map(str::to_owned);
                 let mut problem = Problem::new(&below(key, name), Fault::UnknownKey { allowed });
                 let inside = || {
-                    let path = (2..=DEPTH).find_map(|depth| path_to(schema, name, depth))?;
+                    let path = shallowest(schema, name)?;
                     Some(dotted(&[key, &path[..]].concat()))
                 };
                 problem.suggestion = close.or_else(inside).or_else(|| self.elsewhere(name));
@@ -197,12 +194,19 @@ impl Format {
 
     /// The full name of a key that belongs into another table, the least deep one.
     fn elsewhere(&self, name: &str) -> Option<String> {
-        let found = (1..=DEPTH).find_map(|depth| path_to(&self.json, name, depth))?;
+        let found = shallowest(&self.json, name)?;
         Some(match &found[..] {
             [alone] => format!("{alone}{OUTSIDE}"),
             _ => dotted(&found),
         })
     }
+}
+
+/// The keys that lead to the least deep key of a name.
+fn shallowest(schema: &Json, name: &str) -> Option<Key> {
+    /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
+    const DEPTH: usize = 3;
+    (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
 }
 
 /// The keys that lead to a key of a name through as many tables and lists of tables.

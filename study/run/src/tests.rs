@@ -561,7 +561,9 @@ fn other_names_lead_to_keys() {
     let format = crate::check::format();
     let keys = serde_json::to_string(format.json()).expect("a schema");
     for (other, key) in stosszahl_case::SYNONYMS {
-        assert!(keys.contains(&format!("\"{key}\"")), "{key}");
+        // A key, or the one word that has other names.
+        let known = if *key == "specular" { "" } else { ":" };
+        assert!(keys.contains(&format!("\"{key}\"{known}")), "{key}");
         assert_ne!(other, key);
     }
     let text = "format = 2\ntitle = \"a test\"\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n\
