@@ -37,10 +37,8 @@ where
             ends: until.is_finite(),
             last,
         };
-        if self.spread.strips > 1 {
-            self.leap(&goal, recorder);
-        }
-        if self.run(&goal, recorder)? {
+        let there = self.spread.strips > 1 && self.leap(&goal, recorder);
+        if there || self.run(&goal, recorder)? {
             // A gas without events stays where it is rather than move for an infinite time.
             if goal.ends {
                 self.stop_at(until, goal.end)?;

@@ -11,6 +11,9 @@ const COLLAPSE: u64 = 4000;
 /// Collisions whose disks are called the cluster of a collapse.
 const RECENT: usize = 256;
 
+/// Contacts from a look at the time to the next.
+const LOOK: u64 = 1024;
+
 /// Collisions in a row with hardly any approach that are a collapse, if time does not advance.
 const FEW: usize = 32;
 
@@ -161,11 +164,17 @@ impl Progress {
         self.has_stopped(number, latest)
     }
 
-    /// The same for a contact that is not feeble, after others that were not.
-    #[inline(always)]
+    /// The same for a contact that is not feeble, after others that were not. Of many in a row only [`Self::counts`] need be shown.
     pub(crate) fn usual_collision(&mut self, number: u64, latest: &Latest) -> bool {
         self.remember(number, latest);
         self.has_stopped(number, latest)
+    }
+
+    /// Which contacts from one number to another, inclusive, leave something behind: those at which one looks at the time, and the last ones.
+    pub(crate) fn counts(first: u64, last: u64) -> impl Iterator<Item = u64> {
+        let late = first.max((last + 1).saturating_sub(RECENT as u64));
+        let looks = (first.next_multiple_of(LOOK)..late).step_by(LOOK as usize);
+        looks.chain(late..=last)
     }
 
     #[inline(always)]
@@ -179,7 +188,7 @@ impl Progress {
     /// Whether time has not advanced for too many contacts; looked at once in a while.
     #[inline(always)]
     fn has_stopped(&mut self, number: u64, latest: &Latest) -> bool {
-        if !number.is_multiple_of(1024) {
+        if !number.is_multiple_of(LOOK) {
             return false;
         }
         if latest.now - self.time > latest.resolution() {
@@ -197,5 +206,35 @@ impl Progress {
     pub(crate) fn cluster(&self) -> BTreeSet<u32> {
         let recent = self.recent.iter().flat_map(|(pair, _)| *pair);
         recent.filter(|&disk| disk != NONE).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Progress that is shown some of many contacts knows what one knows that was shown all.
+    #[test]
+    fn few_contacts_count() {
+        for (first, last) in [(1, 0), (1, 1), (1, 300), (5, 1023), (900, 1030), (1024, 5000)] {
+            let latest = |number: u64| Latest {
+                pair: [number as u32, 7],
+                now: 1e-3 * number as f64,
+                age: 1.0,
+                unit: 1.0,
+                disks: 10,
+                straight: true,
+            };
+            let after = |numbers: Vec<u64>| {
+                let mut progress = Progress::new(0);
+                for number in numbers {
+                    assert!(!progress.usual_collision(number, &latest(number)));
+                }
+                (progress.time, progress.collisions, progress.recent)
+            };
+            let some: Vec<u64> = Progress::counts(first, last).collect();
+            assert!(some.len() <= RECENT + 5);
+            assert!(after(some) == after((first..=last).collect()), "{first} {last}");
+        }
     }
 }

@@ -9,7 +9,7 @@ use super::window::{Contact, Edge, SEAM, Window};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
 use crate::engine::Engine;
-use crate::progress::PATIENCE;
+use crate::progress::{PATIENCE, Progress};
 
 /// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
@@ -93,20 +93,30 @@ where
             return false;
         }
         let contacts = in_time(&windows);
-        let contacts = || contacts.iter().flatten();
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
-        let mut last = None;
-        for (number, (strip, contact)) in (1..).zip(contacts()) {
+        // Where each part begins, and where the last ends.
+        let mut begins = vec![0];
+        begins.extend(contacts.iter().scan(0, |end, part| {
+            *end += part.len();
+            Some(*end)
+        }));
+        let all = begins[contacts.len()] as u64;
+        for number in Progress::counts(before + 1, before + all) {
+            let index = (number - before - 1) as usize;
+            let part = begins.partition_point(|begin| *begin <= index) - 1;
+            let (_, contact) = contacts[part][index - begins[part]];
             // What is feeble is left to an engine alone.
             let latest = self.latest(contact.pair, contact.now);
-            if progress.usual_collision(before + number, &latest) {
+            if progress.usual_collision(number, &latest) {
                 return false;
             }
-            if ends || contact.pair[1] != NONE {
-                last = Some((*strip, contact.now));
-            }
         }
+        let contacts = || contacts.iter().flatten();
+        let last = contacts()
+            .rev()
+            .find(|(_, contact)| ends || contact.pair[1] != NONE)
+            .map(|(strip, contact)| (*strip, contact.now));
         let idle = windows.iter().enumerate().map(|(strip, window)| {
             let counts = |time: &&f64| match last {
                 Some((its, _)) if its == strip => true,

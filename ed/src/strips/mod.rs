@@ -50,7 +50,7 @@ const WORTH_STRIPS: f64 = 0.08;
 const WORTH: f64 = 0.03;
 
 /// Windows after which the gas is put together: what it goes back to if a later one is wrong.
-const MOST_BEHIND: usize = 16;
+const MOST_BEHIND: usize = 4;
 
 /// Share of these rows that wrong events may enter, at the most; what a window that was wrong leaves of it, and how it grows with others: so
 /// that one in some hundreds is.
@@ -218,25 +218,25 @@ where
         cut::equal_cuts(rows, self.spread.strips.min(usize::from(u8::MAX)))
     }
 
-    /// Goes towards a goal in strips, as far as that pays.
-    pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) {
+    /// Goes towards a goal in strips, as far as that pays. True if its time was reached, with fewer collisions than its last.
+    pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
         let disks = self.names.len() as f64;
         let worth = WORTH_STRIPS * disks;
         if ((goal.last - self.tally.collisions) as f64) < worth {
-            return;
+            return false;
         }
         // Whether feeble contacts are a collapse depends on their order.
         if self.progress.is_feeble() {
-            return;
+            return false;
         }
         let Some(mut cuts) = self.cuts() else {
-            return;
+            return false;
         };
         let end = goal.end.min(self.horizon.next_down());
         let mut rate = self.rate_to_come();
         // The rate is known within a factor of two.
         if (end - self.now) * rate < 0.5 * worth {
-            return;
+            return false;
         }
         let mut strips: Vec<Self> = Vec::new();
         let (mut now, mut retries) = (self.now, 0);
@@ -297,6 +297,7 @@ where
             cut::join(self, &strips);
         }
         self.spread.cuts = cuts;
+        now == goal.end && self.tally.collisions < goal.last
     }
 
     /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
