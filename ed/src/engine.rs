@@ -18,7 +18,7 @@ use crate::error::EngineError;
 use crate::motion::Motion;
 use crate::progress::Progress;
 use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
-use crate::strips::{Spread, Window};
+use crate::strips::{Spread, Standing, Window};
 use crate::surroundings::{Boundaries, Surroundings, Units};
 use crate::windings::{self, Winding};
 
@@ -85,6 +85,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) stop: Interruption,
     /// How the gas is spread over threads.
     pub(crate) spread: Spread,
+    /// Its strips; none once it has gone on alone.
+    pub(crate) standing: Standing<Self>,
     /// The log, if this is a strip of another gas.
     pub(crate) window: Option<Box<Window<P>>>,
 }
@@ -266,6 +268,7 @@ where
             rebounds,
             stop: Interruption::default(),
             spread,
+            standing: Standing::default(),
             window: None,
         };
         for disk in 0..count as u32 {
@@ -326,6 +329,7 @@ where
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         self.forget_events();
+        self.standing = Standing::default();
         let checkpoint = self.checkpoint();
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
@@ -364,6 +368,7 @@ where
     /// The gas at the present time, of an engine that is no longer needed: takes less memory than [`Engine::state`].
     pub fn into_state(mut self) -> State<P> {
         self.forget_events();
+        self.standing = Standing::default();
         self.state()
     }
 
@@ -463,6 +468,7 @@ where
     pub fn bytes(&self) -> usize {
         self.disks.bytes()
             + self.calendar.bytes()
+            + self.standing.strips.iter().map(Self::bytes).sum::<usize>()
             + self.surroundings.bytes()
             + self.spins.capacity() * size_of::<SpinOf<P>>()
             + (self.names.capacity() + self.rebounds.capacity()) * 4

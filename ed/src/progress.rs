@@ -216,7 +216,14 @@ mod tests {
     /// Progress that is shown some of many contacts knows what one knows that was shown all.
     #[test]
     fn few_contacts_count() {
-        for (first, last) in [(1, 0), (1, 1), (1, 300), (5, 1023), (900, 1030), (1024, 5000)] {
+        for (first, last) in [
+            (1, 0),
+            (1, 1),
+            (1, 300),
+            (5, 1023),
+            (900, 1030),
+            (1024, 5000),
+        ] {
             let latest = |number: u64| Latest {
                 pair: [number as u32, 7],
                 now: 1e-3 * number as f64,
@@ -234,7 +241,10 @@ mod tests {
             };
             let some: Vec<u64> = Progress::counts(first, last).collect();
             assert!(some.len() <= RECENT + 5);
-            assert!(after(some) == after((first..=last).collect()), "{first} {last}");
+            assert!(
+                after(some) == after((first..=last).collect()),
+                "{first} {last}"
+            );
         }
     }
 }

@@ -45,9 +45,12 @@ const COST: f64 = 0.02;
 /// Collisions of each disk in a window, for each row of the halo beyond the seam: the first guess.
 const FIRST_REACH: f64 = 0.02;
 
-/// Collisions of each disk that are the least that pays: for a gas to be cut into strips, and for one more window.
+/// Collisions of each disk that are the least that pays: for a gas to go on in strips, and for one more window.
 const WORTH_STRIPS: f64 = 0.08;
 const WORTH: f64 = 0.03;
+
+/// Disks that are asked for their next contacts, at the most.
+const ASKED: usize = 10_000;
 
 /// Windows after which the gas is put together: what it goes back to if a later one is wrong.
 const MOST_BEHIND: usize = 4;
@@ -108,6 +111,22 @@ impl Default for Spread {
             reach: FIRST_REACH,
             entered: ENTERED,
             cuts: Vec::new(),
+        }
+    }
+}
+
+/// Strips that are where their gas is, from one advance to the next.
+pub(crate) struct Standing<E> {
+    pub(crate) strips: Vec<E>,
+    /// Collisions in the unit of own time.
+    rate: f64,
+}
+
+impl<E> Default for Standing<E> {
+    fn default() -> Self {
+        Self {
+            strips: Vec::new(),
+            rate: 0.0,
         }
     }
 }
@@ -173,6 +192,7 @@ where
     pub fn spread_over(&mut self, strips: usize) {
         if strips != self.spread.strips {
             self.spread.cuts.clear();
+            self.standing = Standing::default();
         }
         self.spread.strips = strips;
     }
@@ -220,8 +240,7 @@ where
 
     /// Goes towards a goal in strips, as far as that pays. True if its time was reached, with fewer collisions than its last.
     pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
-        let disks = self.names.len() as f64;
-        let worth = WORTH_STRIPS * disks;
+        let worth = WORTH_STRIPS * self.names.len() as f64;
         if ((goal.last - self.tally.collisions) as f64) < worth {
             return false;
         }
@@ -233,17 +252,24 @@ where
             return false;
         };
         let end = goal.end.min(self.horizon.next_down());
-        let mut rate = self.rate_to_come();
-        // The rate is known within a factor of two.
-        if (end - self.now) * rate < 0.5 * worth {
+        let Standing { mut strips, rate } = std::mem::take(&mut self.standing);
+        let (mut rate, factor) = if strips.is_empty() {
+            // It is known within a factor of two.
+            (self.rate_to_come(), 0.5)
+        } else {
+            (rate, 1.0)
+        };
+        if (end - self.now) * rate < factor * worth {
             return false;
         }
-        let mut strips: Vec<Self> = Vec::new();
+        for strip in &mut strips {
+            strip.stop = self.stop.clone();
+        }
         let (mut now, mut retries) = (self.now, 0);
         let mut behind = Behind::new(self);
         while retries < MOST_RETRIES && now < end {
             let places = self.places(&cuts);
-            let window = self.window(&places[0], goal.last, rate, end - now, recorder);
+            let window = self.window(&places[0], goal.last, rate, recorder);
             let Some(window) = window else {
                 break;
             };
@@ -297,7 +323,11 @@ where
             cut::join(self, &strips);
         }
         self.spread.cuts = cuts;
-        now == goal.end && self.tally.collisions < goal.last
+        let there = now == goal.end && self.tally.collisions < goal.last;
+        if there {
+            self.standing = Standing { strips, rate };
+        }
+        there
     }
 
     /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
@@ -379,26 +409,22 @@ where
         200 * (self.names.len() / strips) as u64 + 1_000_000
     }
 
-    /// Collisions in the unit of own time, within a factor of two, from the contacts that are known now.
+    /// Collisions in the unit of own time, within a factor of two, from the contacts that some disks know now.
     fn rate_to_come(&self) -> f64 {
-        let contacts = self.disks.all.iter().map(|disk| disk.contact - self.now);
-        let waits: Vec<f64> = contacts.filter(|wait| wait.is_finite()).collect();
+        let every = 1 + self.disks.all.len() / ASKED;
+        let contacts = self.disks.all.iter().step_by(every);
+        let waits = contacts.map(|disk| disk.contact - self.now);
+        let waits: Vec<f64> = waits.filter(|wait| wait.is_finite()).collect();
         if waits.is_empty() {
             return 0.0;
         }
         // Both of two disks may know.
-        0.75 * rate(waits)
+        0.75 * every as f64 * rate(waits)
     }
 
-    /// Length of the next window, in own time, within what is left; `None` if it does not pay.
-    fn window(
-        &self,
-        place: &Place,
-        last: u64,
-        rate: f64,
-        left: f64,
-        recorder: &Recorder<'_>,
-    ) -> Option<f64> {
+    /// Length of the next window, in own time; `None` if it does not pay. What is left until an end may be less, but to leave that to the gas alone costs
+    /// more.
+    fn window(&self, place: &Place, last: u64, rate: f64, recorder: &Recorder<'_>) -> Option<f64> {
         let disks = self.names.len() as f64;
         let to_go = (last - self.tally.collisions) as f64;
         let logged = if recorder.looks() {
@@ -408,8 +434,7 @@ where
         };
         let collisions = (self.spread.reach * f64::from(place.halo - SEAM))
             .min(logged)
-            .min(AIM * (to_go - DEVIATIONS * to_go.sqrt()) / disks)
-            .min(left * rate / disks);
+            .min(AIM * (to_go - DEVIATIONS * to_go.sqrt()) / disks);
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
@@ -473,9 +498,12 @@ where
                 spread.windows += 1;
                 spread.events += events - twice;
                 spread.twice += twice;
-                let reach =
-                    collisions / f64::from(halo - SEAM) * spread.entered / entered.max(1e-3);
-                spread.reach = reach.min(GROWTH * spread.reach);
+                let reach = collisions / f64::from(halo - SEAM);
+                // A window that ended early tells little, unless wrong events came far.
+                if reach >= 0.5 * spread.reach || entered > spread.entered {
+                    let reach = reach * spread.entered / entered.max(1e-3);
+                    spread.reach = reach.min(GROWTH * spread.reach);
+                }
                 spread.entered = ENTERED.min(ENTERED_GROWTH * spread.entered);
             }
             Outcome::Wrong => {
@@ -525,6 +553,34 @@ mod tests {
         assert!(retries > 0 && windows > retries, "{windows} {retries}");
         assert!(shared.0 == alone.0);
         assert!(shared.1 == alone.1);
+    }
+
+    /// Strips stay from one advance to the next until the gas goes on alone, and nothing in it depends on that.
+    #[test]
+    fn strips_stay_between_advances() {
+        let stages = |strips: usize| {
+            let mut engine = lattice::<Buckets>(100);
+            engine
+                .advance(f64::INFINITY, 20_000, &mut ())
+                .expect("disorder");
+            engine.spread_over(strips);
+            let (from, mut all) = (engine.time(), Vec::new());
+            for (stage, most) in (1..).zip([u64::MAX, u64::MAX, 40, u64::MAX, u64::MAX]) {
+                let until = from + 0.3 * f64::from(stage);
+                let there = engine.advance(until, most, &mut ()).expect("time");
+                assert_eq!(there, most == u64::MAX);
+                let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
+                all.push((bytes, engine.standing.strips.len()));
+            }
+            (all, engine.spread().windows)
+        };
+        let (alone, _) = stages(1);
+        let (shared, windows) = stages(2);
+        assert!(windows > 4, "{windows}");
+        for (stage, (alone, shared)) in alone.iter().zip(&shared).enumerate() {
+            assert!(alone.0 == shared.0, "stage {stage}");
+            assert_eq!(shared.1, if stage == 2 { 0 } else { 2 }, "stage {stage}");
+        }
     }
 
     /// Boundaries move half of the way to where work would be equal, and not so far that a strip is too low for its halos.

@@ -93,6 +93,28 @@ fn run<P: Physics<Space = Plane>>(
     ((bytes, collisions), spread)
 }
 
+/// Advances one engine to times one after another, in which its strips stay.
+fn stay<P: Physics<Space = Plane>>(
+    scene: &P,
+    dissipation: Dissipation,
+    boundaries: &Boundaries,
+    start: Checkpoint<P>,
+    times: &[f64],
+    strips: usize,
+) -> (Left, Spread) {
+    let mut engine =
+        Engine::<P>::between(scene.clone(), dissipation, start, boundaries).expect("an engine");
+    engine.spread_over(strips);
+    let (mut bytes, mut collisions) = (Vec::new(), Vec::new());
+    for &until in times {
+        let mut observer = EachCollision(|collision: &Collision| collisions.push(*collision));
+        let there = engine.advance(until, u64::MAX, &mut observer);
+        assert!(there.expect("time"));
+        bytes.extend(postcard::to_stdvec(&engine.checkpoint()).expect("bytes"));
+    }
+    ((bytes, collisions), engine.spread())
+}
+
 /// Compares strips with one engine, and sees to it that there were strips.
 fn compare<P: Physics<Space = Plane>>(
     name: &str,
@@ -110,6 +132,21 @@ fn compare<P: Physics<Space = Plane>>(
         assert!(left.1 == plain.1, "{name}: collisions of {strips} strips");
         assert!(left.0 == plain.0, "{name}: bytes of {strips} strips");
     }
+    // As many collisions again, in five advances of one engine.
+    let engine = Engine::<P>::between(scene.clone(), dissipation, start.clone(), boundaries);
+    let mut engine = engine.expect("an engine");
+    let times: Vec<f64> = (0..5)
+        .map(|_| {
+            let each = plain.1.len() as u64 / 5;
+            engine.advance(FOREVER, each, &mut ()).expect("time");
+            engine.time()
+        })
+        .collect();
+    let (plain, _) = stay(scene, dissipation, boundaries, start.clone(), &times, 1);
+    let (left, spread) = stay(scene, dissipation, boundaries, start.clone(), &times, 3);
+    assert!(spread.windows > 0, "{name}: strips that stay were not used");
+    assert!(left.1 == plain.1, "{name}: collisions of strips that stay");
+    assert!(left.0 == plain.0, "{name}: bytes of strips that stay");
 }
 
 const FOREVER: f64 = f64::INFINITY;
