@@ -49,7 +49,7 @@ pub enum ToOther {
     /// The case.
     Case(Case),
     /// Something to be done; what it leaves comes back with the same number.
-    Order(u64, Vec<u8>),
+    Order(u64, #[serde(with = "serde_bytes")] Vec<u8>),
     /// The end, and whether MPI is to be closed by all together: not if a process was lost.
     End {
         /// Whether all are there.
@@ -65,7 +65,7 @@ pub enum ToRoot {
     /// The case cannot be run here.
     Failed(String),
     /// What an order left.
-    Record(u64, Vec<u8>),
+    Record(u64, #[serde(with = "serde_bytes")] Vec<u8>),
     /// This process was asked to stop; what it was given and has not sent back is for others.
     Leaves,
     /// Collisions since the last time.

@@ -329,7 +329,7 @@ where
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         self.forget_events();
-        self.standing = Standing::default();
+        self.standing.strips.clear();
         let checkpoint = self.checkpoint();
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
@@ -368,7 +368,7 @@ where
     /// The gas at the present time, of an engine that is no longer needed: takes less memory than [`Engine::state`].
     pub fn into_state(mut self) -> State<P> {
         self.forget_events();
-        self.standing = Standing::default();
+        self.standing.strips.clear();
         self.state()
     }
 

@@ -205,7 +205,9 @@ impl<P: Physics<Space = Plane>> Disks<P> {
 
     /// Puts the engine aside.
     fn land(&mut self) -> &mut Checkpoint<P> {
-        if let Stage::Flying(engine) = &self.stage {
+        if let Stage::Flying(engine) = &mut self.stage {
+            // The checkpoint has use for their memory.
+            engine.standing.strips.clear();
             self.bytes = engine.bytes();
             self.spread = engine.spread();
             self.stage = Stage::Between(Box::new(engine.checkpoint()));

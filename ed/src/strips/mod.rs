@@ -192,7 +192,7 @@ where
     pub fn spread_over(&mut self, strips: usize) {
         if strips != self.spread.strips {
             self.spread.cuts.clear();
-            self.standing = Standing::default();
+            self.standing.strips.clear();
         }
         self.spread.strips = strips;
     }

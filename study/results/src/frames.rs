@@ -40,17 +40,23 @@ pub struct Frame {
     /// Largest radius.
     pub radius: f64,
     /// Abscissae in units of the side, two bytes each, the lower one first.
+    #[serde(with = "serde_bytes")]
     pub x: Vec<u8>,
     /// Ordinates.
+    #[serde(with = "serde_bytes")]
     pub y: Vec<u8>,
     /// Directions of velocities: 256 for a turn, from the abscissa on.
+    #[serde(with = "serde_bytes")]
     pub direction: Vec<u8>,
     /// Speeds: 255 for [`FASTEST`] times the root mean square.
+    #[serde(with = "serde_bytes")]
     pub pace: Vec<u8>,
     /// Radii: 255 for the largest; empty where all are equal.
+    #[serde(with = "serde_bytes")]
     pub size: Vec<u8>,
     /// What is known of the last collision, in [`STEPS`] steps: the root of the energy of the partner in the upper four bits, the
     /// impact parameter in the lower ones. 0 before the first collision; empty where the engine does not tell particles apart.
+    #[serde(with = "serde_bytes")]
     pub met: Vec<u8>,
 }
 
@@ -168,7 +174,7 @@ impl Frame {
         let equal = smallest == radius;
         let told = kept.iter().any(|(_, dot)| dot.met.is_some());
         // By a second scatter, so that the order has nothing to do with weights.
-        kept.sort_unstable_by_key(|(number, _)| scatter(scatter(*number)));
+        kept.sort_by_cached_key(|(number, _)| scatter(scatter(*number)));
         let mut frame = Self {
             time,
             sides,

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
 use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation, Work};
@@ -62,13 +63,14 @@ pub fn prepare(
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Saved {
     /// The engine; none once finished: the records are all that is kept.
+    #[serde(with = "serde_bytes")]
     engine: Option<Vec<u8>>,
     /// Which set of shards has its particles, if they are in shards.
     set: Option<Set>,
     next: usize,
     kicks: u64,
     heated: f64,
-    records: Vec<Vec<u8>>,
+    records: Vec<ByteBuf>,
     seconds: f64,
     bytes: usize,
     collisions: u64,
@@ -392,7 +394,10 @@ impl<'a> Course<'a> {
         let (engine, set) = self.checkpoint(control)?;
         self.set = set;
         let work = self.gas.work();
-        let records = self.probes.iter().map(|probe| probe.save());
+        let records = self
+            .probes
+            .iter()
+            .map(|probe| probe.save().map(ByteBuf::from));
         Ok(Saved {
             engine: Some(engine),
             set,
@@ -414,7 +419,10 @@ impl Finished {
     /// # Errors
     /// If a record cannot be written, which is an error of the program.
     pub(crate) fn save(&self) -> Result<Saved, postcard::Error> {
-        let records = self.probes.iter().map(|probe| probe.save());
+        let records = self
+            .probes
+            .iter()
+            .map(|probe| probe.save().map(ByteBuf::from));
         Ok(Saved {
             engine: None,
             set: None,

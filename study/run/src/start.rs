@@ -91,6 +91,7 @@ impl From<PlacementError> for StartError {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Preparation {
     /// Elastic dynamics, between two legs.
+    #[serde(with = "serde_bytes")]
     gas: Vec<u8>,
     collisions: u64,
     bins: Vec<u64>,
