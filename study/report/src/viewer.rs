@@ -209,7 +209,7 @@ impl Packed {
 
     /// Compressed, as text.
     fn deflated(&self) -> String {
-        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
         // Writing to memory cannot fail.
         let bytes = encoder.write_all(&self.0).and_then(|()| encoder.finish());
         STANDARD.encode(bytes.unwrap_or_default())

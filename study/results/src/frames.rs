@@ -4,6 +4,8 @@
 //! that stand for different numbers of them, a fair sample is kept: each kept one stands for as many particles as any other.
 //! Which ones depends on their numbers alone, so that a particle whose number stays is in all frames or in none, and they stand in an order
 //! that has nothing to do with where they are or how they move: the first few of a frame are a fair sample, too.
+//!
+//! What makes frames is `inline`, so that it is compiled where it is used: this crate is compiled lightly, and a run makes many.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -70,6 +72,7 @@ pub struct Met {
 }
 
 impl Met {
+    #[inline]
     fn byte(self) -> u8 {
         let step = |share: f64| 1 + (share.clamp(0.0, 1.0) * f64::from(STEPS - 1)).round() as u8;
         (step((self.partner / HOTTEST).sqrt()) << 4) | step(self.impact)
@@ -92,6 +95,7 @@ pub struct Dot {
 }
 
 /// A number that looks random, of a number (the finaliser of `SplitMix64`).
+#[inline]
 fn scatter(index: u64) -> u64 {
     let mut mixed = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -136,12 +140,14 @@ impl Crowd {
 }
 
 /// Whether a frame keeps a particle of a number and a weight w: with the probability w / share.
+#[inline]
 pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
     scatter(number) as f64 / 2_f64.powi(64) * share < weight
 }
 
 impl Frame {
     /// A frame of about `most` particles at most, which are numbered.
+    #[inline]
     pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
         let mut crowd = Crowd::default();
         for dot in dots {
@@ -156,6 +162,7 @@ impl Frame {
     }
 
     /// A frame of those that are kept of a crowd, with their numbers.
+    #[inline]
     pub fn of(
         time: f64,
         sides: [f64; 2],
