@@ -18,7 +18,7 @@ use crate::error::EngineError;
 use crate::motion::Motion;
 use crate::progress::Progress;
 use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
-use crate::strips::{Spread, Standing, Window};
+use crate::strips::{Spread, Window};
 use crate::surroundings::{Boundaries, Surroundings, Units};
 use crate::windings::{self, Winding};
 
@@ -85,8 +85,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) stop: Interruption,
     /// How the gas is spread over threads.
     pub(crate) spread: Spread,
-    /// Its strips; none once it has gone on alone.
-    pub(crate) standing: Standing<Self>,
+    /// Its strips, from one advance to the next; none once it has gone on alone.
+    pub(crate) strips: Vec<Self>,
     /// The log, if this is a strip of another gas.
     pub(crate) window: Option<Box<Window<P>>>,
 }
@@ -268,7 +268,7 @@ where
             rebounds,
             stop: Interruption::default(),
             spread,
-            standing: Standing::default(),
+            strips: Vec::new(),
             window: None,
         };
         for disk in 0..count as u32 {
@@ -329,7 +329,6 @@ where
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         self.forget_events();
-        self.standing.strips.clear();
         let checkpoint = self.checkpoint();
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
@@ -368,12 +367,12 @@ where
     /// The gas at the present time, of an engine that is no longer needed: takes less memory than [`Engine::state`].
     pub fn into_state(mut self) -> State<P> {
         self.forget_events();
-        self.standing.strips.clear();
         self.state()
     }
 
-    /// Frees the calendar, before something else needs memory.
+    /// Frees the calendar and strips, before something else needs memory.
     pub(crate) fn forget_events(&mut self) {
+        self.strips.clear();
         self.calendar = Q::new(&NoEvents, 0.0);
         self.knows_events = false;
     }
@@ -468,7 +467,7 @@ where
     pub fn bytes(&self) -> usize {
         self.disks.bytes()
             + self.calendar.bytes()
-            + self.standing.strips.iter().map(Self::bytes).sum::<usize>()
+            + self.strips.iter().map(Self::bytes).sum::<usize>()
             + self.surroundings.bytes()
             + self.spins.capacity() * size_of::<SpinOf<P>>()
             + (self.names.capacity() + self.rebounds.capacity()) * 4

@@ -57,7 +57,7 @@ where
         goal: &Goal,
         recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
-        self.standing.strips.clear();
+        self.strips.clear();
         self.recall_events();
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {

@@ -207,7 +207,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     fn land(&mut self) -> &mut Checkpoint<P> {
         if let Stage::Flying(engine) = &mut self.stage {
             // The checkpoint has use for their memory.
-            engine.standing.strips.clear();
+            engine.strips.clear();
             self.bytes = engine.bytes();
             self.spread = engine.spread();
             self.stage = Stage::Between(Box::new(engine.checkpoint()));

@@ -218,7 +218,7 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         unit: whole.unit,
         stop: whole.stop.clone(),
         spread: super::Spread::default(),
-        standing: super::Standing::default(),
+        strips: Vec::new(),
         window: Some(Box::new(Window::new(place, rows.len()))),
     }
 }

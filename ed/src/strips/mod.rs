@@ -95,6 +95,8 @@ pub struct Spread {
     reach: f64,
     /// Share of these rows that wrong events may enter.
     entered: f64,
+    /// Collisions in the unit of own time, in the last window or as they are expected.
+    rate: f64,
     /// Rows of cells at which strips begin, and where the last ends; none if not known yet.
     cuts: Vec<i32>,
 }
@@ -110,23 +112,8 @@ impl Default for Spread {
             lost: 0,
             reach: FIRST_REACH,
             entered: ENTERED,
-            cuts: Vec::new(),
-        }
-    }
-}
-
-/// Strips that are where their gas is, from one advance to the next.
-pub(crate) struct Standing<E> {
-    pub(crate) strips: Vec<E>,
-    /// Collisions in the unit of own time.
-    rate: f64,
-}
-
-impl<E> Default for Standing<E> {
-    fn default() -> Self {
-        Self {
-            strips: Vec::new(),
             rate: 0.0,
+            cuts: Vec::new(),
         }
     }
 }
@@ -192,7 +179,7 @@ where
     pub fn spread_over(&mut self, strips: usize) {
         if strips != self.spread.strips {
             self.spread.cuts.clear();
-            self.standing.strips.clear();
+            self.strips.clear();
         }
         self.spread.strips = strips;
     }
@@ -240,7 +227,7 @@ where
 
     /// Goes towards a goal in strips, as far as that pays. True if its time was reached, with fewer collisions than its last.
     pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
-        let worth = WORTH_STRIPS * self.names.len() as f64;
+        let mut worth = WORTH_STRIPS * self.names.len() as f64;
         if ((goal.last - self.tally.collisions) as f64) < worth {
             return false;
         }
@@ -252,14 +239,13 @@ where
             return false;
         };
         let end = goal.end.min(self.horizon.next_down());
-        let Standing { mut strips, rate } = std::mem::take(&mut self.standing);
-        let (mut rate, factor) = if strips.is_empty() {
+        let mut strips = std::mem::take(&mut self.strips);
+        if strips.is_empty() {
             // It is known within a factor of two.
-            (self.rate_to_come(), 0.5)
-        } else {
-            (rate, 1.0)
-        };
-        if (end - self.now) * rate < factor * worth {
+            self.spread.rate = self.rate_to_come();
+            worth *= 0.5;
+        }
+        if (end - self.now) * self.spread.rate < worth {
             return false;
         }
         for strip in &mut strips {
@@ -269,7 +255,7 @@ where
         let mut behind = Behind::new(self);
         while retries < MOST_RETRIES && now < end {
             let places = self.places(&cuts);
-            let window = self.window(&places[0], goal.last, rate, recorder);
+            let window = self.window(&places[0], goal.last, recorder);
             let Some(window) = window else {
                 break;
             };
@@ -292,9 +278,7 @@ where
             } else {
                 Outcome::Unusual
             };
-            rate = self
-                .learn(&outcome, &strips, [now, until], places[0].halo)
-                .unwrap_or(rate);
+            self.learn(&outcome, &strips, [now, until], places[0].halo);
             match outcome {
                 Outcome::Kept(_) if self.merge(&strips, &observed, goal.ends, recorder) => {
                     behind.windows.push((places, until));
@@ -325,7 +309,7 @@ where
         self.spread.cuts = cuts;
         let there = now == goal.end && self.tally.collisions < goal.last;
         if there {
-            self.standing = Standing { strips, rate };
+            self.strips = strips;
         }
         there
     }
@@ -424,7 +408,8 @@ where
 
     /// Length of the next window, in own time; `None` if it does not pay. What is left until an end may be less, but to leave that to the gas alone costs
     /// more.
-    fn window(&self, place: &Place, last: u64, rate: f64, recorder: &Recorder<'_>) -> Option<f64> {
+    fn window(&self, place: &Place, last: u64, recorder: &Recorder<'_>) -> Option<f64> {
+        let rate = self.spread.rate;
         let disks = self.names.len() as f64;
         let to_go = (last - self.tally.collisions) as f64;
         let logged = if recorder.looks() {
@@ -469,14 +454,8 @@ where
         Outcome::Kept(entered)
     }
 
-    /// Chooses the next windows from the present one, and counts. The collisions in the unit of time.
-    fn learn(
-        &mut self,
-        outcome: &Outcome,
-        strips: &[Self],
-        [begin, end]: [f64; 2],
-        halo: i32,
-    ) -> Option<f64> {
+    /// Chooses the next windows from the present one, and counts.
+    fn learn(&mut self, outcome: &Outcome, strips: &[Self], [begin, end]: [f64; 2], halo: i32) {
         let (mut events, mut twice, mut rate) = (0, 0, 0.0);
         for strip in strips {
             let Some(window) = &strip.window else {
@@ -515,7 +494,9 @@ where
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
         }
-        (!matches!(outcome, Outcome::Unusual)).then_some(rate)
+        if !matches!(outcome, Outcome::Unusual) {
+            spread.rate = rate;
+        }
     }
 }
 
@@ -570,7 +551,7 @@ mod tests {
                 let there = engine.advance(until, most, &mut ()).expect("time");
                 assert_eq!(there, most == u64::MAX);
                 let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
-                all.push((bytes, engine.standing.strips.len()));
+                all.push((bytes, engine.strips.len()));
             }
             (all, engine.spread().windows)
         };

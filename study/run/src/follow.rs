@@ -394,17 +394,13 @@ impl<'a> Course<'a> {
         let (engine, set) = self.checkpoint(control)?;
         self.set = set;
         let work = self.gas.work();
-        let records = self
-            .probes
-            .iter()
-            .map(|probe| probe.save().map(ByteBuf::from));
         Ok(Saved {
             engine: Some(engine),
             set,
             next: self.next,
             kicks: self.kicks,
             heated: self.heated,
-            records: records.collect::<Result<_, _>>()?,
+            records: records(&self.probes)?,
             seconds: self.seconds,
             bytes: self.bytes,
             collisions: work.collisions,
@@ -413,23 +409,25 @@ impl<'a> Course<'a> {
     }
 }
 
+/// What each probe has recorded.
+fn records(probes: &[Box<dyn Probe>]) -> Result<Vec<ByteBuf>, postcard::Error> {
+    let saved = probes.iter().map(|probe| probe.save());
+    saved.map(|record| Ok(ByteBuf::from(record?))).collect()
+}
+
 impl Finished {
     /// What a checkpoint of the finished part holds.
     ///
     /// # Errors
     /// If a record cannot be written, which is an error of the program.
     pub(crate) fn save(&self) -> Result<Saved, postcard::Error> {
-        let records = self
-            .probes
-            .iter()
-            .map(|probe| probe.save().map(ByteBuf::from));
         Ok(Saved {
             engine: None,
             set: None,
             next: 0,
             kicks: 0,
             heated: 0.0,
-            records: records.collect::<Result<_, _>>()?,
+            records: records(&self.probes)?,
             seconds: self.seconds,
             bytes: self.bytes,
             collisions: self.work.collisions,
