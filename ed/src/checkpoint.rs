@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Physics, State};
+use stosszahl_model::{Body, Physics, State};
 
 /// Which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,6 +100,14 @@ impl<P: Physics> Checkpoint<P> {
             domain,
             bodies: Vec::new(),
         })
+    }
+
+    /// Memory held \[bytes\].
+    pub(crate) fn bytes(&self) -> usize {
+        self.state.bodies.capacity() * size_of::<Body<P>>()
+            + self.last_contact.capacity() * 8
+            + self.windings.capacity() * 8
+            + self.rebounds.capacity() * 4
     }
 }
 

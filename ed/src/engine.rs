@@ -38,7 +38,7 @@ const HORIZON: f64 = 4096.0;
 /// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
 /// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint alone,
 /// a run continues from it to the same bytes. In a long leg the engine does the same now and
-/// then.
+/// then. The times at which an engine stops on its way have no influence on where it goes.
 pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) scene: P,
     pub(crate) dissipation: Dissipation,

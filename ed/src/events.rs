@@ -151,6 +151,8 @@ where
             return Err(EngineError::BadTime { until });
         }
         self.now = self.now.max(end);
+        // The next event comes before a fresh start, as it would have without a stop.
+        self.horizon = self.horizon.max(self.now.next_up());
         self.time = self.time.max(until);
         Ok(())
     }

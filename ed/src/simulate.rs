@@ -1,7 +1,9 @@
 //! The engine behind the common interface: chosen at run time, for any grains of the model.
 
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
 use nalgebra::{Vector2, Vector3, vector};
-use serde::{Deserialize, Serialize};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::BETWEEN_PAUSES;
 use stosszahl_model::{
@@ -16,7 +18,8 @@ use crate::error::EngineError;
 use crate::strips::Spread;
 use crate::surroundings::Boundaries;
 
-/// Collisions in one leg, for each disk, and at least: a new leg costs about as much as a tenth of a collision for each disk.
+/// Collisions in one leg, for each disk, and at least: a new leg costs about as much as a tenth of a collision for each disk, and
+/// whoever goes on from a checkpoint in it does up to so many once more.
 const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
 
@@ -63,7 +66,8 @@ pub fn simulate(
     begin.choose(grains, start.all.len())
 }
 
-/// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start.
+/// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start. The last collisions before it, up to four of each
+/// disk, happen once more, which the interrupt can break off.
 ///
 /// # Errors
 /// As [`simulate`]; and [`EngineError::Checkpoint`] if the bytes are none of this engine.
@@ -73,11 +77,12 @@ pub fn resume(
     dissipation: Dissipation,
     boundaries: &Boundaries,
     checkpoint: &[u8],
+    interrupt: &Interrupt,
 ) -> Result<Box<dyn Simulation>, EngineError> {
     let begin = Begin {
         dissipation,
         boundaries,
-        from: Source::Checkpoint(checkpoint),
+        from: Source::Checkpoint(checkpoint, interrupt),
     };
     begin.choose(grains, count)
 }
@@ -85,7 +90,7 @@ pub fn resume(
 /// What an engine begins with.
 enum Source<'a> {
     Start(&'a Particles),
-    Checkpoint(&'a [u8]),
+    Checkpoint(&'a [u8], &'a Interrupt),
 }
 
 /// Makes an engine of the types of a scene.
@@ -109,7 +114,7 @@ impl Begin<'_> {
     }
 
     fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Box<dyn Simulation>, EngineError> {
-        let (stage, origin) = match self.from {
+        let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
                 let body = |particle: &Particle| Body {
@@ -130,24 +135,30 @@ impl Begin<'_> {
                     checkpoint.clone(),
                     self.boundaries,
                 )?;
-                (Stage::Between(Box::new(checkpoint)), Vec::new())
+                (checkpoint, Vec::new(), Vec::new())
             }
-            Source::Checkpoint(bytes) => {
-                let kept: Kept<P> = postcard::from_bytes(bytes)?;
-                (Stage::Between(Box::new(kept.gas)), kept.origin)
+            Source::Checkpoint(bytes, _) => {
+                let (gas, stops, origin): Kept<'_, P> = postcard::from_bytes(bytes)?;
+                (gas.into_owned(), stops.into_owned(), origin.into_owned())
             }
         };
-        Ok(Box::new(Disks {
+        let mut gas = Disks {
             scene,
             dissipation: self.dissipation,
             boundaries: self.boundaries.clone(),
-            stage,
+            stage: Stage::Between(Box::new(checkpoint)),
+            present: OnceLock::new(),
             origin,
             bytes: 0,
             spread: Spread::default(),
             stop: Interruption::default(),
             pause: None,
-        }))
+        };
+        if let Source::Checkpoint(_, interrupt) = self.from {
+            gas.stop.on(interrupt);
+            gas.repeat(stops)?;
+        }
+        Ok(Box::new(gas))
     }
 }
 
@@ -158,13 +169,16 @@ fn flat(vector: Vector3<f64>) -> Vector2<f64> {
 
 /// Event-driven disks behind [`Simulation`].
 ///
-/// A leg is a function of the checkpoint before it, so between legs the checkpoint is the gas and the engine is made anew;
-/// in longer advances the engine stays.
+/// Between legs the checkpoint is the gas, and each leg makes the engine anew. Within a leg the engine stays where it stops, at times at which
+/// somebody looks. A checkpoint there is that of the beginning of the leg and these times: whoever goes on from it goes there once more,
+/// to the same bytes. Where it stops has no influence on where it goes.
 struct Disks<P: Physics<Space = Plane>> {
     scene: P,
     dissipation: Dissipation,
     boundaries: Boundaries,
     stage: Stage<P>,
+    /// What an engine shows, while it stays where it is and somebody has looked.
+    present: OnceLock<State<P>>,
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
@@ -176,36 +190,44 @@ struct Disks<P: Physics<Space = Plane>> {
 /// Where the gas is kept.
 enum Stage<P: Physics<Space = Plane>> {
     Between(Box<Checkpoint<P>>),
-    Flying(Box<Engine<P>>),
+    Flying(Box<Engine<P>>, Option<Box<Leg<P>>>),
 }
 
-/// What is written into a checkpoint.
-#[derive(Serialize, Deserialize)]
-#[serde(bound = "")]
-struct Kept<P: Physics> {
-    gas: Checkpoint<P>,
-    origin: Vec<Vector2<f64>>,
+/// A leg that is under way.
+struct Leg<P: Physics> {
+    from: Checkpoint<P>,
+    /// Times that were reached since.
+    stops: Vec<f64>,
 }
+
+/// What is written into a checkpoint: the gas, the times that its leg has reached since, and the origin of displacements.
+type Kept<'a, P> = (
+    Cow<'a, Checkpoint<P>>,
+    Cow<'a, [f64]>,
+    Cow<'a, [Vector2<f64>]>,
+);
 
 impl<P: Physics<Space = Plane>> Disks<P> {
     fn tally(&self) -> Tally {
         match &self.stage {
             Stage::Between(gas) => gas.tally,
-            Stage::Flying(engine) => engine.tally(),
+            Stage::Flying(engine, _) => engine.tally(),
         }
     }
 
-    /// The gas as a checkpoint.
-    fn checkpoint(&self) -> Checkpoint<P> {
+    /// The gas at the present time.
+    fn state(&self) -> &State<P> {
         match &self.stage {
-            Stage::Between(gas) => (**gas).clone(),
-            Stage::Flying(engine) => engine.checkpoint(),
+            Stage::Between(gas) => &gas.state,
+            Stage::Flying(engine, _) => self.present.get_or_init(|| engine.state()),
         }
     }
 
     /// Puts the engine aside.
     fn land(&mut self) -> &mut Checkpoint<P> {
-        if let Stage::Flying(engine) = &mut self.stage {
+        self.present.take();
+        if let Stage::Flying(engine, leg) = &mut self.stage {
+            *leg = None;
             // The checkpoint has use for their memory.
             engine.strips.clear();
             self.bytes = engine.bytes();
@@ -214,24 +236,106 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
         match &mut self.stage {
             Stage::Between(gas) => gas,
-            Stage::Flying(_) => unreachable!("the engine was put aside"),
+            Stage::Flying(..) => unreachable!("the engine was put aside"),
         }
     }
 
-    /// Makes an engine of the checkpoint.
-    fn take_off(&mut self) -> Result<&mut Engine<P>, EngineError> {
+    /// Makes an engine of the checkpoint, which is kept for a leg.
+    fn take_off(&mut self, is_leg: bool) -> Result<&mut Engine<P>, EngineError> {
+        self.present.take();
         if let Stage::Between(gas) = &mut self.stage {
+            let leg = is_leg.then(|| {
+                let (from, stops) = ((**gas).clone(), Vec::new());
+                Box::new(Leg { from, stops })
+            });
             let nowhere = Checkpoint::nowhere(gas);
             let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
             let (dissipation, spread) = (self.dissipation, self.spread.clone());
             let engine = Engine::from_checkpoint(scene, dissipation, gas, boundaries, spread)?;
-            self.stage = Stage::Flying(Box::new(engine));
+            self.stage = Stage::Flying(Box::new(engine), leg);
         }
         match &mut self.stage {
-            Stage::Flying(engine) => Ok(engine),
+            Stage::Flying(engine, _) => Ok(engine),
             Stage::Between(_) => unreachable!("the engine was made"),
         }
+    }
+
+    /// The gas as a checkpoint, wherever it is.
+    fn now(&self) -> Cow<'_, Checkpoint<P>> {
+        match &self.stage {
+            Stage::Between(gas) => Cow::Borrowed(&**gas),
+            Stage::Flying(engine, _) => Cow::Owned(engine.checkpoint()),
+        }
+    }
+
+    /// Collisions that are left of the leg, or of a new one.
+    fn left_of_leg(&mut self) -> u64 {
+        let all = (LEG * self.count() as u64).max(LEAST_LEG);
+        let now = self.tally().collisions;
+        match &self.stage {
+            Stage::Flying(_, Some(leg)) => all - (now - leg.from.tally.collisions),
+            Stage::Flying(_, None) => {
+                self.land();
+                all
+            }
+            Stage::Between(_) => all,
+        }
+    }
+
+    /// Goes once more to where a leg has been.
+    fn repeat(&mut self, stops: Vec<f64>) -> Result<(), EngineError> {
+        if stops.is_empty() {
+            return Ok(());
+        }
+        let (left, stop) = (self.left_of_leg(), self.stop.clone());
+        let engine = self.take_off(true)?;
+        engine.stop = stop;
+        for &until in &stops {
+            engine.advance(until, left, &mut ())?;
+        }
+        self.stop = engine.stop.clone();
+        // Also where an interrupt has come in between: the checkpoint stays what it was.
+        if let Stage::Flying(_, Some(leg)) = &mut self.stage {
+            leg.stops = stops;
+        }
+        Ok(())
+    }
+
+    /// [`Simulation::advance`].
+    fn go(
+        &mut self,
+        until: f64,
+        budget: Budget,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, EngineError> {
+        let mut left = match budget {
+            Budget::Leg => self.left_of_leg(),
+            Budget::Collisions(most) => most,
+            Budget::Unlimited => u64::MAX,
+        };
+        let (stop, pause) = (self.stop.clone(), self.pause.clone());
+        let engine = self.take_off(budget == Budget::Leg)?;
+        engine.stop = stop;
+        let reached = loop {
+            let slice = left.min(pause.as_ref().map_or(u64::MAX, |_| BETWEEN_PAUSES));
+            let reached = engine.advance(until, slice, observer);
+            left -= slice;
+            let ends = pause.as_ref().is_none_or(Interrupt::is_raised) || left == 0;
+            if ends || engine.is_interrupted() || !matches!(reached, Ok(false)) {
+                break reached;
+            }
+        };
+        self.stop = engine.stop.clone();
+        match (&reached, &mut self.stage) {
+            (Ok(_), Stage::Flying(_, leg)) if budget != Budget::Leg => *leg = None,
+            (Ok(true), Stage::Flying(_, Some(leg))) => leg.stops.push(until),
+            // What goes on is the checkpoint before.
+            (Ok(_), _) if self.stop.has_ended() => {}
+            // The leg has ended, or it cannot go on: that state is what one wants to see.
+            _ => drop(self.land()),
+        }
+        reached
     }
 
     fn show(&self, state: &State<P>, look: &mut dyn FnMut(&Particle)) {
@@ -257,7 +361,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn time(&self) -> f64 {
         match &self.stage {
             Stage::Between(gas) => gas.state.time,
-            Stage::Flying(engine) => engine.time(),
+            Stage::Flying(engine, _) => engine.time(),
         }
     }
 
@@ -268,7 +372,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn count(&self) -> usize {
         match &self.stage {
             Stage::Between(gas) => gas.state.bodies.len(),
-            Stage::Flying(engine) => engine.names.len(),
+            Stage::Flying(engine, _) => engine.names.len(),
         }
     }
 
@@ -285,33 +389,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         if self.stop.has_ended() {
             return Ok(false);
         }
-        let mut left = match budget {
-            Budget::Leg => {
-                self.land();
-                (LEG * self.count() as u64).max(LEAST_LEG)
-            }
-            Budget::Collisions(most) => most,
-            Budget::Unlimited => u64::MAX,
-        };
-        let (stop, pause) = (self.stop.clone(), self.pause.clone());
-        let engine = self.take_off().map_err(Failure::new)?;
-        engine.stop = stop;
-        let reached = loop {
-            let slice = left.min(pause.as_ref().map_or(u64::MAX, |_| BETWEEN_PAUSES));
-            let reached = engine.advance(until, slice, observer);
-            left -= slice;
-            let ends = pause.as_ref().is_none_or(Interrupt::is_raised) || left == 0;
-            if ends || engine.is_interrupted() || !matches!(reached, Ok(false)) {
-                break reached;
-            }
-        };
-        let stop = engine.stop.clone();
-        // Also where it cannot go on: that state is what one wants to see.
-        if (budget == Budget::Leg && !stop.has_ended()) || reached.is_err() {
-            self.land();
-        }
-        self.stop = stop;
-        reached.map_err(Failure::new)
+        self.go(until, budget, observer).map_err(Failure::new)
     }
 
     fn stop_on(&mut self, interrupt: &Interrupt) {
@@ -324,7 +402,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
 
     fn use_threads(&mut self, threads: usize) {
         self.spread.strips = threads.min(self.count() / EACH_THREAD);
-        if let Stage::Flying(engine) = &mut self.stage {
+        if let Stage::Flying(engine, _) = &mut self.stage {
             engine.spread_over(self.spread.strips);
         }
     }
@@ -334,16 +412,13 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {
-        match &self.stage {
-            Stage::Between(gas) => self.show(&gas.state, look),
-            Stage::Flying(engine) => self.show(&engine.state(), look),
-        }
+        self.show(self.state(), look);
     }
 
     fn particles(&self) -> Particles {
         let domain = match &self.stage {
             Stage::Between(gas) => gas.state.domain,
-            Stage::Flying(engine) => engine.domain,
+            Stage::Flying(engine, _) => engine.domain,
         };
         let mut all = Vec::with_capacity(self.count());
         self.visit(&mut |particle| all.push(*particle));
@@ -372,10 +447,11 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
-        let kept = Kept {
-            gas: self.checkpoint(),
-            origin: self.origin.clone(),
+        let (gas, stops) = match &self.stage {
+            Stage::Flying(_, Some(leg)) => (Cow::Borrowed(&leg.from), &leg.stops[..]),
+            _ => (self.now(), &[][..]),
         };
+        let kept: Kept<'_, P> = (gas, stops.into(), (&self.origin).into());
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
@@ -403,7 +479,9 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn bytes(&self) -> usize {
         match &self.stage {
             Stage::Between(_) => self.bytes,
-            Stage::Flying(engine) => engine.bytes(),
+            Stage::Flying(engine, leg) => {
+                engine.bytes() + leg.as_ref().map_or(0, |leg| leg.from.bytes())
+            }
         }
     }
 
@@ -418,7 +496,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         if self.origin.is_empty() {
             return None;
         }
-        let gas = self.checkpoint();
+        let gas = self.now();
         let sides = gas.state.domain.lengths();
         let disks = gas.state.bodies.iter().zip(&gas.windings).zip(&self.origin);
         let way = |((body, winding), origin): ((&Body<P>, &[i32; 2]), &Vector2<f64>)| {
@@ -431,7 +509,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn boundaries(&self) -> Vec<BoundaryFlux> {
         let ledgers = match &self.stage {
             Stage::Between(gas) => &gas.ledgers[..],
-            Stage::Flying(engine) => engine.ledgers(),
+            Stage::Flying(engine, _) => engine.ledgers(),
         };
         let faces = stosszahl_model::walls::FACES.iter().take(2).flatten();
         let names = faces

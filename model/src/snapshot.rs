@@ -12,8 +12,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 const MAGIC: &[u8; 8] = b"STOSSZHL";
-const FORMAT: u32 = 2;
-const EXPECTED: &str = "format 2";
+const FORMAT: u32 = 3;
+const EXPECTED: &str = "format 3";
 const HEADER: usize = 8 + 4 + 8 + 32 + 32;
 /// Bytes that are written at once.
 const BUFFER: usize = 1 << 16;

@@ -152,7 +152,14 @@ fn made(
                 }
                 From::Checkpoint(bytes, _) => {
                     let count = plan.count();
-                    stosszahl_ed::resume(&plan.grains, count, dissipation, &boundaries, bytes)?
+                    stosszahl_ed::resume(
+                        &plan.grains,
+                        count,
+                        dissipation,
+                        &boundaries,
+                        bytes,
+                        interrupt,
+                    )?
                 }
             })
         }

@@ -436,6 +436,7 @@ impl Preparation {
             kind,
             &boundaries,
             &self.gas,
+            &Interrupt::default(),
         )?)
     }
 

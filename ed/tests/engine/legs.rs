@@ -1,0 +1,204 @@
+//! Legs of a run: stops on their way, and checkpoints at these.
+
+use nalgebra::{Vector3, vector};
+use stosszahl_ed::{Boundaries, Dissipation, resume, simulate};
+use stosszahl_model::walls::Wall;
+use stosszahl_model::{
+    Body, Budget, Constant, EachCollision, Grains, Interrupt, Particle, Particles, Rebound,
+    Simulation,
+};
+
+use crate::support::{self, disks, gas, walled};
+
+/// A gas of disks, and the scene of its engines.
+struct Case {
+    grains: Grains,
+    boundaries: Boundaries,
+    start: Particles,
+}
+
+impl Case {
+    fn new(count: usize, side: f64, boundaries: Boundaries) -> Self {
+        let state = gas(&disks(0.9), &boundaries, [side; 2], count, 3);
+        let particle = |body: &Body<support::Disks>| Particle {
+            position: body.position.push(0.0),
+            velocity: body.velocity.push(0.0),
+            ..Particle::of(0.5, 1.0)
+        };
+        let domain = state.domain;
+        Self {
+            grains: Grains::equal(0.5, 1.0, Constant::new(0.9).expect("a coefficient")),
+            boundaries,
+            start: Particles {
+                time: 0.0,
+                dimension: 2,
+                lengths: domain.lengths().push(0.0).into(),
+                periodic: [domain.is_periodic(0), domain.is_periodic(1), true],
+                all: state.bodies.iter().map(particle).collect(),
+            },
+        }
+    }
+
+    fn begin(&self) -> Box<dyn Simulation> {
+        let dissipation = Dissipation::ContactTime(1e-6);
+        simulate(&self.grains, dissipation, &self.boundaries, &self.start).expect("an engine")
+    }
+
+    fn resume(&self, checkpoint: &[u8], interrupt: &Interrupt) -> Box<dyn Simulation> {
+        resume(
+            &self.grains,
+            self.start.all.len(),
+            Dissipation::ContactTime(1e-6),
+            &self.boundaries,
+            checkpoint,
+            interrupt,
+        )
+        .expect("a checkpoint")
+    }
+}
+
+/// Some hundred disks, of which a leg has more collisions than these tests; as many in a closed box that heats them; and forty in so
+/// thin a gas that the engine starts afresh since own times are long.
+fn cases() -> [Case; 3] {
+    let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
+    let heated = walled([None, Some([Wall::specular(), diffuse])]);
+    [
+        Case::new(300, 40.0, Boundaries::periodic()),
+        Case::new(300, 40.0, heated),
+        Case::new(40, 2000.0, Boundaries::periodic()),
+    ]
+}
+
+/// Times at which the gas stops, some in each mean free time.
+fn stops(case: &Case) -> Vec<f64> {
+    let free = case.start.lengths[0].powi(2) / (2.0 * case.start.all.len() as f64);
+    (1..=40)
+        .map(|number| 0.37 * free * f64::from(number))
+        .collect()
+}
+
+fn advance(gas: &mut dyn Simulation, until: f64) {
+    while !gas.advance(until, Budget::Leg, &mut ()).expect("time") {}
+}
+
+/// Whoever looks at a gas on its way finds what a gas that nobody looked at comes to, in the same bits, and after as much work.
+#[test]
+fn stops_change_nothing() {
+    for (number, case) in cases().iter().enumerate() {
+        let stops = stops(case);
+        let (mut straight, mut seen) = (case.begin(), case.begin());
+        let last = stops[stops.len() - 1];
+        advance(&mut *straight, last);
+        let mut before = seen.particles();
+        for &stop in &stops {
+            advance(&mut *seen, stop);
+            let now = seen.particles();
+            assert_eq!(now.time, stop);
+            assert!(now.all != before.all, "case {number} stands");
+            before = now;
+        }
+        let least = 4 * case.start.all.len() as u64;
+        assert!(straight.work().collisions > least, "case {number}");
+        assert_eq!(straight.work(), seen.work(), "case {number}");
+        assert_eq!(straight.particles(), seen.particles(), "case {number}");
+        assert_eq!(straight.boundaries(), seen.boundaries(), "case {number}");
+    }
+}
+
+/// A gas goes on from a checkpoint at any stop to the same bytes, wherever that is in a leg; also after kicks, which end a leg, and
+/// with displacements.
+#[test]
+fn a_checkpoint_at_a_stop_is_the_gas() {
+    for (number, case) in cases().iter().enumerate() {
+        let never = Interrupt::default();
+        let (mut whole, mut broken) = (case.begin(), case.begin());
+        for gas in [&mut whole, &mut broken] {
+            assert!(gas.follow_displacements());
+        }
+        for (stop, &until) in stops(case).iter().enumerate() {
+            advance(&mut *whole, until);
+            advance(&mut *broken, until);
+            if stop == 20 {
+                let kicks: Vec<Vector3<f64>> = (0..whole.count())
+                    .map(|disk| vector![0.1 * (disk % 7) as f64, -0.2, 0.0])
+                    .collect();
+                whole.kick(&kicks).expect("velocities");
+                broken.kick(&kicks).expect("velocities");
+            }
+            if stop % 3 != 1 {
+                let bytes = broken.checkpoint().expect("memory");
+                broken = case.resume(&bytes, &never);
+                assert_eq!(broken.checkpoint().expect("memory"), bytes);
+            }
+            let name = format!("case {number}, stop {stop}");
+            assert_eq!(broken.time(), until, "{name}");
+            assert_eq!(broken.particles(), whole.particles(), "{name}");
+            assert_eq!(broken.displacements(), whole.displacements(), "{name}");
+            assert_eq!(broken.work(), whole.work(), "{name}");
+            assert_eq!(broken.boundaries(), whole.boundaries(), "{name}");
+        }
+    }
+}
+
+/// A leg ends after a number of collisions, wherever the gas has stopped before.
+#[test]
+fn legs_end_where_counts_say() {
+    let case = &cases()[1];
+    let ends = |stops: &[f64]| {
+        let mut gas = case.begin();
+        for &stop in stops {
+            assert!(gas.advance(stop, Budget::Leg, &mut ()).expect("time"));
+        }
+        assert!(!gas.advance(1e9, Budget::Leg, &mut ()).expect("time"));
+        (gas.work().collisions, gas.particles())
+    };
+    let straight = ends(&[]);
+    assert_eq!(straight.0, 100_000);
+    assert_eq!(ends(&stops(case)), straight);
+}
+
+/// Who goes on from a checkpoint can be interrupted on the way to where it was made; the checkpoint is then what it was.
+#[test]
+fn going_on_can_be_interrupted() {
+    let case = &cases()[0];
+    let mut gas = case.begin();
+    for stop in stops(case) {
+        advance(&mut *gas, stop);
+    }
+    let bytes = gas.checkpoint().expect("memory");
+    let interrupt = Interrupt::default();
+    interrupt.raise();
+    let mut again = case.resume(&bytes, &interrupt);
+    assert!(again.is_interrupted());
+    assert!(!again.advance(1e9, Budget::Leg, &mut ()).expect("an end"));
+    assert_eq!(again.checkpoint().expect("memory"), bytes);
+}
+
+/// An advance in a leg that is interrupted leaves the checkpoint at the stop before it.
+#[test]
+fn an_interrupted_leg_leaves_its_last_stop() {
+    let case = &cases()[0];
+    let mut gas = case.begin();
+    advance(&mut *gas, 1.0);
+    let bytes = gas.checkpoint().expect("memory");
+    let interrupt = Interrupt::default();
+    gas.stop_on(&interrupt);
+    let mut raise = EachCollision(|_: &_| interrupt.raise());
+    assert!(!gas.advance(1e9, Budget::Leg, &mut raise).expect("an end"));
+    assert!(gas.is_interrupted());
+    assert_eq!(gas.checkpoint().expect("memory"), bytes);
+}
+
+/// Also between the time at which an engine starts afresh, since own times are long, and the next event, where its clock already shows
+/// more than that time.
+#[test]
+fn a_stop_before_a_fresh_start_changes_nothing() {
+    let case = Case::new(3, 300.0, Boundaries::periodic());
+    let (mut straight, mut seen) = (case.begin(), case.begin());
+    for stop in 1..=4000 {
+        advance(&mut *seen, 5.0 * f64::from(stop));
+    }
+    advance(&mut *straight, 20_000.0);
+    assert!(straight.work().collisions > 0);
+    assert_eq!(straight.particles(), seen.particles());
+}
