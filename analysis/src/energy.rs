@@ -38,10 +38,10 @@ impl EnergySample {
         Self::from_moments(particles.time, particles.dimension, &moments, collisions)
     }
 
-    /// Takes the moments of a gas, without a look at each particle here.
-    pub fn of_gas(gas: &dyn Simulation) -> Self {
+    /// Takes the moments of a gas, [`Simulation::moments`], without a look at each particle here.
+    pub fn of_gas(gas: &dyn Simulation, moments: &Moments) -> Self {
         let collisions = 2.0 * gas.work().collisions as f64 / gas.count().max(1) as f64;
-        Self::from_moments(gas.time(), gas.dimension(), &gas.moments(), collisions)
+        Self::from_moments(gas.time(), gas.dimension(), moments, collisions)
     }
 
     fn from_moments(

@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::BETWEEN_PAUSES;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Observer,
+    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
     Particle, Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _,
     Work,
 };
@@ -413,6 +413,14 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
 
     fn visit(&self, look: &mut dyn FnMut(&Particle)) {
         self.show(self.state(), look);
+    }
+
+    fn moments(&self) -> Moments {
+        let (sizes, mut moments) = (self.scene.sizes(), Moments::default());
+        for (index, body) in self.state().bodies.iter().enumerate() {
+            moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
+        }
+        moments
     }
 
     fn particles(&self) -> Particles {

@@ -266,7 +266,7 @@ pub trait Simulation: Send {
     /// meaning, and it advances no further: what goes on is the last checkpoint.
     fn is_interrupted(&self) -> bool;
 
-    /// Shows each particle once, in the order of the engine's own storage.
+    /// Shows each particle once, in the order of the engine's own storage; exact dynamics in that of indices.
     fn visit(&self, look: &mut dyn FnMut(&Particle));
 
     /// The gas at the present time, in the order of indices.

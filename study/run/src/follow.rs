@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation, Work};
+use stosszahl_model::{Budget, Interrupt, Moments, Observer, Particles, Simulation, Work};
 
 use crate::control::{Content, Control, Rollback, Set};
 use crate::engines::{self, From as Source};
@@ -314,13 +314,16 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    fn stop(&mut self, kicked_from: Option<f64>) {
+    /// Lets the probes see that the run stops; the moments of the gas there.
+    fn stop(&mut self, kicked_from: Option<f64>) -> Moments {
+        let moments = self.gas.moments();
         let stop = Stop {
             time: self.gas.time(),
-            temperature: self.gas.temperature(),
+            temperature: moments.temperature(self.gas.dimension()),
             kicked_from,
         };
         self.probes.iter_mut().for_each(|probe| probe.stop(&stop));
+        moments
     }
 
     /// Takes the mean velocity away. Scaling would let what rounding leaves of it grow beyond all else.
@@ -353,8 +356,8 @@ impl<'a> Course<'a> {
         if due.measures.is_empty() {
             return Ok(());
         }
-        self.stop(None);
-        let mut moment = Moment::new(due.time, &mut *self.gas);
+        let moments = self.stop(None);
+        let mut moment = Moment::new(due.time, &mut *self.gas).with_moments(moments);
         moment.replica = self.part.replica;
         moment.heated = self.heated;
         moment.interrupt = self.interrupt.clone();

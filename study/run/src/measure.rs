@@ -8,7 +8,7 @@ use std::cell::OnceCell;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Interrupt, Observer, Particles, Simulation};
+use stosszahl_model::{Interrupt, Moments, Observer, Particles, Simulation};
 use stosszahl_results::frames::Frame;
 use stosszahl_results::{Snapshot, Table, Verdict};
 
@@ -352,6 +352,7 @@ pub struct Moment<'a> {
     /// Breaks long work off; what a probe leaves then is thrown away.
     pub interrupt: Interrupt,
     particles: OnceCell<Particles>,
+    moments: OnceCell<Moments>,
 }
 
 impl<'a> Moment<'a> {
@@ -364,12 +365,32 @@ impl<'a> Moment<'a> {
             heated: 0.0,
             interrupt: Interrupt::default(),
             particles: OnceCell::new(),
+            moments: OnceCell::new(),
+        }
+    }
+
+    /// The same with the moments of its velocities, which are known.
+    #[must_use]
+    pub(crate) fn with_moments(self, moments: Moments) -> Self {
+        Self {
+            moments: moments.into(),
+            ..self
         }
     }
 
     /// All particles, gathered once for all probes that look.
     pub fn particles(&self) -> &Particles {
         self.particles.get_or_init(|| self.simulation.particles())
+    }
+
+    /// Moments of the velocities, added up once for all probes that look.
+    pub fn moments(&self) -> &Moments {
+        self.moments.get_or_init(|| self.simulation.moments())
+    }
+
+    /// Granular temperature \[energy\].
+    pub fn temperature(&self) -> f64 {
+        self.moments().temperature(self.simulation.dimension())
     }
 }
 

@@ -39,7 +39,8 @@ impl Measure for Energy {
 
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(Recorder::new(Record::new(), |record, moment| {
-            record.push((moment.time, EnergySample::of_gas(&*moment.simulation)));
+            let sample = EnergySample::of_gas(&*moment.simulation, moment.moments());
+            record.push((moment.time, sample));
         }))
     }
 

@@ -90,7 +90,7 @@ impl Measure for ErrorBudget {
 
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(Recorder::from_start(Record::new(), |record, moment| {
-            record.push(moment.simulation.temperature());
+            record.push(moment.temperature());
         }))
     }
 

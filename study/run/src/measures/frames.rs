@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Collision, Observer, Particle, Particles, Simulation};
+use stosszahl_model::{Adds, Collision, Observer, Particle, Simulation};
 use stosszahl_results::frames::{Crowd, Dot, FRAMES, Frame, Met, keeps};
 
 use crate::measure::{
@@ -55,6 +55,17 @@ impl Last {
     };
 }
 
+/// A particle, of which nothing else is known.
+fn dot(particle: &Particle) -> Dot {
+    Dot {
+        position: [particle.position.x, particle.position.y],
+        velocity: [particle.velocity.x, particle.velocity.y],
+        radius: particle.radius,
+        weight: particle.weight,
+        met: None,
+    }
+}
+
 /// Frames so far, and the last collision of each particle; of none where nobody follows them.
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
@@ -77,32 +88,44 @@ impl Observer for Record {
 }
 
 impl Record {
-    /// A frame of some particles at a time of the case; lengths and speeds are those of the engine, as only their ratios matter.
-    fn look(&mut self, particles: &Particles, time: f64, most: usize) {
-        let energy = |one: &Particle| 0.5 * one.mass * one.velocity.norm_squared();
-        let sum = |of: &dyn Fn(&Particle) -> f64| particles.all.iter().map(of).sum::<f64>();
-        let mean = sum(&|one| one.weight * energy(one)) / sum(&|one| one.weight);
-        let met = |i: usize| {
-            let last = self.last.get(i)?;
-            let partner = particles.all.get(last.partner as usize)?;
+    /// A frame of disks that are visited in the order of their numbers; lengths and speeds are those of the engine, as only their
+    /// ratios matter.
+    fn look(
+        &self,
+        gas: &dyn Simulation,
+        time: f64,
+        sides: [f64; 2],
+        periodic: [bool; 2],
+        most: usize,
+    ) -> Frame {
+        let (mut crowd, mut sum) = (Crowd::default(), 0.0);
+        let mut energies = Vec::with_capacity(gas.count());
+        gas.visit(&mut |one| {
+            crowd.widen(one.weight, one.radius);
+            crowd.particles += one.weight;
+            crowd.squares += one.weight * one.velocity.xy().norm_squared();
+            let energy = 0.5 * one.mass * one.velocity.norm_squared();
+            sum += one.weight * energy;
+            energies.push(energy);
+        });
+        let mean = (sum / crowd.particles).max(f64::MIN_POSITIVE);
+        let met = |number: usize| {
+            let last = self.last.get(number)?;
             Some(Met {
-                partner: energy(partner) / mean.max(f64::MIN_POSITIVE),
+                partner: energies.get(last.partner as usize)? / mean,
                 impact: f64::from(last.impact),
             })
         };
-        let dots: Vec<Dot> = (particles.all.iter().enumerate())
-            .map(|(i, one)| Dot {
-                position: [one.position[0], one.position[1]],
-                velocity: [one.velocity[0], one.velocity[1]],
-                radius: one.radius,
-                weight: one.weight,
-                met: met(i),
-            })
-            .collect();
-        let sides = [particles.lengths[0], particles.lengths[1]];
-        let periodic = [particles.periodic[0], particles.periodic[1]];
-        self.frames
-            .push(Frame::new(time, sides, periodic, &dots, most));
+        let share = crowd.share(most);
+        let (mut numbers, mut kept) = (0.., Vec::new());
+        gas.visit(&mut |one| {
+            let number = numbers.next().unwrap_or_default();
+            if keeps(number as u64, one.weight, share) {
+                let met = met(number);
+                kept.push((number as u64, Dot { met, ..dot(one) }));
+            }
+        });
+        Frame::of(time, sides, periodic, &crowd, share, kept)
     }
 }
 
@@ -193,14 +216,7 @@ impl Adds for Chosen {
     const NAME: &'static str = "frame";
 
     fn add(&mut self, particle: &Particle) {
-        let dot = Dot {
-            position: [particle.position.x, particle.position.y],
-            velocity: [particle.velocity.x, particle.velocity.y],
-            radius: particle.radius,
-            weight: particle.weight,
-            met: None,
-        };
-        self.open.push((self.seen, dot));
+        self.open.push((self.seen, dot(particle)));
         self.seen += 1;
     }
 
@@ -225,20 +241,20 @@ impl Probe for Camera {
 
     fn begin(&mut self, moment: &mut Moment<'_>) {
         if self.follows {
-            self.record.last = vec![Last::NONE; moment.particles().all.len()];
+            self.record.last = vec![Last::NONE; moment.simulation.count()];
         }
     }
 
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let is_last = moment.time >= self.until;
         let most = if is_last { LAST } else { self.most };
-        if self.follows {
-            self.record.look(moment.particles(), moment.time, most);
+        let (gas, time) = (&*moment.simulation, moment.time);
+        let frame = if self.follows {
+            (self.record).look(gas, time, self.sides, self.periodic, most)
         } else {
-            let gas = &*moment.simulation;
-            let frame = of_gas(gas, moment.time, self.sides, self.periodic, most);
-            self.record.frames.push(frame);
-        }
+            of_gas(gas, time, self.sides, self.periodic, most)
+        };
+        self.record.frames.push(frame);
     }
 
     keeps_record!();
@@ -274,7 +290,7 @@ impl Measure for Frames {
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
         let number = measure::chosen::<Options>(plan, self.name()).number;
-        // Where others look: an engine that stops more often has other digits.
+        // Where others look: Monte Carlo that stops more often has other digits.
         let all = plan.sample_times();
         let place = |frame: usize| frame * (all.len() - 1) / (number - 1).max(1);
         match number {

@@ -113,7 +113,7 @@ impl Probe for ImpactProbe {
     }
 
     fn begin(&mut self, moment: &mut Moment<'_>) {
-        let (start, temperature) = (moment.simulation.time(), moment.simulation.temperature());
+        let (start, temperature) = (moment.simulation.time(), moment.temperature());
         let windows = Windows::new(&self.spans, self.bins, self.particles, start, temperature);
         self.record = windows.in_dimension(moment.simulation.dimension());
         if self.species.len() > 1 {

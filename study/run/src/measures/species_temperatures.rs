@@ -65,7 +65,7 @@ impl Measure for SpeciesTemperatures {
         let grouping = plan.grouping();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
             let gas = &*moment.simulation;
-            record.push((gas.temperature(), temperatures(gas, grouping)));
+            record.push((moment.temperature(), temperatures(gas, grouping)));
         }))
     }
 

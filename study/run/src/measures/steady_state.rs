@@ -55,7 +55,7 @@ struct SteadyProbe {
 
 impl Probe for SteadyProbe {
     fn begin(&mut self, moment: &mut Moment<'_>) {
-        let temperature = moment.simulation.temperature();
+        let temperature = moment.temperature();
         (self.record.start, self.record.after) = (temperature, temperature);
     }
 
