@@ -59,7 +59,7 @@ pub use contact::time_to_contact;
 pub use engine::Engine;
 pub use error::{EngineError, Touchable};
 pub use foresight::Plan;
-pub use simulate::{resume, simulate};
+pub use simulate::{DISKS_PER_THREAD, resume, simulate};
 pub use strips::Spread;
 pub use surroundings::Boundaries;
 

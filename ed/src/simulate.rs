@@ -23,8 +23,8 @@ use crate::surroundings::Boundaries;
 const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
 
-/// Disks that a thread of its own pays for.
-const EACH_THREAD: usize = 20_000;
+/// Disks of a gas that a thread of its own pays for: [`Simulation::use_threads`] takes fewer threads where there are fewer disks.
+pub const DISKS_PER_THREAD: usize = 20_000;
 
 /// Starts exact dynamics of disks.
 ///
@@ -401,7 +401,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn use_threads(&mut self, threads: usize) {
-        self.spread.strips = threads.min(self.count() / EACH_THREAD);
+        self.spread.strips = threads.min(self.count() / DISKS_PER_THREAD);
         if let Stage::Flying(engine, _) = &mut self.stage {
             engine.spread_over(self.spread.strips);
         }

@@ -21,8 +21,14 @@ const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700
 
 /// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
 /// that it is run with, and the case.
-const LARGE: [(&str, &[[usize; 2]], &str); 8] = [
+const LARGE: [(&str, &[[usize; 2]], &str); 9] = [
     ("exact dynamics", &[[1, 1], [3, 1], [6, 3]], EXACT),
+    (
+        "exact dynamics, one gas in strips",
+        &[[1, 1], [1, 2], [1, 4]],
+        "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 0.4\nsamples = 4\n[engine.ed]\n",
+    ),
     (
         "lattices of a wide box",
         &[[3, 1]],

@@ -9,6 +9,7 @@ use std::thread;
 
 use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
+use stosszahl_ed::DISKS_PER_THREAD;
 use stosszahl_model::GrainSizes;
 
 use super::data::{Class, EngineKind, EnginePlan, Plan};
@@ -30,6 +31,9 @@ const TABLES: f64 = 4e6;
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
 /// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
 const FITTING: f64 = 60.0;
+
+/// What strips of a gas of exact disks take, for each disk, and for each strip beside the first \[bytes\].
+const STRIP: f64 = 64.0;
 
 /// What a cell takes \[bytes\], and in flows, where collisions are counted by cell; and its time in a step, in simulators.
 const CELL: f64 = 8.0;
@@ -144,7 +148,7 @@ impl Plan {
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
                 name: engine.name,
-                bytes: self.bytes(engine, kept[0], looks),
+                bytes: self.bytes(engine, kept[0], looks, threads),
                 collisions: self.collisions(engine),
                 trials_per_collision: self.trials_per_collision(engine),
             })
@@ -156,7 +160,7 @@ impl Plan {
             records += kept[0] + (replicas - 1) as f64 * kept[1];
             for replica in 0..replicas.min(threads) {
                 let kept = kept[replica.min(1)];
-                parts.push((self.bytes(engine, kept, looks), kept));
+                parts.push((self.bytes(engine, kept, looks, threads), kept));
             }
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -187,8 +191,19 @@ impl Plan {
         }
     }
 
-    /// Bytes of one engine of one replica of which so much is kept.
-    fn bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks) -> f64 {
+    /// Bytes of strips of one gas of exact disks, for each disk.
+    fn strips(&self, threads: usize) -> f64 {
+        let parts = self.engines.len() * self.case.replicas as usize;
+        let strips = (threads / parts.max(1)).min(self.count() / DISKS_PER_THREAD);
+        if strips > 1 {
+            STRIP * (strips + 1) as f64
+        } else {
+            0.0
+        }
+    }
+
+    /// Bytes of one engine of one replica of which so much is kept, on this many threads.
+    fn bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks, threads: usize) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
         let spin = match (self.grains.rough.is_some(), self.dimension) {
@@ -202,11 +217,11 @@ impl Plan {
         let moving = 2.0 * vector + spin;
         let gathered = if looks.gathers { PARTICLE } else { 0.0 };
         let (held, saved, look) = match &engine.kind {
-            EngineKind::EventDriven { .. } => (
-                104.0 + moving + 8.0 + tag + 2.0 * spin,
-                moving + 8.0,
-                PARTICLE,
-            ),
+            EngineKind::EventDriven { .. } => {
+                let engine = 104.0 + moving + 8.0 + tag + 2.0 * spin + self.strips(threads);
+                // The beginning of the leg stays beside the engine; who looks sees a copy of the gas.
+                (engine + moving, moving + 8.0, moving + 8.0 + gathered)
+            }
             EngineKind::MonteCarlo(parameters) => {
                 // With partners across cells 28 bytes more of a simulator were found in the plane.
                 let held = if parameters.scheme.is_across() {
