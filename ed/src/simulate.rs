@@ -67,7 +67,7 @@ pub fn simulate(
 }
 
 /// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start. The last collisions before it, up to four of each
-/// disk, happen once more, which the interrupt can break off.
+/// disk or 100 000 in all, happen once more, which the interrupt can break off.
 ///
 /// # Errors
 /// As [`simulate`]; and [`EngineError::Checkpoint`] if the bytes are none of this engine.

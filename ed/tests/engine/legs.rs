@@ -94,6 +94,7 @@ fn stops_change_nothing() {
             advance(&mut *seen, stop);
             let now = seen.particles();
             assert_eq!(now.time, stop);
+            assert_eq!(seen.moments().means(), now.moments().means());
             assert!(now.all != before.all, "case {number} stands");
             before = now;
         }

@@ -117,13 +117,13 @@ impl Record {
             })
         };
         let share = crowd.share(most);
-        let (mut numbers, mut kept) = (0.., Vec::new());
+        let (mut number, mut kept) = (0, Vec::new());
         gas.visit(&mut |one| {
-            let number = numbers.next().unwrap_or_default();
             if keeps(number as u64, one.weight, share) {
                 let met = met(number);
                 kept.push((number as u64, Dot { met, ..dot(one) }));
             }
+            number += 1;
         });
         Frame::of(time, sides, periodic, &crowd, share, kept)
     }
