@@ -134,9 +134,12 @@ pub enum Error {
         /// Smallest number needed.
         needed: usize,
     },
-    /// A histogram without bins was asked for.
-    #[error("a histogram needs at least one bin")]
-    HistogramEmpty,
+    /// A histogram without bins was asked for, or with more than are counted.
+    #[error("a histogram of {found} bins; expected 1 to {}", i32::MAX)]
+    HistogramInvalid {
+        /// Number of bins.
+        found: usize,
+    },
     /// It was broken off.
     #[error("interrupted")]
     Interrupted,

@@ -50,7 +50,7 @@ pub struct PairCorrelation {
 /// The diameter is only the unit of the distances reported. The range ends the last of the `bins`.
 ///
 /// # Errors
-/// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::HistogramEmpty`]; [`Error::RangeInvalid`] when
+/// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::HistogramInvalid`]; [`Error::RangeInvalid`] when
 /// the range is not positive or above half the shortest side; [`Error::PointsTooFew`] below two points;
 /// [`Error::PositionInvalid`]; [`Error::Interrupted`].
 ///
@@ -130,8 +130,8 @@ fn check(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
             allowed,
         });
     }
-    if bins == 0 {
-        return Err(Error::HistogramEmpty);
+    if bins == 0 || i32::try_from(bins).is_err() {
+        return Err(Error::HistogramInvalid { found: bins });
     }
     Ok(())
 }
@@ -547,10 +547,12 @@ mod tests {
             measure(&two, [8.0; 2], 1.0, f64::NAN, 4),
             Err(Error::RangeInvalid { .. })
         ));
-        assert_eq!(
-            measure(&two, [8.0; 2], 1.0, 1.0, 0),
-            Err(Error::HistogramEmpty)
-        );
+        for found in [0, 1 << 31] {
+            assert_eq!(
+                measure(&two, [8.0; 2], 1.0, 1.0, found),
+                Err(Error::HistogramInvalid { found })
+            );
+        }
         assert_eq!(
             measure(&two[..1], [8.0; 2], 1.0, 1.0, 4),
             Err(Error::PointsTooFew {

@@ -50,9 +50,10 @@ impl<const D: usize> Histogram<D> {
 
     /// Counts the pairs of a point with a run of others. The same bits whichever of two points comes first: rounding is symmetric in
     /// sign.
+    #[inline(always)]
     fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>) {
         let own = u64::from(points.counts[one]);
-        let (bins, squared_range) = (self.twice.len() - 1, self.range * self.range);
+        let (beyond, squared_range) = ((self.twice.len() - 1) as f64, self.range * self.range);
         for from in run.clone().step_by(TOGETHER) {
             let to = run.end.min(from + TOGETHER);
             let mut squares = [0.0; TOGETHER];
@@ -67,15 +68,26 @@ impl<const D: usize> Histogram<D> {
                     *square += (apart - image) * (apart - image);
                 }
             }
-            for (&square, &other) in squares.iter().zip(&points.counts[from..to]) {
+            let mut bins = [0; TOGETHER];
+            let bins = &mut bins[..to - from];
+            for (bin, &square) in bins.iter_mut().zip(&*squares) {
                 // Rounding may take a distance just below the range into a bin beyond the last.
-                let bin = (square.sqrt() * self.bins_per_length) as i64 as usize;
-                let bin = if square < squared_range {
-                    bin.min(bins - 1)
+                let within = (square.sqrt() * self.bins_per_length).min(beyond - 1.0);
+                let place = if square < squared_range {
+                    within
                 } else {
-                    bins
+                    beyond
                 };
-                self.twice[bin] += own + u64::from(other);
+                #[allow(
+                    unsafe_code,
+                    reason = "a cast that saturates is not done several at once"
+                )]
+                // SAFETY: it is from 0 to the number of bins, which is an i32, and never NaN: `min` passes over that, and no comparison with it holds.
+                let number = unsafe { place.to_int_unchecked::<i32>() };
+                *bin = number;
+            }
+            for (&bin, &other) in bins.iter().zip(&points.counts[from..to]) {
+                self.twice[bin as usize] += own + u64::from(other);
             }
         }
     }
@@ -189,8 +201,35 @@ fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
     near.collect()
 }
 
-/// Adds all pairs in range to the histogram, cell by cell.
+/// Adds all pairs in range to the histogram, cell by cell. The same bits on every processor: products and sums are never contracted.
 pub(super) fn count_by_cells<const D: usize>(
+    points: &[(SVector<f64, D>, u8)],
+    histogram: &mut Histogram<D>,
+    interrupt: &Interrupt,
+) -> Result<(), Error> {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        #[allow(unsafe_code, reason = "the compiler does not see the question before")]
+        // SAFETY: the processor has these instructions.
+        return unsafe { count_with_avx2(points, histogram, interrupt) };
+    }
+    count(points, histogram, interrupt)
+}
+
+/// [`count`] with vectors of four.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn count_with_avx2<const D: usize>(
+    points: &[(SVector<f64, D>, u8)],
+    histogram: &mut Histogram<D>,
+    interrupt: &Interrupt,
+) -> Result<(), Error> {
+    count(points, histogram, interrupt)
+}
+
+/// [`count_by_cells`].
+#[inline(always)]
+fn count<const D: usize>(
     points: &[(SVector<f64, D>, u8)],
     histogram: &mut Histogram<D>,
     interrupt: &Interrupt,
@@ -230,9 +269,9 @@ pub(super) fn count_by_cells<const D: usize>(
                 if interrupt.is_raised() {
                     return Err(Error::Interrupted);
                 }
-                histogram.add(&points, one, one + 1..members.end);
-                for run in &runs {
-                    histogram.add(&points, one, run.clone());
+                let own = std::iter::once(one + 1..members.end);
+                for run in own.chain(runs.iter().cloned()) {
+                    histogram.add(&points, one, run);
                 }
             }
         }
@@ -251,5 +290,30 @@ fn within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
         [low - columns..columns, 0..high - columns]
     } else {
         [low - columns..high, 0..0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::vector;
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    /// Whatever the processor has.
+    #[test]
+    fn both_ways_count_the_same() {
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut place = || vector![30.0 * stream.random::<f64>(), 20.0 * stream.random::<f64>()];
+        let points: Vec<_> = (0..3000).map(|_| (place(), 1)).collect();
+        let of = |counts: fn(&[_], &mut Histogram<2>, &Interrupt) -> Result<(), Error>| {
+            let mut histogram = Histogram::new([30.0, 20.0], 6.0, 120);
+            counts(&points, &mut histogram, &Interrupt::default()).expect("counts");
+            histogram.twice
+        };
+        let either = of(count_by_cells);
+        assert!(either[..120].iter().sum::<u64>() > 100_000);
+        assert_eq!(either, of(count));
     }
 }
