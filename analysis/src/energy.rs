@@ -1,9 +1,7 @@
 //! Energy and shape of the velocity distribution.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{
-    Collision, Moments, Observer, Particles, Physics, Simulation, Sizes, Space, State, Vector,
-};
+use stosszahl_model::{Collision, Moments, Observer, Particles, Physics, Simulation, Space, State};
 
 /// Moments of the velocities at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,11 +19,7 @@ pub struct EnergySample {
 impl EnergySample {
     /// Takes the moments of a state after `pair_collisions` pair collisions of its bodies.
     pub fn new<P: Physics>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
-        let sizes = scene.sizes();
-        let mut moments = Moments::default();
-        for (index, body) in state.bodies.iter().enumerate() {
-            moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
-        }
+        let moments = Moments::of_state(scene, state);
         let simulators = state.bodies.len();
         let collisions = 2.0 * pair_collisions as f64 / simulators.max(1) as f64;
         Self::from_moments(state.time, P::Space::DIMENSION, &moments, collisions)

@@ -59,7 +59,7 @@ pub use contact::time_to_contact;
 pub use engine::Engine;
 pub use error::{EngineError, Touchable};
 pub use foresight::Plan;
-pub use simulate::{DISKS_PER_THREAD, resume, simulate};
+pub use simulate::{resume, simulate, strips_for};
 pub use strips::Spread;
 pub use surroundings::Boundaries;
 

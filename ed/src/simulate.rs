@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
-use stosszahl_model::simulation::BETWEEN_PAUSES;
+use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
     Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
     Particle, Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _,
@@ -23,8 +23,13 @@ use crate::surroundings::Boundaries;
 const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
 
-/// Disks of a gas that a thread of its own pays for: [`Simulation::use_threads`] takes fewer threads where there are fewer disks.
-pub const DISKS_PER_THREAD: usize = 20_000;
+/// Disks that a thread of its own pays for.
+const EACH_THREAD: usize = 20_000;
+
+/// Strips that [`Simulation::use_threads`] cuts a gas of so many disks into, each for a thread: fewer where that does not pay.
+pub fn strips_for(threads: usize, disks: usize) -> usize {
+    threads.min(disks / EACH_THREAD)
+}
 
 /// Starts exact dynamics of disks.
 ///
@@ -309,7 +314,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         budget: Budget,
         observer: &mut dyn Observer,
     ) -> Result<bool, EngineError> {
-        let mut left = match budget {
+        let left = match budget {
             Budget::Leg => self.left_of_leg(),
             Budget::Collisions(most) => most,
             Budget::Unlimited => u64::MAX,
@@ -317,15 +322,11 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         let (stop, pause) = (self.stop.clone(), self.pause.clone());
         let engine = self.take_off(budget == Budget::Leg)?;
         engine.stop = stop;
-        let reached = loop {
-            let slice = left.min(pause.as_ref().map_or(u64::MAX, |_| BETWEEN_PAUSES));
+        let reached = in_slices(left, pause.as_ref(), |slice| {
             let reached = engine.advance(until, slice, observer);
-            left -= slice;
-            let ends = pause.as_ref().is_none_or(Interrupt::is_raised) || left == 0;
-            if ends || engine.is_interrupted() || !matches!(reached, Ok(false)) {
-                break reached;
-            }
-        };
+            let goes_on = matches!(reached, Ok(false)) && !engine.is_interrupted();
+            (reached, goes_on)
+        });
         self.stop = engine.stop.clone();
         match (&reached, &mut self.stage) {
             (Ok(_), Stage::Flying(_, leg)) if budget != Budget::Leg => *leg = None,
@@ -401,7 +402,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn use_threads(&mut self, threads: usize) {
-        self.spread.strips = threads.min(self.count() / DISKS_PER_THREAD);
+        self.spread.strips = strips_for(threads, self.count());
         if let Stage::Flying(engine, _) = &mut self.stage {
             engine.spread_over(self.spread.strips);
         }
@@ -416,18 +417,11 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn moments(&self) -> Moments {
-        let (sizes, mut moments) = (self.scene.sizes(), Moments::default());
-        for (index, body) in self.state().bodies.iter().enumerate() {
-            moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
-        }
-        moments
+        Moments::of_state(&self.scene, self.state())
     }
 
     fn particles(&self) -> Particles {
-        let domain = match &self.stage {
-            Stage::Between(gas) => gas.state.domain,
-            Stage::Flying(engine, _) => engine.domain,
-        };
+        let domain = self.state().domain;
         let mut all = Vec::with_capacity(self.count());
         self.visit(&mut |particle| all.push(*particle));
         Particles {

@@ -15,8 +15,11 @@ use serde::{Deserialize, Serialize};
 use crate::exact::Exact;
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
+use crate::physics::Physics;
+use crate::sizes::Sizes as _;
 use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _};
+use crate::state::State;
 use crate::sum::{Adds, Sum};
 use crate::walls::Ledger;
 
@@ -103,6 +106,15 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Moments of the bodies of a state.
+    pub fn of_state<P: Physics>(scene: &P, state: &State<P>) -> Self {
+        let (sizes, mut moments) = (scene.sizes(), Self::default());
+        for (index, body) in state.bodies.iter().enumerate() {
+            moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
+        }
+        moments
+    }
+
     /// Adds so many particles of a `m v^2`.
     pub fn add(&mut self, weight: f64, square: f64) {
         self.count.add(weight);
@@ -151,7 +163,24 @@ pub enum Budget {
 }
 
 /// Collisions between two looks at [`Simulation::pause_on`], of engines that go from collision to collision.
-pub const BETWEEN_PAUSES: u64 = 50_000;
+const BETWEEN_PAUSES: u64 = 50_000;
+
+/// Spends a budget of collisions at once, or, where a pause may be asked for, in slices after which it is looked at. `advance` has a
+/// number of collisions, and returns what came of them and whether the budget was all that ended them.
+pub fn in_slices<T>(
+    mut budget: u64,
+    pause: Option<&Interrupt>,
+    mut advance: impl FnMut(u64) -> (T, bool),
+) -> T {
+    loop {
+        let slice = budget.min(pause.map_or(u64::MAX, |_| BETWEEN_PAUSES));
+        let (outcome, goes_on) = advance(slice);
+        budget -= slice;
+        if !goes_on || budget == 0 || pause.is_none_or(Interrupt::is_raised) {
+            return outcome;
+        }
+    }
+}
 
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Debug, Default, PartialEq)]

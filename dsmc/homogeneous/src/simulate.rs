@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::simulation::BETWEEN_PAUSES;
+use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
     Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Interrupt, Kind, Law,
     Observer, Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf,
@@ -360,22 +360,17 @@ where
         budget: Budget,
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure> {
-        let mut left = match budget {
+        let left = match budget {
             Budget::Unlimited => u64::MAX,
             Budget::Leg => self.leg,
             Budget::Collisions(most) => most,
         };
-        let stop = loop {
-            let slice = left.min(self.pause.as_ref().map_or(u64::MAX, |_| BETWEEN_PAUSES));
+        let stop = in_slices(left, self.pause.as_ref(), |slice| {
             let stop = self.engine.advance(until, slice, observer);
-            let stop = stop.map_err(Failure::new)?;
-            left -= slice;
-            let ends = self.pause.as_ref().is_none_or(Interrupt::is_raised) || left == 0;
-            if ends || !matches!(stop, Stop::Collisions) {
-                break stop;
-            }
-        };
-        Ok(match stop {
+            let goes_on = matches!(stop, Ok(Stop::Collisions));
+            (stop, goes_on)
+        });
+        Ok(match stop.map_err(Failure::new)? {
             Stop::Time | Stop::Still => true,
             Stop::Collisions => self.engine.time() >= until,
             Stop::Interrupted => false,

@@ -117,7 +117,16 @@ pub struct Crowd {
 }
 
 impl Crowd {
+    /// Sees a particle.
+    #[inline]
+    pub fn add(&mut self, weight: f64, radius: f64, velocity: [f64; 2]) {
+        self.particles += weight;
+        self.squares += weight * (velocity[0].powi(2) + velocity[1].powi(2));
+        self.widen(weight, radius);
+    }
+
     /// Sees a particle, but for the sums.
+    #[inline]
     pub fn widen(&mut self, weight: f64, radius: f64) {
         self.heaviest = self.heaviest.max(weight);
         let [low, high] = self.radii.unwrap_or([radius; 2]);
@@ -151,9 +160,7 @@ impl Frame {
     pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
         let mut crowd = Crowd::default();
         for dot in dots {
-            crowd.particles += dot.weight;
-            crowd.squares += dot.weight * (dot.velocity[0].powi(2) + dot.velocity[1].powi(2));
-            crowd.widen(dot.weight, dot.radius);
+            crowd.add(dot.weight, dot.radius, dot.velocity);
         }
         let share = crowd.share(most);
         let kept = (0..).zip(dots.iter().copied());

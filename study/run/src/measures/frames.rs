@@ -88,22 +88,13 @@ impl Observer for Record {
 }
 
 impl Record {
-    /// A frame of disks that are visited in the order of their numbers; lengths and speeds are those of the engine, as only their
-    /// ratios matter.
-    fn look(
-        &self,
-        gas: &dyn Simulation,
-        time: f64,
-        sides: [f64; 2],
-        periodic: [bool; 2],
-        most: usize,
-    ) -> Frame {
+    /// What a frame shows of disks that are visited in the order of their numbers; lengths and speeds are those of the engine, as only
+    /// their ratios matter.
+    fn chosen(&self, gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         let (mut crowd, mut sum) = (Crowd::default(), 0.0);
         let mut energies = Vec::with_capacity(gas.count());
         gas.visit(&mut |one| {
-            crowd.widen(one.weight, one.radius);
-            crowd.particles += one.weight;
-            crowd.squares += one.weight * one.velocity.xy().norm_squared();
+            crowd.add(one.weight, one.radius, one.velocity.xy().into());
             let energy = 0.5 * one.mass * one.velocity.norm_squared();
             sum += one.weight * energy;
             energies.push(energy);
@@ -125,7 +116,7 @@ impl Record {
             }
             number += 1;
         });
-        Frame::of(time, sides, periodic, &crowd, share, kept)
+        (crowd, kept)
     }
 }
 
@@ -141,15 +132,9 @@ struct Camera {
     periodic: [bool; 2],
 }
 
-/// A frame of a gas whose particles need not be told apart: they are numbered by groups, and those that are kept are all that is
-/// gathered.
-fn of_gas(
-    gas: &dyn Simulation,
-    time: f64,
-    sides: [f64; 2],
-    periodic: [bool; 2],
-    most: usize,
-) -> Frame {
+/// What a frame shows of a gas whose particles need not be told apart: they are numbered by groups, and those that are kept are all
+/// that is gathered.
+fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
     let mut looks = Crowding {
         crowd: Crowd::default(),
         totals: Totals::new(2),
@@ -161,15 +146,14 @@ fn of_gas(
         squares: sums[1],
         ..looks.crowd
     };
-    let share = crowd.share(most);
     let mut sample = Chosen {
-        share,
+        share: crowd.share(most),
         open: Vec::new(),
         seen: 0,
         kept: Vec::new(),
     };
     gas.add_up(&mut sample);
-    Frame::of(time, sides, periodic, &crowd, share, sample.kept)
+    (crowd, sample.kept)
 }
 
 /// What frames need to know of all particles.
@@ -248,12 +232,14 @@ impl Probe for Camera {
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let is_last = moment.time >= self.until;
         let most = if is_last { LAST } else { self.most };
-        let (gas, time) = (&*moment.simulation, moment.time);
-        let frame = if self.follows {
-            (self.record).look(gas, time, self.sides, self.periodic, most)
+        let gas = &*moment.simulation;
+        let (crowd, kept) = if self.follows {
+            self.record.chosen(gas, most)
         } else {
-            of_gas(gas, time, self.sides, self.periodic, most)
+            chosen(gas, most)
         };
+        let (time, share) = (moment.time, crowd.share(most));
+        let frame = Frame::of(time, self.sides, self.periodic, &crowd, share, kept);
         self.record.frames.push(frame);
     }
 

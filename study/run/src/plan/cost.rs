@@ -9,7 +9,6 @@ use std::thread;
 
 use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
-use stosszahl_ed::DISKS_PER_THREAD;
 use stosszahl_model::GrainSizes;
 
 use super::data::{Class, EngineKind, EnginePlan, Plan};
@@ -194,7 +193,7 @@ impl Plan {
     /// Bytes of strips of one gas of exact disks, for each disk.
     fn strips(&self, threads: usize) -> f64 {
         let parts = self.engines.len() * self.case.replicas as usize;
-        let strips = (threads / parts.max(1)).min(self.count() / DISKS_PER_THREAD);
+        let strips = stosszahl_ed::strips_for(threads / parts.max(1), self.count());
         if strips > 1 {
             STRIP * (strips + 1) as f64
         } else {
