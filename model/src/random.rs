@@ -57,6 +57,13 @@ const fn absorb(state: u64, word: u64) -> u64 {
     mix(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15)))
 }
 
+/// A number from 0 up to 1 that is a hash of others, bit by bit: for a choice that depends on nothing else.
+pub fn unit<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
+    let hash = numbers.fold(0, |state, number| absorb(state, number.to_bits()));
+    // The 53 bits of a fraction.
+    (hash >> 11) as f64 * (0.5 * f64::EPSILON)
+}
+
 impl Streams {
     /// The streams of a replica of a run.
     pub fn new(seed: u64, replica: u64) -> Self {

@@ -1,10 +1,10 @@
 //! Pairs in range, by their distance.
 //!
-//! The box is cut into cells that hold a few points each, points are sorted by cell, and each cell is compared with those that may hold
-//! points in range, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation Using Particles*, chapter 8). Cells of
-//! a line along the first axis lie side by side in memory, so that distances are computed several at once. The cost is O(N) at fixed range and
-//! density, rising to all N (N - 1) / 2 pairs as the range nears half the box; trees pay only for inhomogeneity far beyond what clusters of
-//! hard disks reach.
+//! The box is cut into cells that hold a few points each, points are sorted by cell, and each centre is compared with the points of those
+//! that may hold some in range; where all points are centres, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation
+//! Using Particles*, chapter 8). Cells of a line along the first axis lie side by side in memory, so that distances are computed several at once.
+//! The cost is O(N) at fixed range and density, rising to all N (N - 1) / 2 pairs as the range nears half the box; trees pay only for
+//! inhomogeneity far beyond what clusters of hard disks reach.
 
 use std::ops::Range;
 
@@ -29,8 +29,8 @@ pub(super) struct Histogram<const D: usize> {
     lengths: [f64; D],
     range: f64,
     bins_per_length: f64,
-    /// By bin, each pair of own points counted twice; at the end those that are farther apart.
-    twice: Vec<u64>,
+    /// Neighbours of centres by bin, so that a pair of centres counts twice; at the end those that are farther apart.
+    neighbours: Vec<u64>,
 }
 
 impl<const D: usize> Histogram<D> {
@@ -39,21 +39,20 @@ impl<const D: usize> Histogram<D> {
             lengths,
             range,
             bins_per_length: bins as f64 / range,
-            twice: vec![0; bins + 1],
+            neighbours: vec![0; bins + 1],
         }
     }
 
-    /// Pairs in range, by bin.
+    /// Neighbours in range, by bin.
     pub(super) fn bins(&self) -> &[u64] {
-        &self.twice[..self.twice.len() - 1]
+        &self.neighbours[..self.neighbours.len() - 1]
     }
 
-    /// Counts the pairs of a point with a run of others. The same bits whichever of two points comes first: rounding is symmetric in
-    /// sign.
+    /// Counts the pairs of a point with a run of others, each `count` times. The same bits whichever of two points comes first: rounding
+    /// is symmetric in sign.
     #[inline(always)]
-    fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>) {
-        let own = u64::from(points.counts[one]);
-        let (beyond, squared_range) = ((self.twice.len() - 1) as f64, self.range * self.range);
+    fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>, count: u64) {
+        let (beyond, squared_range) = ((self.neighbours.len() - 1) as f64, self.range * self.range);
         for from in run.clone().step_by(TOGETHER) {
             let to = run.end.min(from + TOGETHER);
             let mut squares = [0.0; TOGETHER];
@@ -86,8 +85,8 @@ impl<const D: usize> Histogram<D> {
                 let number = unsafe { place.to_int_unchecked::<i32>() };
                 *bin = number;
             }
-            for (&bin, &other) in bins.iter().zip(&points.counts[from..to]) {
-                self.twice[bin as usize] += own + u64::from(other);
+            for &bin in &*bins {
+                self.neighbours[bin as usize] += count;
             }
         }
     }
@@ -101,12 +100,12 @@ struct ByCell<const D: usize> {
     starts: Vec<usize>,
     /// Each coordinate, within the box or at its far edge.
     places: [Vec<f64>; D],
-    /// What the pairs of each count.
-    counts: Vec<u8>,
+    /// Whether the neighbours of each are counted.
+    is_centre: Vec<bool>,
 }
 
 impl<const D: usize> ByCell<D> {
-    fn new(points: &[(SVector<f64, D>, u8)], lengths: [f64; D], range: f64) -> Self {
+    fn new(points: &[(SVector<f64, D>, bool)], lengths: [f64; D], range: f64) -> Self {
         let sides = sides(points.len(), lengths, range);
         let cell_of = |place: &SVector<f64, D>| {
             (0..D).rev().fold(0, |cell, axis| {
@@ -126,20 +125,20 @@ impl<const D: usize> ByCell<D> {
         }
         let mut next = starts.clone();
         let mut places = [const { Vec::new() }; D].map(|_: Vec<f64>| vec![0.0; points.len()]);
-        let mut counts = vec![0; points.len()];
-        for (&cell, &(place, count)) in cells.iter().zip(points) {
+        let mut are_centres = vec![false; points.len()];
+        for (&cell, &(place, is_centre)) in cells.iter().zip(points) {
             let next = &mut next[cell];
             for axis in 0..D {
                 places[axis][*next] = fold(place[axis], lengths[axis]);
             }
-            counts[*next] = count;
+            are_centres[*next] = is_centre;
             *next += 1;
         }
         Self {
             sides,
             starts,
             places,
-            counts,
+            is_centre: are_centres,
         }
     }
 
@@ -201,9 +200,9 @@ fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
     near.collect()
 }
 
-/// Adds all pairs in range to the histogram, cell by cell. The same bits on every processor: products and sums are never contracted.
+/// Adds the neighbours of all centres in range to the histogram, cell by cell. The same bits on every processor: products and sums are never contracted.
 pub(super) fn count_by_cells<const D: usize>(
-    points: &[(SVector<f64, D>, u8)],
+    points: &[(SVector<f64, D>, bool)],
     histogram: &mut Histogram<D>,
     interrupt: &Interrupt,
 ) -> Result<(), Error> {
@@ -220,7 +219,7 @@ pub(super) fn count_by_cells<const D: usize>(
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn count_with_avx2<const D: usize>(
-    points: &[(SVector<f64, D>, u8)],
+    points: &[(SVector<f64, D>, bool)],
     histogram: &mut Histogram<D>,
     interrupt: &Interrupt,
 ) -> Result<(), Error> {
@@ -230,7 +229,7 @@ fn count_with_avx2<const D: usize>(
 /// [`count_by_cells`].
 #[inline(always)]
 fn count<const D: usize>(
-    points: &[(SVector<f64, D>, u8)],
+    points: &[(SVector<f64, D>, bool)],
     histogram: &mut Histogram<D>,
     interrupt: &Interrupt,
 ) -> Result<(), Error> {
@@ -242,22 +241,24 @@ fn count<const D: usize>(
         widths[axis] = histogram.lengths[axis] / sides[axis] as f64;
     }
     let near = lines_around(sides, widths, histogram.range);
+    // Each pair of centres can be met once.
+    let are_all = points.is_centre.iter().all(|&is_centre| is_centre);
     let mut runs = Vec::new();
     for line in 0..rows * layers {
         for column in 0..columns {
             let members = points.run(line, column..column + 1);
-            if members.is_empty() {
+            if !points.is_centre[members.clone()].contains(&true) {
                 continue;
             }
-            // Each pair of cells is met from the first of them.
             runs.clear();
             for Near { steps, reach } in &near {
                 let row = (line % rows + steps[0]) % rows;
                 let there = row + rows * ((line / rows + steps[1]) % layers);
-                if there < line {
+                if are_all && there < line {
                     continue;
                 }
-                let first = if there == line { column + 1 } else { 0 };
+                let is_own = are_all && there == line;
+                let first = if is_own { column + 1 } else { 0 };
                 for cells in within(column, *reach, columns) {
                     let begin = cells.start.max(first);
                     if begin < cells.end {
@@ -265,13 +266,24 @@ fn count<const D: usize>(
                     }
                 }
             }
-            for one in members.clone() {
+            for one in members.clone().filter(|&one| points.is_centre[one]) {
                 if interrupt.is_raised() {
                     return Err(Error::Interrupted);
                 }
-                let own = std::iter::once(one + 1..members.end);
-                for run in own.chain(runs.iter().cloned()) {
-                    histogram.add(&points, one, run);
+                if are_all {
+                    histogram.add(&points, one, one + 1..members.end, 2);
+                    for run in &runs {
+                        histogram.add(&points, one, run.clone(), 2);
+                    }
+                    continue;
+                }
+                for run in &runs {
+                    let (mut before, mut after) = (run.clone(), 0..0);
+                    if run.contains(&one) {
+                        (before, after) = (run.start..one, one + 1..run.end);
+                    }
+                    histogram.add(&points, one, before, 1);
+                    histogram.add(&points, one, after, 1);
                 }
             }
         }
@@ -306,11 +318,11 @@ mod tests {
     fn both_ways_count_the_same() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut place = || vector![30.0 * stream.random::<f64>(), 20.0 * stream.random::<f64>()];
-        let points: Vec<_> = (0..3000).map(|_| (place(), 1)).collect();
+        let points: Vec<_> = (0..3000).map(|_| (place(), true)).collect();
         let of = |counts: fn(&[_], &mut Histogram<2>, &Interrupt) -> Result<(), Error>| {
             let mut histogram = Histogram::new([30.0, 20.0], 6.0, 120);
             counts(&points, &mut histogram, &Interrupt::default()).expect("counts");
-            histogram.twice
+            histogram.neighbours
         };
         let either = of(count_by_cells);
         assert!(either[..120].iter().sum::<u64>() > 100_000);
