@@ -25,6 +25,8 @@
 //!   the cells they came from: results are the same bytes for any number of threads and,
 //!   for pairs within cells, however cells are grouped.
 //!
+//! With the feature `processes` a gas can be held by several processes ([`simulate_among`]); without it the crate compiles faster.
+//!
 //! # Walls, gravity and flow
 //!
 //! [`Boundaries`] are data. [`Engine::start_between`] takes walls (restitutive with slip, diffuse, sliding, vibrating), open
@@ -74,6 +76,14 @@ mod fly;
 mod grid;
 mod parameters;
 mod regions;
+#[cfg_attr(
+    not(feature = "processes"),
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "some of it is for several processes only"
+    )
+)]
 mod share;
 // Unit tests are of the parts: without all kinds of gases they compile faster.
 #[cfg(not(test))]

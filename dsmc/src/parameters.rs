@@ -327,6 +327,11 @@ pub enum EngineError {
         /// Number of all shards.
         all: usize,
     },
+    /// Several processes are to hold the gas, which was left out of the program.
+    #[error(
+        "this program holds a gas in one process; it was compiled without the feature \"processes\""
+    )]
+    OneProcess,
     /// Another process that is to hold a part of the gas cannot.
     #[error("process {rank}: {why}")]
     Elsewhere {

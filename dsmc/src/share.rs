@@ -40,6 +40,9 @@ pub(crate) use shards::{Shard, read_all};
 const UNEVEN: f64 = 1.1;
 const STEPS_BETWEEN: u64 = 50;
 
+/// Whether a gas may be held by several processes. Where that is left out, what is done only then is not compiled, for each engine anew.
+pub(crate) const PROCESSES: bool = cfg!(feature = "processes");
+
 /// The part of a gas that this process holds.
 pub(crate) struct Share<S: Space> {
     pub(crate) ranks: Arc<dyn Ranks>,
@@ -340,6 +343,9 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
 
     /// Gives each process its tiles; all of them call it. Nothing happens if they have them.
     pub fn divide(&mut self) {
+        if !PROCESSES {
+            return;
+        }
         let Some(mut share) = self.share.take_if(|share| share.is_united) else {
             return;
         };
@@ -424,6 +430,9 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
 
     /// Lets tiles change hands where one process has much more to do than others, by the time that tiles took.
     pub(crate) fn balance(&mut self) {
+        if !PROCESSES {
+            return;
+        }
         let Some(mut share) = self.share.take() else {
             return;
         };
@@ -489,5 +498,5 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "processes"))]
 mod tests;

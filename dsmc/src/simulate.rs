@@ -1,9 +1,8 @@
 //! The engine behind the common interface: chosen at run time, for any grains of the model.
 
+#[cfg_attr(not(feature = "processes"), path = "simulate/alone.rs")]
 mod among;
 mod tiles;
-
-use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -19,10 +18,10 @@ use stosszahl_model::{
 use crate::boundary::{Boundaries, Transfer};
 use crate::engine::Engine;
 use crate::parameters::{EngineError, Parameters};
-use crate::share::{Beside, Ranks, Shard, read_all};
+use crate::share::{Beside, Shard, read_all};
 use crate::simulator::{Follow, Followed, Unfollowed};
 use crate::start::Checkpoint;
-use among::Command;
+use among::Others;
 
 pub use among::{resume_among, serve, simulate_among};
 
@@ -247,15 +246,14 @@ struct Cells<P: Physics, F: Follow<P::Space>> {
     displacements: bool,
     follows: bool,
     /// Other processes that hold parts of the gas, and are to be told what is done with it.
-    others: Option<Arc<dyn Ranks>>,
+    others: Option<Others>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
     /// [`Engine::advance`] of all processes.
     fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
         if let Some(others) = &self.others {
-            let looks = observer.looks();
-            Command::Advance(until, steps, looks).give(&**others);
+            others.advance(until, steps, observer.looks());
         }
         self.engine.advance(until, steps, observer)
     }

@@ -1,5 +1,7 @@
 //! How steps follow each other.
 
+use std::collections::BTreeMap;
+
 use stosszahl_model::random::Purpose;
 use stosszahl_model::{Field, Observer, Physics, Recorder, Sizes, Space, Vector};
 
@@ -7,6 +9,7 @@ use crate::collide::{Kernel, covered};
 use crate::density::{Scheme, Weighing};
 use crate::engine::Engine;
 use crate::fly::{Flight, Timing};
+use crate::share::PROCESSES;
 use crate::simulator::Follow;
 use crate::sweep::{is_parallel, sweep};
 use crate::tally::{Counts, Stock, Unit};
@@ -367,9 +370,10 @@ where
         // These ask for the density on the way to partners.
         let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
             || self.density.weighing() == Weighing::Triangle;
-        let others = (self.share.as_ref())
-            .map(|share| share.units_around(grid, tiles, reach, is_wide, units))
-            .unwrap_or_default();
+        let others = match &self.share {
+            Some(share) if PROCESSES => share.units_around(grid, tiles, reach, is_wide, units),
+            _ => BTreeMap::new(),
+        };
         let rows = grid.counts()[1];
         self.density.update(parallel, |line, values| {
             let line = line as u32;

@@ -28,7 +28,7 @@ pub(crate) use rate::{Rates, Spread};
 use crate::collide::{Kernel, covered};
 use crate::density::Scheme;
 use crate::grid::Grid;
-use crate::share::{Share, see_no_more};
+use crate::share::{PROCESSES, Share, see_no_more};
 use crate::simulator::Follow;
 use crate::sweep::{Pool, each_of};
 use crate::tally::Tally;
@@ -83,7 +83,7 @@ where
         let scheme = self.density.scheme();
         let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
         let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius, arm.longest());
-        if let Some(share) = share {
+        if PROCESSES && let Some(share) = share {
             for (number, known) in share.see_around(tiles, &bounds) {
                 bounds[number] = known;
             }
@@ -95,7 +95,7 @@ where
                 kernel::Worker::new(self, rates, learnt, bounds, around, patch).collide(ranges)
             })
         });
-        if let Some(share) = share {
+        if PROCESSES && let Some(share) = share {
             reports = share.all_reports(grid, reports, self.looks);
             see_no_more(tiles);
         }

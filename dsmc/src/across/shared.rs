@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
 
 use crate::grid::{Grid, OFFSETS, offset, offset_number};
-use crate::share::Share;
+use crate::share::{PROCESSES, Share};
 use crate::simulator::{Follow, SimulatorOf};
 use crate::sweep::each_of;
 use crate::tile::Tile;
@@ -228,17 +228,17 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
         })
         .collect();
     match share {
-        None => {
-            for own in &colours {
-                let done = work_on(own).into_iter();
-                results.extend(done.map(|(number, result, _)| (number, result)));
-            }
-        }
-        Some(share) => {
+        Some(share) if PROCESSES => {
             let apply = |change: ChangeOf<P>| {
                 change.apply(&mut lock(&locks[change.tile as usize]));
             };
             colour_by_colour::<P, R, _>(share, &colours, 0, &work_on, &apply, &mut results);
+        }
+        _ => {
+            for own in &colours {
+                let done = work_on(own).into_iter();
+                results.extend(done.map(|(number, result, _)| (number, result)));
+            }
         }
     }
     results

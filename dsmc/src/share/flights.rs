@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Physics};
 
-use super::{Share, all_reduce, read, write};
+use super::{PROCESSES, Share, all_reduce, read, write};
 use crate::engine::Engine;
 use crate::grid::{OFFSETS, offset};
 use crate::simulator::{Follow, SimulatorOf};
@@ -57,6 +57,9 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     /// After a flight: sends what left own tiles to the owners of those it enters, collisions to the first process if somebody looks
     /// at them, and to all what the next step follows and what was counted, of which `counts` are those of this process.
     pub(crate) fn exchange_with_others(&mut self, counts: Counts, looks: bool) -> Counts {
+        if !PROCESSES {
+            return counts;
+        }
         let Some(mut share) = self.share.take() else {
             return counts;
         };

@@ -24,7 +24,7 @@ use crate::simulator::Follow;
 
 /// What the first process tells the others.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) enum Command {
+enum Command {
     /// Until when, for how many steps, and whether collisions are looked at.
     Advance(f64, u64, bool),
     /// The first process is to hold all.
@@ -42,8 +42,18 @@ pub(super) enum Command {
 }
 
 impl Command {
-    pub(super) fn give(&self, ranks: &dyn Ranks) {
+    fn give(&self, ranks: &dyn Ranks) {
         broadcast(ranks, write(self));
+    }
+}
+
+/// The processes that do what the first does with its gas.
+pub(super) struct Others(Arc<dyn Ranks>);
+
+impl Others {
+    /// Tells them to advance.
+    pub(super) fn advance(&self, until: f64, steps: u64, looks: bool) {
+        Command::Advance(until, steps, looks).give(&*self.0);
     }
 }
 
@@ -171,7 +181,7 @@ impl Keep for Lead {
         let ranks = self.0.clone();
         let gas = move || -> Result<Box<dyn Simulation>, EngineError> {
             begin_among(&mut cells, &ranks, shards)?;
-            cells.others = Some(ranks.clone());
+            cells.others = Some(Others(ranks.clone()));
             Ok(Box::new(Among {
                 cells: Mutex::new(cells),
                 ranks,
