@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::{Pose, Vector};
-use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use parry2d_f64::query::details::contact_ball_ball;
 use parry2d_f64::shape::Ball;
 
@@ -21,7 +21,7 @@ pub struct Overlap {
 
 /// The overlapping pair with the smallest indices, if any overlaps by more than `tolerance` \[length\].
 ///
-/// A bounding-volume hierarchy over all disks is queried once for each disk and each periodic image that
+/// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image that
 /// reaches into the box; the distance of a candidate pair is parry's ball-ball contact, a closed form.
 /// Cost N log N for any mixture of sizes.
 pub fn first_overlap(
@@ -43,6 +43,22 @@ pub fn first_overlap(
         .collect();
     let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves);
     let all = tree.root_aabb();
+    let depth = |first: usize, shifted: Vector2<f64>, second: usize| {
+        let between: Vector = (positions[second] - shifted).into();
+        let contact = contact_ball_ball(
+            &Pose::from_translation(between),
+            &Ball::new(radius(first)),
+            &Ball::new(radius(second)),
+            0.0,
+        );
+        contact.map_or(0.0, |contact| -contact.dist)
+    };
+    // The tree with itself is faster than with each disk, and nearly always nothing is found. It says whether, not which is the first.
+    let meets = |one: &BvhNode, other: &BvhNode| one.intersects(other);
+    let is_inside = tree.leaf_pairs(&tree, meets).any(|(first, second)| {
+        let [first, second] = [first, second].map(|leaf| leaf as usize);
+        first < second && depth(first, positions[first], second) > tolerance
+    });
     let mut found: Option<Overlap> = None;
     for (first, &centre) in positions.iter().enumerate() {
         // Pairs are seen from both sides, so the smallest first index comes first.
@@ -55,6 +71,9 @@ pub fn first_overlap(
             for shift_y in [-1.0, 0.0, 1.0] {
                 let shifted = centre + Vector2::new(shift_x * lengths[0], shift_y * lengths[1]);
                 let image = shift_x != 0.0 || shift_y != 0.0;
+                if !image && !is_inside {
+                    continue;
+                }
                 let bounds = around(shifted, own);
                 if !all.intersects(&bounds) {
                     continue;
@@ -64,14 +83,7 @@ pub fn first_overlap(
                     if second < first || (second == first && !image) {
                         continue;
                     }
-                    let between: Vector = (positions[second] - shifted).into();
-                    let contact = contact_ball_ball(
-                        &Pose::from_translation(between),
-                        &Ball::new(own),
-                        &Ball::new(radius(second)),
-                        0.0,
-                    );
-                    let depth = contact.map_or(0.0, |contact| -contact.dist);
+                    let depth = depth(first, shifted, second);
                     if depth > tolerance && found.is_none_or(|known| second < known.pair[1]) {
                         found = Some(Overlap {
                             pair: [first, second],
