@@ -333,7 +333,7 @@ impl<S: Space> Density<S> {
         let [columns, rows, layers] = self.counts;
         let at = |x: usize, line: usize| [x as u32, (line % rows) as u32, (line / rows) as u32];
         if self.looks_around() {
-            self.update(false, |line, values| {
+            self.update(false, &|line, values| {
                 for (x, value) in values.iter_mut().enumerate() {
                     *value = room(at(x, line)) as f32;
                 }
@@ -399,7 +399,7 @@ impl<S: Space> Density<S> {
     }
 
     /// Takes the covered units of all cells: `fill` writes those of one line along the first axis, given its number.
-    pub(crate) fn update(&mut self, parallel: bool, fill: impl Fn(usize, &mut [f32]) + Sync) {
+    pub(crate) fn update(&mut self, parallel: bool, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
         let weighing = self.weighing;
         let line = |padded: &mut Vec<f32>, number: usize, sums: &mut [f32]| {
@@ -633,7 +633,7 @@ mod tests {
         for parallel in [false, true] {
             let mut density = Density::<S>::new(scheme, &gas);
             assert_eq!(density.weighing(), weighing);
-            density.update(parallel, |line, values| {
+            density.update(parallel, &|line, values| {
                 values.copy_from_slice(&areas[line * columns..(line + 1) * columns]);
             });
             let [nx, ny, nz] = counts.map(|count| count as usize);
@@ -680,7 +680,7 @@ mod tests {
         let mut density = Density::<Plane>::new(Scheme::CONTACT_POINT, &gas(counts, 0.1));
         let number = |x: i64, y: i64| (x.rem_euclid(7) + 7 * y.rem_euclid(6)) as usize;
         let held = |cell: usize| cell * cell % 5 + 1;
-        density.update(false, |line, values| {
+        density.update(false, &|line, values| {
             for (x, value) in values.iter_mut().enumerate() {
                 *value = held(x + 7 * line) as f32;
             }

@@ -375,7 +375,7 @@ where
             _ => BTreeMap::new(),
         };
         let rows = grid.counts()[1];
-        self.density.update(parallel, |line, values| {
+        self.density.update(parallel, &|line, values| {
             let line = line as u32;
             let mut x = 0;
             while x < values.len() {

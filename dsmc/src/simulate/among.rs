@@ -244,19 +244,19 @@ fn add_strip<P: Physics, F: Follow<P::Space>>(
         apart.min(length - apart) <= far
     };
     let wide = ((far / width) as usize + 1).min(size / 2);
-    let mut strips: Vec<Vec<(Vector3<f64>, bool)>> = vec![Vec::new(); size];
+    let mut strips: Vec<Vec<(Vector3<f64>, f64)>> = vec![Vec::new(); size];
     for tile in cells.engine.tiles_here() {
-        cells.engine.each_in(tile, |simulator, _| {
+        cells.engine.each_in(tile, |simulator, weight| {
             let position = simulator.position.spatial();
             let own = ((position.x / width).max(0.0) as usize).min(size - 1);
-            strips[own].push((position, true));
+            strips[own].push((position, weight));
             for step in 1..=wide {
                 let [left, right] = [(own + size - step) % size, (own + step) % size];
                 if is_near(position.x, left) {
-                    strips[left].push((position, false));
+                    strips[left].push((position, 0.0));
                 }
                 if right != left && is_near(position.x, right) {
-                    strips[right].push((position, false));
+                    strips[right].push((position, 0.0));
                 }
             }
         });
@@ -267,11 +267,11 @@ fn add_strip<P: Physics, F: Follow<P::Space>>(
     let came = ranks.exchange(messages.collect(), &others);
     let came = came
         .iter()
-        .flat_map(|bytes| read::<Vec<(Vector3<f64>, bool)>>(bytes));
-    for (position, is_own) in own.into_iter().chain(came) {
+        .flat_map(|bytes| read::<Vec<(Vector3<f64>, f64)>>(bytes));
+    for (position, weight) in own.into_iter().chain(came) {
         sum.add(&Particle {
             position,
-            weight: if is_own { 1.0 } else { 0.0 },
+            weight,
             ..Particle::of(0.0, 0.0)
         });
     }
