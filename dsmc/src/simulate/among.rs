@@ -244,19 +244,23 @@ fn add_strip<P: Physics, F: Follow<P::Space>>(
         apart.min(length - apart) <= far
     };
     let wide = ((far / width) as usize + 1).min(size / 2);
-    let mut strips: Vec<Vec<(Vector3<f64>, f64)>> = vec![Vec::new(); size];
+    // Runs of equal weight, of which the first are near.
+    let mut strips: Vec<Vec<(f64, Vec<Vector3<f64>>)>> = vec![vec![(0.0, Vec::new())]; size];
     for tile in cells.engine.tiles_here() {
         cells.engine.each_in(tile, |simulator, weight| {
             let position = simulator.position.spatial();
             let own = ((position.x / width).max(0.0) as usize).min(size - 1);
-            strips[own].push((position, weight));
+            match strips[own].last_mut() {
+                Some((same, run)) if *same == weight => run.push(position),
+                _ => strips[own].push((weight, vec![position])),
+            }
             for step in 1..=wide {
                 let [left, right] = [(own + size - step) % size, (own + step) % size];
                 if is_near(position.x, left) {
-                    strips[left].push((position, 0.0));
+                    strips[left][0].1.push(position);
                 }
                 if right != left && is_near(position.x, right) {
-                    strips[right].push((position, 0.0));
+                    strips[right][0].1.push(position);
                 }
             }
         });
@@ -267,13 +271,15 @@ fn add_strip<P: Physics, F: Follow<P::Space>>(
     let came = ranks.exchange(messages.collect(), &others);
     let came = came
         .iter()
-        .flat_map(|bytes| read::<Vec<(Vector3<f64>, f64)>>(bytes));
-    for (position, weight) in own.into_iter().chain(came) {
-        sum.add(&Particle {
-            position,
-            weight,
-            ..Particle::of(0.0, 0.0)
-        });
+        .flat_map(|bytes| read::<Vec<(f64, Vec<Vector3<f64>>)>>(bytes));
+    for (weight, run) in own.into_iter().chain(came) {
+        for position in run {
+            sum.add(&Particle {
+                position,
+                weight,
+                ..Particle::of(0.0, 0.0)
+            });
+        }
     }
     sum.close(me as u32);
 }
