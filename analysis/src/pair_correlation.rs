@@ -261,7 +261,7 @@ impl Adds for Pairs {
             position, weight, ..
         } = *particle;
         self.seen.count += usize::from(weight > 0.0);
-        let is_centre = weight >= 1.0 || weight > random::unit(position.into_iter());
+        let is_centre = weight > random::unit(position.into_iter());
         self.centres += usize::from(is_centre);
         if self.seen.is_good(position) {
             self.open.push((position, is_centre));

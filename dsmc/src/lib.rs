@@ -76,14 +76,6 @@ mod fly;
 mod grid;
 mod parameters;
 mod regions;
-#[cfg_attr(
-    not(feature = "processes"),
-    allow(
-        dead_code,
-        unused_imports,
-        reason = "some of it is for several processes only"
-    )
-)]
 mod share;
 // Unit tests are of the parts: without all kinds of gases they compile faster.
 #[cfg(not(test))]

@@ -498,5 +498,5 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     }
 }
 
-#[cfg(all(test, feature = "processes"))]
+#[cfg(test)]
 mod tests;

@@ -1,6 +1,5 @@
 //! The engine behind the common interface: chosen at run time, for any grains of the model.
 
-#[cfg_attr(not(feature = "processes"), path = "simulate/alone.rs")]
 mod among;
 mod tiles;
 

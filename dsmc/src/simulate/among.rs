@@ -19,7 +19,9 @@ use stosszahl_model::{
 
 use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
 use crate::parameters::EngineError;
-use crate::share::{Beside, Ranks, all_gather, all_reduce, broadcast, read, reduce, write};
+use crate::share::{
+    Beside, PROCESSES, Ranks, all_gather, all_reduce, broadcast, read, reduce, write,
+};
 use crate::simulator::Follow;
 
 /// What the first process tells the others.
@@ -60,7 +62,7 @@ impl Others {
 /// [`super::simulate`] of a gas that all of these processes hold. This is the first of them; the others [`serve`].
 ///
 /// # Errors
-/// As [`super::simulate`]; and if another process cannot hold its part.
+/// As [`super::simulate`]; if another process cannot hold its part; and [`EngineError::OneProcess`].
 pub fn simulate_among(
     gas: &Gas<'_>,
     starts: &[Particles],
@@ -73,7 +75,7 @@ pub fn simulate_among(
 /// that of a gas in any number of processes; each reads its part of one in shards.
 ///
 /// # Errors
-/// As [`super::resume`]; and if another process cannot hold its part.
+/// As [`super::resume`]; if another process cannot hold its part; and [`EngineError::OneProcess`].
 pub fn resume_among(
     gas: &Gas<'_>,
     left: Left<'_>,
@@ -87,6 +89,9 @@ fn lead(
     source: Source<'_>,
     ranks: &Arc<dyn Ranks>,
 ) -> Result<Box<dyn Simulation>, EngineError> {
+    if !PROCESSES {
+        return Err(EngineError::OneProcess);
+    }
     let led = if gas.boundaries.weights.follows() {
         Err(EngineError::BadWeights {
             found: "weights that follow the number".into(),
@@ -121,7 +126,7 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineE
 /// started with `count` particles in a box of these sides. `make` knows all sums that the first process asks for.
 ///
 /// # Errors
-/// [`EngineError`] if it cannot be made here or elsewhere.
+/// [`EngineError`] if it cannot be made here or elsewhere; [`EngineError::OneProcess`] without the feature `processes`.
 ///
 /// # Panics
 /// If the first process asks for a sum that `make` does not know.
@@ -133,6 +138,9 @@ pub fn serve(
     interrupt: &Interrupt,
     make: Make,
 ) -> Result<(), EngineError> {
+    if !PROCESSES {
+        return Err(EngineError::OneProcess);
+    }
     let Some(brief) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
         // It could not be made there, which is said there.
         return Ok(());
