@@ -206,7 +206,13 @@ where
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
             let (share, rates) = (self.share.as_ref(), self.rates.as_ref());
             let pool = &self.pool;
-            recorder.pass(&kernel.collide_across(tiles, share, rates, arm, tally, pool));
+            for (number, report) in kernel.collide_across(tiles, share, rates, arm, tally, pool) {
+                recorder.pass(&report.log);
+                // The memory serves the next step.
+                let log = &mut tiles[number as usize].log;
+                *log = report.log;
+                log.clear();
+            }
             self.fly_only(timing);
             self.close_step(unit);
             return;

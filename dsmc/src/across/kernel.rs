@@ -112,9 +112,13 @@ where
         rates: Option<&'a Rates<P::Space>>,
         arm: &'a Arm,
         bounds: Bounds,
-        around: Around<'b, 'c, P, F>,
+        mut around: Around<'b, 'c, P, F>,
         patch: &'a mut Patch<P>,
     ) -> Self {
+        let report = Report {
+            log: around.take_log(),
+            ..Report::default()
+        };
         Self {
             kernel,
             rates,
@@ -124,7 +128,7 @@ where
             around,
             patch,
             cells: Vec::new(),
-            report: Report::default(),
+            report,
         }
     }
 

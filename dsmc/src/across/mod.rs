@@ -66,7 +66,8 @@ impl<P> Kernel<'_, P>
 where
     P: Physics,
 {
-    /// Collides all pairs of a step; all tiles are arranged. Returns the collisions that somebody wants to look at.
+    /// Collides all pairs of a step; all tiles are arranged. Returns what was done around each tile, by its number; the log of each holds the
+    /// collisions that somebody wants to look at.
     pub(crate) fn collide_across<F: Follow<P::Space>>(
         &self,
         tiles: &mut [Tile<P, F>],
@@ -75,7 +76,7 @@ where
         arm: &mut Arm,
         total: &mut Tally,
         pool: &Pool<P, F>,
-    ) -> Vec<Collision> {
+    ) -> Vec<(u32, Report)> {
         let parallel = self.parallel;
         let mut bounds = each_of(parallel, tiles.iter_mut(), |_, tile| self.bounds(tile));
         let grid = self.grid;
@@ -99,15 +100,11 @@ where
             reports = share.all_reports(grid, reports, self.looks);
             see_no_more(tiles);
         }
-        let mut reports: Vec<Report> = reports.into_iter().map(|(_, report)| report).collect();
-        arm.learn(reports.iter().map(|report| &report.distances));
-        for report in &reports {
+        arm.learn(reports.iter().map(|(_, report)| &report.distances));
+        for (_, report) in &reports {
             total.add(&report.tally);
         }
         reports
-            .iter_mut()
-            .flat_map(|report| report.log.drain(..))
-            .collect()
     }
 
     /// Takes stock of a tile.

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
+use stosszahl_model::{Collision, Physics, Space, SpinOf, Surface, Vector, VectorOf};
 
 use crate::grid::{Grid, OFFSETS, offset, offset_number};
 use crate::share::{PROCESSES, Share};
@@ -85,6 +85,12 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> Around<'a, 'b, P, F> {
     /// What other processes are to know.
     pub(super) fn changes(self) -> Vec<ChangeOf<P>> {
         self.changes
+    }
+
+    /// The log of the tile in the middle, which is empty.
+    pub(super) fn take_log(&mut self) -> Vec<Collision> {
+        let middle = self.middle() as usize;
+        std::mem::take(&mut self.tiles[middle].log)
     }
 
     /// The tile in the middle, as one of those at hand.
