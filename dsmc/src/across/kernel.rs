@@ -1,5 +1,6 @@
 //! Collisions with a partner from where the line of centres says.
 
+use std::mem::take;
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
@@ -9,6 +10,7 @@ use stosszahl_model::{
 
 use super::arm::{self, Arm};
 use super::extents::{Extent, Ranges};
+use super::lanes::{self, Lanes};
 use super::partners::Search;
 use super::patch::Patch;
 use super::shared::{Around, ChangeOf};
@@ -26,6 +28,10 @@ use crate::tally::smaller;
 const SIMULATORS_IN_PIECE: f64 = 5.0;
 const LONGEST_PIECE: usize = 8;
 
+/// Most trials that are drawn before the first of them is done. So the processor works on several at once: none waits for what becomes of
+/// the one before.
+const DRAWN: usize = 32;
+
 /// What works around a tile.
 pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a Kernel<'a, P>,
@@ -39,6 +45,7 @@ pub(super) struct Worker<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     around: Around<'b, 'c, P, F>,
     pub(super) patch: &'a mut Patch<P>,
     cells: Vec<Cell<P::Space>>,
+    drawn: Vec<Trial<VectorOf<P>>>,
     pub(super) report: Report,
 }
 
@@ -76,9 +83,19 @@ pub(super) struct Cell<S: Space> {
 }
 
 /// A simulator that looks for a partner.
+#[derive(Clone, Copy)]
 pub(super) struct Trial<V> {
+    /// Its cell, of those at hand.
+    cell: usize,
     pub(super) first: usize,
     pub(super) position: V,
+    /// Random numbers: from 0 to 2^32, and from 0 to 1.
+    pub(super) pick: u64,
+    chance: f64,
+    /// A line of centres, in the direction that was drawn.
+    line: V,
+    /// Its velocity, which the following are for.
+    velocity: V,
     /// Towards the partner.
     pub(super) normal: V,
     /// From centre to centre at contact, for a partner of the mean radius \[length\].
@@ -128,6 +145,7 @@ where
             around,
             patch,
             cells: Vec::new(),
+            drawn: Vec::new(),
             report,
         }
     }
@@ -142,33 +160,33 @@ where
 
     fn choose_loop(&mut self, ranges: Ranges) {
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
+        if let Some(lanes) = lanes::Avx2::detect() {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
             // SAFETY: the processor has these instructions.
             unsafe {
-                self.collide_with_avx2(ranges);
+                self.collide_with_avx2(ranges, lanes);
             }
             return;
         }
-        self.collide_all(ranges);
+        self.collide_all(ranges, lanes::Plain);
     }
 
     /// [`Self::collide_all`], where everything that is inlined into it looks at four numbers at once.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn collide_with_avx2(&mut self, ranges: Ranges) {
-        self.collide_all(ranges);
+    fn collide_with_avx2(&mut self, ranges: Ranges, lanes: lanes::Avx2) {
+        self.collide_all(ranges, lanes);
     }
 
     /// [`Self::collide`].
     #[inline(always)]
-    fn collide_all(&mut self, ranges: Ranges) {
+    fn collide_all(&mut self, ranges: Ranges, lanes: impl Lanes) {
         let kernel = self.kernel;
         let sizes = (kernel.scene.sizes(), kernel.mean_radius);
         self.patch
             .fill(&self.around, kernel.grid, ranges, self.moves, sizes);
         let in_cell = self.around.home().in_cell();
-        let search = Search::new(kernel.grid, kernel.partner_radius, ranges, in_cell);
+        let search = Search::new(kernel.grid, lanes, kernel.partner_radius, ranges, in_cell);
         let is_halfway = self.is_halfway();
         let mut around_points =
             (self.rates).map(|rates| AroundPoints::new(kernel, rates, search, is_halfway));
@@ -314,7 +332,7 @@ where
     ) {
         let kernel = self.kernel;
         trials.begin(self, line, columns);
-        let mut cells = std::mem::take(&mut self.cells);
+        let (mut cells, mut drawn) = (take(&mut self.cells), take(&mut self.drawn));
         let home = self.around.home();
         let length =
             (SIMULATORS_IN_PIECE / home.in_cell()).clamp(1.0, LONGEST_PIECE as f64) as usize;
@@ -327,9 +345,9 @@ where
         let each = 0.5 * P::Space::SOLID_ANGLE * section * mean * kernel.step;
         for piece in 0..pieces {
             let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
-            cells.clear();
             // Trials expected up to each cell, side by side, so that all are compared at once.
             let (mut sum, mut sums) = (0.0, [f64::MAX; LONGEST_PIECE]);
+            let before = cells.len();
             for column in from..to {
                 let Some(mut cell) = self.cell(line, columns, column) else {
                     continue;
@@ -338,35 +356,61 @@ where
                 cell.most = trials.most(self, &cell, column);
                 cell.rate = cell.most * each * total::<P::Space>(cell.extent.sides());
                 sum += cell.rate * cell.members.len() as f64;
-                sums[cells.len()] = sum;
+                sums[cells.len() - before] = sum;
                 cells.push(cell);
             }
             let count = draw_whole(sum, stream);
             self.report.tally.trials += count;
-            for number in 0..count {
-                if kernel.stop.is_raised_at(number) {
-                    break;
-                }
+            for _ in 0..count {
                 let [who, pick] = two_numbers(stream);
                 // Below the sum also where the product rounds up to it: so there is a cell.
                 let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
                 let number = sums.iter().filter(|&&sum| sum <= at).count();
-                let cell = &mut cells[number];
+                let cell = &cells[before + number];
                 let left = ((sums[number] - at) / cell.rate) as usize;
                 let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
-                let trial = self.propose(first, &cell.extent, stream);
-                if !trials.meet(self, cell, &trial, pick, stream) {
-                    break;
+                drawn.push(self.propose(before + number, first, &cell.extent, pick, stream));
+                if drawn.len() == DRAWN {
+                    if kernel.stop.is_raised() {
+                        break;
+                    }
+                    self.meet_all(&mut cells, &mut drawn, trials, stream);
                 }
             }
-            for cell in &cells {
-                self.close(cell);
+            if drawn.len() >= DRAWN / 2 || piece + 1 == pieces {
+                self.meet_all(&mut cells, &mut drawn, trials, stream);
+                for cell in cells.drain(..) {
+                    self.close(&cell);
+                }
             }
         }
-        self.cells = cells;
+        (self.cells, self.drawn) = (cells, drawn);
     }
 
-    /// Draws a line of centres for a simulator, and the speed along it that a partner must exceed.
+    /// Does the trials that were drawn, one after the other.
+    #[inline(always)]
+    fn meet_all(
+        &mut self,
+        cells: &mut [Cell<P::Space>],
+        drawn: &mut Vec<Trial<VectorOf<P>>>,
+        trials: &mut impl Trials<P, F>,
+        stream: &mut impl Rng,
+    ) {
+        for trial in drawn.iter() {
+            let mut trial = *trial;
+            let cell = &mut cells[trial.cell];
+            // It has collided since.
+            if self.patch.velocities[trial.first] != trial.velocity {
+                trial = self.direct(trial, &cell.extent);
+            }
+            if !trials.meet(self, cell, &trial, trial.pick, stream) {
+                break;
+            }
+        }
+        drawn.clear();
+    }
+
+    /// Draws a line of centres for a simulator of a cell, and the speed along it that a partner must exceed.
     ///
     /// A partner of velocity u is met at the rate ((v - u) . k)+, at most w(k) = h(k) + v . k, where h(k) is the largest -u . k of
     /// the box that holds all u. The two ends of a line together have w(k) + w(-k) = h(k) + h(-k), which is the sum of the sides
@@ -375,30 +419,52 @@ where
     #[inline(always)]
     fn propose(
         &self,
+        cell: usize,
         first: usize,
         extent: &Extent<P::Space>,
+        pick: u64,
         stream: &mut impl Rng,
     ) -> Trial<VectorOf<P>> {
+        let line = line_of_centres::<P::Space>(extent.sides(), stream);
+        let radius = self.kernel.scene.sizes().radius(self.patch.tag(first));
+        let trial = Trial {
+            cell,
+            first,
+            position: self.patch.position(first),
+            pick,
+            chance: stream.random(),
+            line,
+            velocity: VectorOf::<P>::default(),
+            normal: line,
+            distance: radius + self.kernel.mean_radius,
+            along: 0.0,
+            threshold: 0.0,
+            majorant: 0.0,
+        };
+        self.direct(trial, extent)
+    }
+
+    /// The same for the velocity that the simulator has now.
+    #[inline(always)]
+    fn direct(&self, trial: Trial<VectorOf<P>>, extent: &Extent<P::Space>) -> Trial<VectorOf<P>> {
+        let (line, velocity) = (trial.line, self.patch.velocities[trial.first]);
         let sides = extent.sides();
-        let normal = line_of_centres::<P::Space>(sides, stream);
         let both: f64 = (0..P::Space::DIMENSION)
-            .map(|axis| sides[axis] * normal[axis].abs())
+            .map(|axis| sides[axis] * line[axis].abs())
             .sum();
-        let number = both * stream.random::<f64>();
-        let along = self.patch.velocities[first].inner(&normal);
-        let one = extent.against(normal) + along;
+        let number = both * trial.chance;
+        let along = velocity.inner(&line);
+        let one = extent.against(line) + along;
         // Without a branch, which nobody could foresee.
         let turns = f64::from(u8::from(number >= one));
         let sign = 1.0 - 2.0 * turns;
-        let radius = self.kernel.scene.sizes().radius(self.patch.tag(first));
         Trial {
-            first,
-            position: self.patch.position(first),
-            normal: normal * sign,
-            distance: radius + self.kernel.mean_radius,
+            velocity,
+            normal: line * sign,
             along: along * sign,
             threshold: number - turns * one,
             majorant: turns * both + sign * one,
+            ..trial
         }
     }
 

@@ -7,6 +7,7 @@
 mod arm;
 mod extents;
 mod kernel;
+mod lanes;
 mod missing;
 mod overlap;
 mod partners;

@@ -6,8 +6,8 @@ use rand::{Rng, RngExt};
 use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
 use super::kernel::Worker;
+use super::lanes::LANES;
 use super::partners::Aim;
-use super::patch::LANES;
 use crate::collide::nearest_image;
 use crate::simulator::Follow;
 use crate::tally::larger;

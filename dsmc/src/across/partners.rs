@@ -5,17 +5,16 @@ use std::ops::Range;
 use rand::{Rng, RngExt};
 use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
 
-use super::patch::{LANES, Patch};
+use super::lanes::{LANES, LINES, Lanes};
+use super::patch::Patch;
 use crate::grid::Grid;
 use crate::tally::smaller;
 
 /// Draws before all simulators around are looked at one by one, and the number of them up to which none is drawn.
 const DRAWS: u32 = 12;
 
-/// Runs of simulators around that are looked at once, for one within the radius and for the nearest; and fewer, which are enough for equal
-/// disks.
+/// Runs of simulators around that are looked at once, for one within the radius and for the nearest.
 const RUNS: usize = 32;
-const FEW_RUNS: usize = 16;
 
 /// Simulators that were gathered up to which none is drawn before all are looked at.
 const FEW: u64 = 128;
@@ -45,8 +44,9 @@ pub(super) struct Aim<V> {
 }
 
 /// Finds partners in a patch.
-pub(super) struct Search<'a, P: Physics> {
+pub(super) struct Search<'a, P: Physics, L> {
     grid: &'a Grid<P::Space>,
+    lanes: L,
     radius: f64,
     /// Whether there are so many around that some are drawn first.
     pub(super) draws: bool,
@@ -87,10 +87,11 @@ impl Block {
     }
 }
 
-impl<'a, P: Physics> Search<'a, P> {
+impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
     /// `radius`: within which all simulators are equally likely; `in_cell`: how many are in a cell, on average.
     pub(super) fn new(
         grid: &'a Grid<P::Space>,
+        lanes: L,
         radius: f64,
         ranges: super::Ranges,
         in_cell: f64,
@@ -102,6 +103,7 @@ impl<'a, P: Physics> Search<'a, P> {
         let has_many = in_cell * around >= MANY && within >= LEAST_SHARE * around;
         Self {
             grid,
+            lanes,
             radius,
             draws: P::Space::DIMENSION == 2 && side <= DRAWN_LINES && has_many,
             near: ranges.near as i64,
@@ -135,14 +137,16 @@ impl<'a, P: Physics> Search<'a, P> {
                 }
                 pick = stream.random::<u64>() >> 32;
             }
+            // Nearly always.
+            let is_next = cells == 1 && P::Space::DIMENSION == 2 && patch.is_plain();
+            if is_next {
+                let found = self.closest_of_few(patch, aim, cell, who, pick);
+                if found.is_some() {
+                    return found;
+                }
+            }
             let hidden = patch.hide(who);
-            // Nearly always cells next to it: written out, that is faster.
-            let found = if cells == 1 && P::Space::DIMENSION == 2 {
-                let block = Block::around(patch, cell, 1);
-                self.closest::<FEW_RUNS>(patch, aim, block, ANYWHERE, pick)
-            } else {
-                self.closest_around(patch, aim, cell, cells, pick)
-            };
+            let found = self.closest_around(patch, aim, cell, cells, pick);
             patch.show(who, hidden);
             if found.is_some() {
                 return found;
@@ -190,6 +194,41 @@ impl<'a, P: Physics> Search<'a, P> {
         None
     }
 
+    /// A simulator other than `who`, as [`Self::partner`] says, from the cells next to one in the plane; none if there is nobody, or there
+    /// are too many to be looked at together.
+    #[inline(always)]
+    fn closest_of_few(
+        &self,
+        patch: &Patch<P>,
+        aim: Aim<VectorOf<P>>,
+        cell: usize,
+        who: usize,
+        pick: u64,
+    ) -> Option<usize> {
+        let limit = self.radius * self.radius;
+        let runs = [0, 1, 2].map(|line| patch.run(cell, line));
+        let begins = runs.map(|(begin, _)| begin);
+        // The number of who looks.
+        let mut but = LINES * LANES;
+        for (line, (begin, run)) in runs.iter().enumerate() {
+            let lane = who.wrapping_sub(*begin);
+            but = if lane < run.count {
+                LANES * line + lane
+            } else {
+                but
+            };
+        }
+        let point = [aim.point[0], aim.point[1]];
+        let seen = (self.lanes).look(&runs.map(|(_, run)| run), point, limit, but);
+        // Without a branch, which nobody could foresee.
+        let skip = (pick * u64::from(seen.near.count_ones())) >> 32;
+        let drawn = self.lanes.bit_after(seen.near, skip as u32) as usize;
+        let number = if seen.near > 0 { drawn } else { seen.nearest };
+        let found = begins[(number / LANES).min(LINES - 1)] + number % LANES;
+        let is_whole = runs.iter().all(|(_, run)| run.count <= LANES);
+        (is_whole & (seen.square < ANYWHERE)).then_some(found)
+    }
+
     /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden. Where sizes
     /// differ, most of these cells are within the radius of no point of the aim.
     #[inline(always)]
@@ -204,18 +243,18 @@ impl<'a, P: Physics> Search<'a, P> {
         if !P::Sizes::UNIFORM && self.shift > 0 {
             let block = patch.block_within(aim, self.radius, cells);
             let limit = self.radius * self.radius;
-            let found = self.closest::<RUNS>(patch, aim, block, limit, pick);
+            let found = self.closest(patch, aim, block, limit, pick);
             if found.is_some() {
                 return found;
             }
         }
         let block = Block::around(patch, cell, cells);
-        self.closest::<RUNS>(patch, aim, block, ANYWHERE, pick)
+        self.closest(patch, aim, block, ANYWHERE, pick)
     }
 
     /// The same in a block of cells, nearer than the root of a square.
     #[inline(always)]
-    fn closest<const RUNS: usize>(
+    fn closest(
         &mut self,
         patch: &Patch<P>,
         aim: Aim<VectorOf<P>>,

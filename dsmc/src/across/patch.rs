@@ -11,28 +11,15 @@ use stosszahl_model::{Physics, Sizes, Space, VectorOf};
 
 use super::Ranges;
 use super::extents::Extent;
+use super::lanes::{BEYOND, LANES, Run};
 use super::partners::{Aim, Block};
 use super::shared::{Around, At};
 use crate::grid::{Grid, ROUNDER};
 use crate::simulator::Follow;
 use crate::tally::{larger, smaller};
 
-/// Simulators that are looked at together; lists of positions are as much longer.
-pub(super) const LANES: usize = 8;
-
 /// Where something that is not to be found is put \[length\]: its square is a number.
 const NOWHERE: f64 = 1e150;
-
-/// From the place `LANES - n` on: nothing for the first n, and a distance that is none for the others.
-const BEYOND: [f64; 2 * LANES] = {
-    let mut beyond = [0.0; 2 * LANES];
-    let mut lane = LANES;
-    while lane < 2 * LANES {
-        beyond[lane] = f64::MAX;
-        lane += 1;
-    }
-    beyond
-};
 
 /// A block of cells, and who is in them.
 pub(crate) struct Patch<P: Physics> {
@@ -371,6 +358,26 @@ impl<P: Physics> Patch<P> {
     #[inline(always)]
     pub(super) fn excess(&self, index: usize) -> Option<f64> {
         self.excess.get(index).copied()
+    }
+
+    /// Whether all are sought at the same place, whatever their size.
+    #[inline(always)]
+    pub(super) fn is_plain(&self) -> bool {
+        P::Sizes::UNIFORM || self.excess.is_empty()
+    }
+
+    /// Those of three cells of a line in the plane, around a cell or next to it: of the line before its own (0), its own (1), or the one after
+    /// (2). Where they begin, and the first of them.
+    #[inline(always)]
+    pub(super) fn run(&self, cell: usize, line: usize) -> (usize, Run<'_>) {
+        let columns = self.sides[0];
+        let members = self.members(cell + columns * line - columns - 1, 3);
+        let positions = [0, 1].map(|axis| {
+            let all = &self.positions[axis][members.start..members.start + LANES];
+            all.first_chunk().unwrap_or(&[NOWHERE; LANES])
+        });
+        let count = members.len();
+        (members.start, Run { positions, count })
     }
 
     /// Squares of the distances of some that follow each other from where they are sought; of those from `end` on, a large number.

@@ -11,6 +11,7 @@ use stosszahl_model::{
 };
 
 use super::kernel::line_of_centres;
+use super::lanes::{self, LINES, Lanes, Plain, Run};
 use super::partners::{Aim, Search};
 use super::patch::Patch;
 use super::ranges;
@@ -64,6 +65,25 @@ fn squares_of_draws(among: usize, mut draw: impl FnMut() -> usize) -> f64 {
     counts.iter().map(|n| (n - 40.0).powi(2) / 40.0).sum()
 }
 
+/// All ways of looking, which must see the same.
+#[derive(Clone, Copy)]
+struct AllLanes;
+
+impl Lanes for AllLanes {
+    fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> lanes::Seen {
+        let seen = Plain.look(runs, point, limit, but);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = lanes::Avx2::detect() {
+            assert_eq!(wide.look(runs, point, limit, but), seen);
+        }
+        seen
+    }
+
+    fn bit_after(self, bits: u32, skip: u32) -> u32 {
+        Plain.bit_after(bits, skip)
+    }
+}
+
 /// Returns in how many tiles some are drawn first.
 fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P) -> u32 {
     let wide = [([40.0, 30.0], 300), ([20.0, 15.0], 600), ([6.0, 5.0], 120)];
@@ -96,7 +116,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
             let results = sweep_around(false, &grid, tiles, None, |number, around| {
                 let mut stream = Xoroshiro128PlusPlus::seed_from_u64(number as u64);
                 let in_cell = around.home().in_cell();
-                let mut search = Search::<P>::new(&grid, radius, ranges, in_cell);
+                let mut search = Search::<P, _>::new(&grid, AllLanes, radius, ranges, in_cell);
                 let mut patch = Patch::default();
                 patch.fill(&around, &grid, ranges, false, (&sizes, mean));
                 let mut results = Vec::new();

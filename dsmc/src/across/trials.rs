@@ -5,6 +5,7 @@ use stosszahl_model::{Physics, Sizes, Space, VectorOf};
 
 use super::Rates;
 use super::kernel::{Cell, Line, Trial, Worker, pair_share};
+use super::lanes::Lanes;
 use super::partners::{Aim, Search};
 use crate::boundary::Surroundings;
 use crate::collide::{Kernel, covered};
@@ -35,9 +36,9 @@ pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
 
 /// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
 /// halfway.
-pub(super) struct AroundPoints<'a, P: Physics> {
+pub(super) struct AroundPoints<'a, P: Physics, L> {
     rates: &'a Rates<P::Space>,
-    search: Search<'a, P>,
+    search: Search<'a, P, L>,
     /// How far from a simulator the point halfway is, in cells, if the density is that there; less where a coordinate at the edge of a cell is
     /// rounded to the other side.
     farthest: Option<[i64; 3]>,
@@ -57,11 +58,11 @@ struct OfSize {
     ceiling: f64,
 }
 
-impl<'a, P: Physics> AroundPoints<'a, P> {
+impl<'a, P: Physics, L> AroundPoints<'a, P, L> {
     pub(super) fn new(
         kernel: &Kernel<'_, P>,
         rates: &'a Rates<P::Space>,
-        search: Search<'a, P>,
+        search: Search<'a, P, L>,
         halfway: bool,
     ) -> Self {
         Self {
@@ -97,7 +98,7 @@ impl<'a, P: Physics> AroundPoints<'a, P> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for AroundPoints<'_, P> {
+impl<P: Physics, F: Follow<P::Space>, L: Lanes> Trials<P, F> for AroundPoints<'_, P, L> {
     #[inline(always)]
     fn begin(&mut self, worker: &Worker<'_, '_, '_, P, F>, line: Line, columns: usize) {
         if let Some(farthest) = self.farthest {
