@@ -94,12 +94,12 @@ pub(super) struct Trial<V> {
     chance: f64,
     /// A line of centres, in the direction that was drawn.
     line: V,
-    /// Its velocity, which the following are for.
-    velocity: V,
-    /// Towards the partner.
-    pub(super) normal: V,
     /// From centre to centre at contact, for a partner of the mean radius \[length\].
     pub(super) distance: f64,
+    /// Its velocity, by which the following are chosen.
+    velocity: V,
+    /// The line, towards the partner.
+    pub(super) normal: V,
     /// Its own speed along the normal.
     pub(super) along: f64,
     /// How fast they must approach, of how fast they can.
@@ -434,9 +434,9 @@ where
             pick,
             chance: stream.random(),
             line,
+            distance: radius + self.kernel.mean_radius,
             velocity: VectorOf::<P>::default(),
             normal: line,
-            distance: radius + self.kernel.mean_radius,
             along: 0.0,
             threshold: 0.0,
             majorant: 0.0,
@@ -444,7 +444,7 @@ where
         self.direct(trial, extent)
     }
 
-    /// The same for the velocity that the simulator has now.
+    /// Chooses the end of the line, and with it the speed, for the velocity that the simulator has now.
     #[inline(always)]
     fn direct(&self, trial: Trial<VectorOf<P>>, extent: &Extent<P::Space>) -> Trial<VectorOf<P>> {
         let (line, velocity) = (trial.line, self.patch.velocities[trial.first]);

@@ -101,7 +101,7 @@ impl Lanes for Plain {
     }
 }
 
-/// Four at once. It is there only where the processor can do that.
+/// Four at once. A value of this type is there only where the processor can do that.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2(());
@@ -110,8 +110,9 @@ pub(super) struct Avx2(());
 impl Avx2 {
     /// None if the processor cannot.
     pub(super) fn detect() -> Option<Self> {
-        let can = std::arch::is_x86_feature_detected!("avx2")
-            && std::arch::is_x86_feature_detected!("bmi2");
+        use std::arch::is_x86_feature_detected as has;
+
+        let can = has!("avx2") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt");
         can.then_some(Self(()))
     }
 }
