@@ -186,6 +186,10 @@ fn right_methods_pass_every_claim() {
         let rows = rows(subject, QUICK);
         assert_eq!(faults(&rows), [""; 0], "{}", subject.name());
     }
+}
+
+#[test]
+fn contact_points_pass_every_claim() {
     let few = Work {
         elastic: (1000, 8),
         cooling: (400, 32),
