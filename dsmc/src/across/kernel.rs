@@ -403,7 +403,7 @@ where
             if self.patch.velocities[trial.first] != trial.velocity {
                 trial = self.direct(trial, &cell.extent);
             }
-            if !trials.meet(self, cell, &trial, trial.pick, stream) {
+            if !trials.meet(self, cell, &trial, stream) {
                 break;
             }
         }

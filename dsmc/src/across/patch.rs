@@ -387,7 +387,7 @@ impl<P: Physics> Patch<P> {
         for axis in 0..P::Space::DIMENSION {
             let lanes = &self.positions[axis][begin..begin + LANES];
             let mut points = [aim.point[axis]; LANES];
-            if !P::Sizes::UNIFORM && !self.excess.is_empty() {
+            if !self.is_plain() {
                 let excess = &self.excess[begin..begin + LANES];
                 for lane in 0..LANES {
                     points[lane] += aim.along[axis] * excess[lane];

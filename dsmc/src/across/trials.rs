@@ -23,13 +23,12 @@ pub(super) trait Trials<P: Physics, F: Follow<P::Space>> {
     /// n chi times the ceiling in a cell, at most.
     fn most(&self, worker: &Worker<'_, '_, '_, P, F>, cell: &Cell<P::Space>, column: usize) -> f64;
 
-    /// Does a trial, given a random number from 0 to 2^32, and says whether to go on.
+    /// Does a trial, and says whether to go on.
     fn meet(
         &mut self,
         worker: &mut Worker<'_, '_, '_, P, F>,
         cell: &mut Cell<P::Space>,
         trial: &Trial<VectorOf<P>>,
-        pick: u64,
         stream: &mut impl Rng,
     ) -> bool;
 }
@@ -123,7 +122,6 @@ impl<P: Physics, F: Follow<P::Space>, L: Lanes> Trials<P, F> for AroundPoints<'_
         worker: &mut Worker<'_, '_, '_, P, F>,
         cell: &mut Cell<P::Space>,
         trial: &Trial<VectorOf<P>>,
-        pick: u64,
         stream: &mut impl Rng,
     ) -> bool {
         let kernel = worker.kernel;
@@ -167,7 +165,8 @@ impl<P: Physics, F: Follow<P::Space>, L: Lanes> Trials<P, F> for AroundPoints<'_
             return true;
         }
         worker.report.tally.searches += 1;
-        let found = (self.search).partner(worker.patch, aim, there, trial.first, pick, stream);
+        let found =
+            (self.search).partner(worker.patch, aim, there, trial.first, trial.pick, stream);
         let Some(second) = found else {
             worker.report.tally.missed += 1;
             return true;
@@ -223,13 +222,12 @@ impl<P: Physics, F: Follow<P::Space>> Trials<P, F> for InCells {
         worker: &mut Worker<'_, '_, '_, P, F>,
         cell: &mut Cell<P::Space>,
         trial: &Trial<VectorOf<P>>,
-        pick: u64,
         stream: &mut impl Rng,
     ) -> bool {
         let kernel = worker.kernel;
         let domain = kernel.grid.domain();
         let most = cell.most / (cell.ceiling * self.chi * self.density);
-        let slot = (pick as f64 * (0.5_f64).powi(32) * most) as usize;
+        let slot = (trial.pick as f64 * (0.5_f64).powi(32) * most) as usize;
         let way = trial.normal * trial.distance;
         let point = trial.position + way;
         let patch = &*worker.patch;
