@@ -86,7 +86,9 @@ impl<P> Kernel<'_, P>
 where
     P: Physics,
 {
-    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
+    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it. A function of its own: within the sweep it has
+    /// too few registers, and writes half as much again to memory.
+    #[inline(never)]
     pub(crate) fn collide<F: Follow<P::Space>>(
         &self,
         tile: &mut Tile<P, F>,
