@@ -99,7 +99,7 @@ fn leave_absent_partner(disks: &mut [Disk], number: u32) {
 }
 
 /// The disks of some rows of cells, in the order of their lists, with all that is known about them.
-struct Parcel<P: Physics> {
+pub(super) struct Parcel<P: Physics> {
     numbers: Vec<u32>,
     disks: Vec<Disk>,
     spins: Vec<SpinOf<P>>,
@@ -108,18 +108,32 @@ struct Parcel<P: Physics> {
     windings: Vec<Winding>,
 }
 
-impl<P: Physics<Space = Plane>> Parcel<P> {
-    /// Some rows of a strip.
-    fn of<Q: Calendar>(from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) -> Self {
-        let numbers: Vec<u32> = rows.flat_map(|row| from.disks.in_row(row)).collect();
+impl<P: Physics> Default for Parcel<P> {
+    fn default() -> Self {
         Self {
-            disks: of_each(&numbers, &from.disks.all),
-            spins: of_each(&numbers, &from.spins),
-            last_contact: of_each(&numbers, &from.last_contact),
-            rebounds: of_each(&numbers, &from.rebounds),
-            windings: of_each(&numbers, &from.windings),
-            numbers,
+            numbers: Vec::new(),
+            disks: Vec::new(),
+            spins: Vec::new(),
+            last_contact: Vec::new(),
+            rebounds: Vec::new(),
+            windings: Vec::new(),
         }
+    }
+}
+
+impl<P: Physics<Space = Plane>> Parcel<P> {
+    /// Becomes that of some rows of a strip.
+    fn take<Q: Calendar>(&mut self, from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) {
+        self.numbers.clear();
+        self.disks.clear();
+        from.disks.visit_rows(rows, |number, disk| {
+            self.numbers.push(number);
+            self.disks.push(*disk);
+        });
+        take(&self.numbers, &from.spins, &mut self.spins);
+        take(&self.numbers, &from.last_contact, &mut self.last_contact);
+        take(&self.numbers, &from.rebounds, &mut self.rebounds);
+        take(&self.numbers, &from.windings, &mut self.windings);
     }
 
     /// Adds it to a strip that knows no disk in these rows.
@@ -141,11 +155,11 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
 }
 
 /// Something of each of some disks, if there is such a thing.
-fn of_each<T: Copy>(disks: &[u32], all: &[T]) -> Vec<T> {
-    if all.is_empty() {
-        return Vec::new();
+fn take<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
+    some.clear();
+    if !all.is_empty() {
+        some.extend(disks.iter().map(|&disk| all[disk as usize]));
     }
-    disks.iter().map(|&disk| all[disk as usize]).collect()
 }
 
 /// The other way round.
@@ -223,25 +237,30 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     }
 }
 
+/// What each strip gets from each, in memory that serves one window after another.
+pub(super) type Parcels<P> = Vec<Vec<Parcel<P>>>;
+
 /// Gives new places to strips: of its old rows each keeps those of its core, and the others come from the strip in whose core they were.
 pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     strips: &mut [Engine<P, Q>],
     places: &[Place],
+    parcels: &mut Parcels<P>,
 ) {
     let windows = strips.iter().filter_map(|strip| strip.window.as_ref());
     let old: Vec<Place> = windows.map(|window| window.place.clone()).collect();
     let from = &*strips;
-    let parcels = |(number, place): (usize, &Place)| -> Vec<Parcel<P>> {
-        let others = from.iter().zip(&old).enumerate();
-        let others = others.filter(|(its, _)| *its != number);
-        others
-            .map(|(_, (from, its))| Parcel::of(from, place.rows().filter(|row| its.owns(*row))))
-            .collect()
-    };
-    let parcels: Vec<_> = places.par_iter().enumerate().map(parcels).collect();
+    parcels.resize_with(places.len(), Vec::new);
+    let parcels_of = parcels.par_iter_mut().zip(places).enumerate();
+    parcels_of.for_each(|(number, (parcels, place))| {
+        parcels.resize_with(from.len(), Parcel::default);
+        for (its, parcel) in parcels.iter_mut().enumerate() {
+            let theirs = |row: &u16| its != number && old[its].owns(*row);
+            parcel.take(&from[its], place.rows().filter(theirs));
+        }
+    });
     let renewed = strips
         .par_iter_mut()
-        .zip(&parcels)
+        .zip(&*parcels)
         .zip(places.par_iter().zip(&old));
     renewed.for_each(|((strip, parcels), (place, old))| {
         let mut gone = Vec::new();
@@ -254,7 +273,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
                 window.is_foreign[usize::from(row)] = false;
             }
             let rows = (0..).zip(&window.is_foreign).filter(|(_, its)| **its);
-            gone.extend(rows.flat_map(|(row, _)| strip.disks.in_row(row)));
+            gone = strip.disks.in_rows(rows.map(|(row, _)| row));
             forget(&mut strip.disks, &gone);
         }
         for parcel in parcels {
@@ -268,7 +287,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         }
         // Within the core of both, all partners stay.
         let left = (place.rows()).filter(|&row| old.owns(row) && !place.owns(row));
-        let left: Vec<u32> = left.flat_map(|row| strip.disks.in_row(row)).collect();
+        let left = strip.disks.in_rows(left);
         let come = parcels.iter().flat_map(|parcel| &parcel.numbers);
         for &disk in come.chain(&left) {
             leave_absent_partner(&mut strip.disks.all, disk);
@@ -291,13 +310,13 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
         !disk.is_absent() && window.is_some_and(|window| window.place.owns(disk.home[1]))
     };
     let owner = |disk: usize| strips.iter().position(|strip| owns(strip, disk));
-    let owners: Vec<u8> = (0..whole.disks.all.len())
-        .into_par_iter()
-        .map(|disk| owner(disk).unwrap_or_default() as u8)
-        .collect();
-    debug_assert!((0..owners.len()).all(|disk| owns(&strips[usize::from(owners[disk])], disk)));
-    gather(&owners, strips, &mut whole.disks.all, |strip| {
-        &strip.disks.all
+    let mut owners = vec![0; whole.disks.all.len()];
+    let each = whole.disks.all.par_iter_mut().zip(&mut owners).enumerate();
+    each.for_each(|(disk, (its, place))| {
+        let owner = owner(disk).unwrap_or_default();
+        debug_assert!(owns(&strips[owner], disk));
+        *its = strips[owner].disks.all[disk];
+        *place = owner as u8;
     });
     gather(&owners, strips, &mut whole.spins, |strip| &strip.spins);
     gather(&owners, strips, &mut whole.last_contact, |strip| {

@@ -21,30 +21,91 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     below.max(above) as f64 / (halo - SEAM as usize) as f64
 }
 
-/// Contacts that a thread merges at a time.
-const PART: usize = 4096;
+/// Contacts of all strips in a part of their logs, about.
+const PART: usize = 512;
 
 /// A contact, and the strip in whose core it was.
 type Logged = (usize, Contact);
 
-/// The contacts of all strips in the order of time, simultaneous ones by their disks; in parts, which threads merge side by side.
-fn in_time<P: Physics>(windows: &[&Window<P>]) -> Vec<Vec<Logged>> {
-    let logs = || windows.iter().map(|window| window.contacts.as_slice());
-    let longest = logs().max_by_key(|log| log.len()).unwrap_or_default();
-    let parts = 1 + logs().map(<[_]>::len).sum::<usize>() / PART;
-    // Simultaneous contacts are in the same part.
-    let times = (1..parts).map(|part| longest[longest.len() * part / parts].now);
-    let begins = |time: f64| logs().map(move |log| log.partition_point(|its| its.now < time));
-    let begins: Vec<Vec<usize>> = iter::once(vec![0; windows.len()])
-        .chain(times.map(|time| begins(time).collect()))
-        .chain(iter::once(logs().map(<[_]>::len).collect()))
-        .collect();
-    let part = |bounds: &[Vec<usize>]| {
-        let range = |(begin, end): (&usize, &usize)| *begin..*end;
-        let ranges = bounds[0].iter().zip(&bounds[1]).map(range);
-        merged(logs().zip(ranges).map(|(log, range)| &log[range]).collect())
-    };
-    begins.par_windows(2).map(part).collect()
+/// The contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few of them are wanted, which are
+/// found without the others in between.
+struct Logs<'a> {
+    /// What each strip has logged in each span of time; simultaneous contacts are in the same.
+    parts: Vec<Vec<&'a [Contact]>>,
+    /// How many contacts come before each part, and how many there are.
+    begins: Vec<usize>,
+}
+
+impl<'a> Logs<'a> {
+    fn new(logs: &[&'a [Contact]]) -> Self {
+        let all: usize = logs.iter().map(|log| log.len()).sum();
+        let longest = logs.iter().max_by_key(|log| log.len());
+        let longest = longest.copied().unwrap_or_default();
+        let parts = 1 + all / PART;
+        let times = (1..parts).map(|part| longest[longest.len() * part / parts].now);
+        let of_time = |time: f64| {
+            let before = |log: &&[Contact]| log.partition_point(|its| its.now < time);
+            logs.iter().map(before).collect()
+        };
+        let bounds: Vec<Vec<usize>> = iter::once(vec![0; logs.len()])
+            .chain(times.map(of_time))
+            .chain(iter::once(logs.iter().map(|log| log.len()).collect()))
+            .collect();
+        let part = |bounds: &[Vec<usize>]| {
+            let ranges = bounds[0].iter().zip(&bounds[1]);
+            let ranges = ranges.map(|(begin, end)| *begin..*end);
+            logs.iter()
+                .zip(ranges)
+                .map(|(log, its)| &log[its])
+                .collect()
+        };
+        Self {
+            parts: bounds.windows(2).map(part).collect(),
+            begins: bounds.iter().map(|bound| bound.iter().sum()).collect(),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.begins[self.parts.len()]
+    }
+
+    /// The contact that has so many before it.
+    fn nth(&self, index: usize) -> Contact {
+        let number = self.begins.partition_point(|begin| *begin <= index) - 1;
+        let (part, index) = (&self.parts[number], index - self.begins[number]);
+        // Its time is the first of all up to which there are more.
+        let until = |time: f64| -> usize {
+            let its = |log: &&[Contact]| log.partition_point(|its| its.now <= time);
+            part.iter().map(its).sum()
+        };
+        let first = |log: &&[Contact]| {
+            let place = log.partition_point(|its| until(its.now) <= index);
+            log.get(place).map(|its| its.now)
+        };
+        let time = part.iter().filter_map(first).fold(f64::INFINITY, f64::min);
+        let mut before = 0;
+        let simultaneous = part.iter().map(|log| {
+            let begin = log.partition_point(|its| its.now < time);
+            before += begin;
+            &log[begin..log.partition_point(|its| its.now <= time)]
+        });
+        let simultaneous = merged(simultaneous.collect());
+        simultaneous[index - before].1
+    }
+
+    /// The last contact that counts, with its strip.
+    fn last(&self, counts: impl Fn(&Contact) -> bool) -> Option<Logged> {
+        let has_some = |part: &&Vec<&[Contact]>| part.iter().any(|log| log.iter().any(&counts));
+        let part = self.parts.iter().rev().find(has_some)?;
+        let mut contacts = merged(part.clone()).into_iter().rev();
+        contacts.find(|(_, contact)| counts(contact))
+    }
+
+    /// All of them, merged by all threads.
+    fn all(&self) -> Vec<Vec<Logged>> {
+        let parts = self.parts.par_iter();
+        parts.map(|part| merged(part.clone())).collect()
+    }
 }
 
 /// Logs as one.
@@ -92,35 +153,23 @@ where
         if self.progress.idle() + idled > PATIENCE {
             return false;
         }
-        let contacts = in_time(&windows);
+        let logs: Vec<_> = windows.iter().map(|its| &its.contacts[..]).collect();
+        let logs = Logs::new(&logs);
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
-        // Where each part begins, and where the last ends.
-        let mut begins = vec![0];
-        begins.extend(contacts.iter().scan(0, |end, part| {
-            *end += part.len();
-            Some(*end)
-        }));
-        let all = begins[contacts.len()] as u64;
-        for number in Progress::counts(before + 1, before + all) {
-            let index = (number - before - 1) as usize;
-            let part = begins.partition_point(|begin| *begin <= index) - 1;
-            let (_, contact) = contacts[part][index - begins[part]];
+        for number in Progress::counts(before + 1, before + logs.len() as u64) {
+            let contact = logs.nth((number - before - 1) as usize);
             // What is feeble is left to an engine alone.
             let latest = self.latest(contact.pair, contact.now);
             if progress.usual_collision(number, &latest) {
                 return false;
             }
         }
-        let contacts = || contacts.iter().flatten();
-        let last = contacts()
-            .rev()
-            .find(|(_, contact)| ends || contact.pair[1] != NONE)
-            .map(|(strip, contact)| (*strip, contact.now));
+        let last = logs.last(|contact| ends || contact.pair[1] != NONE);
         let idle = windows.iter().enumerate().map(|(strip, window)| {
             let counts = |time: &&f64| match last {
                 Some((its, _)) if its == strip => true,
-                Some((_, last)) => **time > last,
+                Some((_, last)) => **time > last.now,
                 None => true,
             };
             window.idle.iter().filter(counts).count() as u64
@@ -129,12 +178,15 @@ where
         progress.set_idle(before + idle.sum::<u64>());
         self.progress = progress;
 
-        if recorder.looks() {
-            observe(contacts(), observed, recorder);
-        }
         let mut given: Vec<_> = windows.iter().map(|window| window.given.iter()).collect();
-        if given.iter().any(|given| given.len() > 0) {
-            for (strip, contact) in contacts() {
+        let gives = given.iter().any(|given| given.len() > 0);
+        if recorder.looks() || gives {
+            let contacts = logs.all();
+            let contacts = contacts.iter().flatten();
+            if recorder.looks() {
+                observe(contacts.clone(), observed, recorder);
+            }
+            for (strip, contact) in contacts {
                 if contact.pair[1] == NONE
                     && let Some(given) = given[*strip].next()
                 {
@@ -164,6 +216,50 @@ fn observe<'a>(
             && let Some(collision) = next[*strip].next()
         {
             recorder.record(|| *collision);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// What is found among many contacts, many of them simultaneous, is what is there when all are merged at once.
+    #[test]
+    fn contacts_are_found_where_merging_puts_them() {
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(11);
+        for (strips, most, times) in [(1, 20, 5), (2, 5000, 400), (3, 2000, 9), (4, 3, 100)] {
+            let logs: Vec<Vec<Contact>> = (0..strips)
+                .map(|strip| {
+                    let count = stream.random_range(0..most);
+                    let mut times: Vec<u32> =
+                        (0..count).map(|_| stream.random_range(0..times)).collect();
+                    times.sort_unstable();
+                    let contact = |(number, &time): (usize, &u32)| {
+                        let disk = (strips * number + strip) as u32 ^ 1;
+                        let partner = if time % 7 == 0 { disk } else { NONE };
+                        Contact {
+                            now: f64::from(time),
+                            pair: [disk, partner],
+                        }
+                    };
+                    times.iter().enumerate().map(contact).collect()
+                })
+                .collect();
+            let logs: Vec<&[Contact]> = logs.iter().map(Vec::as_slice).collect();
+            let all = merged(logs.clone());
+            let found = Logs::new(&logs);
+            assert_eq!(found.len(), all.len());
+            assert_eq!(found.all().concat(), all);
+            for (index, (_, contact)) in all.iter().enumerate() {
+                assert_eq!(found.nth(index), *contact);
+            }
+            for counts in [|_: &Contact| true, |its: &Contact| its.pair[1] != NONE] {
+                let last = all.iter().rev().find(|(_, contact)| counts(contact));
+                assert_eq!(found.last(counts), last.copied());
+            }
         }
     }
 }

@@ -18,7 +18,8 @@
 //! Whatever is unusual in a window, be it an error, an interrupt or the end of a budget, makes the engine drop the window and go on alone.
 //!
 //! The method has no bound of speeds in it, which dense gases would not obey: there, news travel at the speed of sound. The
-//! length of windows follows from how far wrong events have come into the halos.
+//! length of windows follows from how far wrong events have come into the halos: about as the root of the collisions, as by diffusion, if
+//! they come into the least room of many windows.
 
 mod cut;
 mod merge;
@@ -35,15 +36,18 @@ use crate::checkpoint::Tally;
 use crate::engine::Engine;
 use crate::events::Goal;
 use crate::progress::Progress;
-use cut::{LEAST_HALO, Place};
+use cut::{LEAST_HALO, Parcels, Place};
 use window::SEAM;
 pub(crate) use window::{Given, Window};
 
 /// Cost of a window, in collisions of each disk: halos, logs, and that threads wait for each other.
-const COST: f64 = 0.02;
+const COST: f64 = 0.009;
 
-/// Collisions of each disk in a window, for each row of the halo beyond the seam: the first guess.
-const FIRST_REACH: f64 = 0.02;
+/// Rows of the halo beyond the seam that a window of one collision of each disk needs: the first guess.
+const FIRST_DEPTH: f64 = 20.0;
+
+/// What is left of them after a window in which wrong events did not come far.
+const DECAY: f64 = 0.97;
 
 /// Collisions of each disk that are the least that pays: for a gas to go on in strips, and for one more window.
 const WORTH_STRIPS: f64 = 0.08;
@@ -58,14 +62,10 @@ const MOST_BEHIND: usize = 4;
 /// Share of these rows that wrong events may enter, at the most; what a window that was wrong leaves of it, and how it grows with others: so
 /// that one in some hundreds is.
 const ENTERED: f64 = 0.6;
-const ENTERED_AFTER_WRONG: f64 = 0.6;
+const ENTERED_AFTER_WRONG: f64 = 0.8;
 const ENTERED_GROWTH: f64 = 1.002;
 
-/// Most growth from a window to the next.
-const GROWTH: f64 = 1.3;
-
-/// What is left of it after a window that was wrong, and how many of these in a row are enough.
-const AFTER_WRONG: f64 = 0.6;
+/// Windows in a row that were wrong, of which there are enough.
 const MOST_RETRIES: u32 = 8;
 
 /// Most collisions in a window for each disk: they are logged.
@@ -91,8 +91,8 @@ pub struct Spread {
     pub twice: u64,
     /// Events in windows that were not kept.
     pub lost: u64,
-    /// Collisions of each disk that a window may have for each row of the halo beyond the seam.
-    reach: f64,
+    /// Rows of the halo beyond the seam that a window of one collision of each disk needs; one of n needs the root of n times as many.
+    depth: f64,
     /// Share of these rows that wrong events may enter.
     entered: f64,
     /// Collisions in the unit of own time, in the last window or as they are expected.
@@ -110,7 +110,7 @@ impl Default for Spread {
             events: 0,
             twice: 0,
             lost: 0,
-            reach: FIRST_REACH,
+            depth: FIRST_DEPTH,
             entered: ENTERED,
             rate: 0.0,
             cuts: Vec::new(),
@@ -190,13 +190,13 @@ where
     }
 
     /// The rows of each strip between boundaries. The wider the halo, the longer a window may be, and the more is done twice: the
-    /// cost 2 h/H + c/(k (h - s)) of strips of H rows is least at h = s + sqrt(c H/2k).
+    /// cost 2 h/H + c (v/(h - s))² of strips of H rows is least at h = s + (c v² H)^(1/3).
     fn places(&self, cuts: &[i32]) -> Vec<Place> {
         let cells = &self.disks.cells;
         let rows = i32::from(cells.counts()[1]);
         let strips = cuts.len() - 1;
         let height = f64::from(rows) / strips as f64;
-        let best = (COST * height / (2.0 * self.spread.reach)).sqrt();
+        let best = (COST * self.spread.depth.powi(2) * height).cbrt();
         let widest = cut::widest_halo(cuts).unwrap_or(LEAST_HALO);
         let halo = (SEAM + best.min(1e6) as i32).clamp(LEAST_HALO, widest);
         let around = cells.is_periodic(1).then_some(rows);
@@ -253,6 +253,7 @@ where
         }
         let (mut now, mut retries) = (self.now, 0);
         let mut behind = Behind::new(self);
+        let mut parcels = Vec::new();
         while retries < MOST_RETRIES && now < end {
             let places = self.places(&cuts);
             let window = self.window(&places[0], goal.last, recorder);
@@ -265,7 +266,7 @@ where
                 end
             };
             let left = goal.last - self.tally.collisions;
-            self.give_places(&mut strips, &places, now);
+            self.give_places(&mut strips, &places, &mut parcels, now);
             let most = [self.most_events(places.len()), left];
             let to = Goal {
                 end: until,
@@ -315,14 +316,20 @@ where
     }
 
     /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
-    fn give_places(&mut self, strips: &mut Vec<Self>, places: &[Place], now: f64) {
+    fn give_places(
+        &mut self,
+        strips: &mut Vec<Self>,
+        places: &[Place],
+        parcels: &mut Parcels<P>,
+        now: f64,
+    ) {
         if strips.is_empty() {
             self.forget_events();
             let whole = &*self;
             let strip = |place| cut::strip(whole, place, now);
             places.par_iter().map(strip).collect_into_vec(strips);
         } else {
-            cut::renew(strips, places);
+            cut::renew(strips, places, parcels);
         }
     }
 
@@ -357,7 +364,7 @@ where
     /// wrong since. The strips that it then has, if there were such windows. Who interrupts does not wait for that: the gas then is as it
     /// was some windows ago.
     fn catch_up(&mut self, behind: Behind, ends: bool) -> Vec<Self> {
-        let mut strips = Vec::new();
+        let (mut strips, mut parcels) = (Vec::new(), Vec::new());
         let (mut now, mut contacts) = (behind.now, behind.tally.contacts());
         for (places, until) in &behind.windows {
             let goal = Goal {
@@ -366,7 +373,7 @@ where
                 last: u64::MAX,
             };
             let is_done = !self.stop.ends() && {
-                self.give_places(&mut strips, places, now);
+                self.give_places(&mut strips, places, &mut parcels, now);
                 // Observers have seen them all.
                 Self::run_all(&mut strips, &goal, [u64::MAX; 2], false).0
             };
@@ -417,7 +424,8 @@ where
         } else {
             MOST_LOGGED
         };
-        let collisions = (self.spread.reach * f64::from(place.halo - SEAM))
+        let collisions = (f64::from(place.halo - SEAM) / self.spread.depth)
+            .powi(2)
             .min(logged)
             .min(AIM * (to_go - DEVIATIONS * to_go.sqrt()) / disks);
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
@@ -471,25 +479,25 @@ where
             rate += window.contacts.len() as f64 / (end - begin);
         }
         let collisions = rate * (end - begin) / self.names.len() as f64;
+        let rows = f64::from(halo - SEAM);
         let spread = &mut self.spread;
         match *outcome {
             Outcome::Kept(entered) => {
                 spread.windows += 1;
                 spread.events += events - twice;
                 spread.twice += twice;
-                let reach = collisions / f64::from(halo - SEAM);
                 // A window that ended early tells little, unless wrong events came far.
-                if reach >= 0.5 * spread.reach || entered > spread.entered {
-                    let reach = reach * spread.entered / entered.max(1e-3);
-                    spread.reach = reach.min(GROWTH * spread.reach);
+                if collisions >= 0.5 * (rows / spread.depth).powi(2) || entered > spread.entered {
+                    let depth = entered * rows / (spread.entered * collisions.sqrt());
+                    spread.depth = depth.max(DECAY * spread.depth);
                 }
                 spread.entered = ENTERED.min(ENTERED_GROWTH * spread.entered);
             }
             Outcome::Wrong => {
                 spread.retries += 1;
                 spread.lost += events;
-                let reach = collisions / f64::from(halo - SEAM);
-                spread.reach = AFTER_WRONG * reach.min(spread.reach);
+                let depth = rows / (spread.entered * collisions.sqrt());
+                spread.depth = depth.max(spread.depth / spread.entered);
                 spread.entered *= ENTERED_AFTER_WRONG;
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,

@@ -41,7 +41,7 @@ pub(super) struct Trace<S> {
 }
 
 /// A contact of a disk, with another or with what stands in the box.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
     /// Own time of the engine.
     pub(super) now: f64,
