@@ -18,8 +18,7 @@
 //! Whatever is unusual in a window, be it an error, an interrupt or the end of a budget, makes the engine drop the window and go on alone.
 //!
 //! The method has no bound of speeds in it, which dense gases would not obey: there, news travel at the speed of sound. The
-//! length of windows follows from how far wrong events have come into the halos: about as the root of the collisions, as by diffusion, if
-//! they come into the least room of many windows.
+//! length of windows follows from how far wrong events have come into the halos, which is about as the root of the number of collisions.
 
 mod cut;
 mod merge;
@@ -65,7 +64,7 @@ const ENTERED: f64 = 0.6;
 const ENTERED_AFTER_WRONG: f64 = 0.8;
 const ENTERED_GROWTH: f64 = 1.002;
 
-/// Windows in a row that were wrong, of which there are enough.
+/// Windows in a row that may be wrong, until the gas goes on alone.
 const MOST_RETRIES: u32 = 8;
 
 /// Most collisions in a window for each disk: they are logged.
@@ -491,14 +490,16 @@ where
                     let depth = entered * rows / (spread.entered * collisions.sqrt());
                     spread.depth = depth.max(DECAY * spread.depth);
                 }
-                spread.entered = ENTERED.min(ENTERED_GROWTH * spread.entered);
+                if spread.entered < ENTERED {
+                    spread.entered = ENTERED.min(ENTERED_GROWTH * spread.entered);
+                }
             }
             Outcome::Wrong => {
                 spread.retries += 1;
                 spread.lost += events;
-                let depth = rows / (spread.entered * collisions.sqrt());
-                spread.depth = depth.max(spread.depth / spread.entered);
-                spread.entered *= ENTERED_AFTER_WRONG;
+                let entered = spread.entered.min(ENTERED);
+                spread.depth = spread.depth.max(rows / collisions.sqrt()) / entered;
+                spread.entered = ENTERED_AFTER_WRONG * entered;
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
         }
