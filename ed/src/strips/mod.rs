@@ -189,7 +189,7 @@ where
     }
 
     /// The rows of each strip between boundaries. The wider the halo, the longer a window may be, and the more is done twice: the
-    /// cost 2 h/H + c (v/(h - s))² of strips of H rows is least at h = s + (c v² H)^(1/3).
+    /// cost 2 h/H + c (v/(h - s))² of strips of H rows, with the depth v, is least at h = s + (c v² H)^(1/3).
     fn places(&self, cuts: &[i32]) -> Vec<Place> {
         let cells = &self.disks.cells;
         let rows = i32::from(cells.counts()[1]);
@@ -479,6 +479,8 @@ where
         }
         let collisions = rate * (end - begin) / self.names.len() as f64;
         let rows = f64::from(halo - SEAM);
+        // The last window before an end may be as short as can be.
+        let root = collisions.max(WORTH).sqrt();
         let spread = &mut self.spread;
         match *outcome {
             Outcome::Kept(entered) => {
@@ -487,7 +489,7 @@ where
                 spread.twice += twice;
                 // A window that ended early tells little, unless wrong events came far.
                 if collisions >= 0.5 * (rows / spread.depth).powi(2) || entered > spread.entered {
-                    let depth = entered * rows / (spread.entered * collisions.sqrt());
+                    let depth = entered * rows / (spread.entered * root);
                     spread.depth = depth.max(DECAY * spread.depth);
                 }
                 if spread.entered < ENTERED {
@@ -498,7 +500,7 @@ where
                 spread.retries += 1;
                 spread.lost += events;
                 let entered = spread.entered.min(ENTERED);
-                spread.depth = spread.depth.max(rows / collisions.sqrt()) / entered;
+                spread.depth = spread.depth.max(rows / root) / entered;
                 spread.entered = ENTERED_AFTER_WRONG * entered;
             }
             Outcome::TooMany | Outcome::Unusual => spread.lost += events,
