@@ -212,41 +212,6 @@ impl<F: Field<Plane>> Disks<F> {
         self.all[before as usize].next = next;
     }
 
-    /// Visits the disks in some rows of cells, from list to list, if there is one grid.
-    pub(crate) fn visit_rows(
-        &self,
-        rows: impl Iterator<Item = u16>,
-        mut visit: impl FnMut(u32, &Disk),
-    ) {
-        /// Lists ahead of their turn that their first disks are prefetched, twice this number, and their second ones.
-        const AHEAD: usize = 32;
-        let columns = self.cells.counts()[0];
-        let cells = rows.flat_map(|row| (0..columns).map(move |column| [column, row]));
-        let firsts = cells.map(|cell| self.cells.first(self.cells.place(cell, 1, 1)));
-        let firsts: Vec<u32> = firsts.filter(|&first| first != NONE).collect();
-        for (number, &first) in firsts.iter().enumerate() {
-            if let Some(&disk) = firsts.get(number + 2 * AHEAD) {
-                memory::prefetch(&self.all, disk as usize);
-            }
-            if let Some(&disk) = firsts.get(number + AHEAD) {
-                memory::prefetch(&self.all, line_of(self.all[disk as usize].next));
-            }
-            let mut who = first;
-            while who != NONE {
-                let disk = &self.all[who as usize];
-                visit(who, disk);
-                who = disk.next;
-            }
-        }
-    }
-
-    /// The disks in some rows of cells.
-    pub(crate) fn in_rows(&self, rows: impl Iterator<Item = u16>) -> Vec<u32> {
-        let mut numbers = Vec::new();
-        self.visit_rows(rows, |number, _| numbers.push(number));
-        numbers
-    }
-
     /// Moves a disk into the next cell along an axis at the given time; whether it went forward, and across the
     /// boundary of the box.
     #[inline(always)]

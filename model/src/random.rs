@@ -119,8 +119,8 @@ impl Bundle {
     }
 }
 
-/// A xoroshiro128++ generator (Blackman & Vigna 2021), bit by bit that of `rand_xoshiro`, whose making is no function that
-/// a loop can hold: called for each cell, it cost Monte Carlo a twentieth of its speed.
+/// A xoroshiro128++ generator (Blackman & Vigna 2021), with the bits of the one in `rand_xoshiro`. The constructor of that one is
+/// not inlined: a call for each cell cost Monte Carlo a twentieth of its speed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShortStream {
     words: [u64; 2],

@@ -10,7 +10,7 @@ use stosszahl_model::{Field, Physics, Plane, SpinOf, memory};
 
 use super::window::{SEAM, Window};
 use crate::calendar::{Agenda, Calendar, Entry};
-use crate::cells::NONE;
+use crate::cells::{NONE, line_of};
 use crate::checkpoint::Tally;
 use crate::contact::Candidates;
 use crate::disk::{Disk, Disks, VOID};
@@ -89,6 +89,40 @@ pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     (widest >= LEAST_HALO).then_some(widest)
 }
 
+/// Visits the disks in some rows of cells, from list to list. The first disk of a list is requested from memory 64 lists before its turn, and
+/// the second 32.
+fn visit_rows<F: Field<Plane>>(
+    disks: &Disks<F>,
+    rows: impl Iterator<Item = u16>,
+    mut visit: impl FnMut(u32, &Disk),
+) {
+    let columns = disks.cells.counts()[0];
+    let cells = rows.flat_map(|row| (0..columns).map(move |column| [column, row]));
+    let firsts = cells.map(|cell| disks.cells.first(disks.cells.place(cell, 1, 1)));
+    let firsts: Vec<u32> = firsts.filter(|&first| first != NONE).collect();
+    for (number, &first) in firsts.iter().enumerate() {
+        if let Some(&disk) = firsts.get(number + 64) {
+            memory::prefetch(&disks.all, disk as usize);
+        }
+        if let Some(&disk) = firsts.get(number + 32) {
+            memory::prefetch(&disks.all, line_of(disks.all[disk as usize].next));
+        }
+        let mut who = first;
+        while who != NONE {
+            let disk = &disks.all[who as usize];
+            visit(who, disk);
+            who = disk.next;
+        }
+    }
+}
+
+/// The disks in some rows of cells.
+fn in_rows<F: Field<Plane>>(disks: &Disks<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
+    let mut numbers = Vec::new();
+    visit_rows(disks, rows, |number, _| numbers.push(number));
+    numbers
+}
+
 /// Lets a disk look anew when it would touch a partner, if that is not there.
 fn leave_absent_partner(disks: &mut [Disk], number: u32) {
     let partner = disks[number as usize].partner;
@@ -126,7 +160,7 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
     fn take<Q: Calendar>(&mut self, from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) {
         self.numbers.clear();
         self.disks.clear();
-        from.disks.visit_rows(rows, |number, disk| {
+        visit_rows(&from.disks, rows, |number, disk| {
             self.numbers.push(number);
             self.disks.push(*disk);
         });
@@ -273,7 +307,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
                 window.is_foreign[usize::from(row)] = false;
             }
             let rows = (0..).zip(&window.is_foreign).filter(|(_, its)| **its);
-            gone = strip.disks.in_rows(rows.map(|(row, _)| row));
+            gone = in_rows(&strip.disks, rows.map(|(row, _)| row));
             forget(&mut strip.disks, &gone);
         }
         for parcel in parcels {
@@ -287,7 +321,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         }
         // Within the core of both, all partners stay.
         let left = (place.rows()).filter(|&row| old.owns(row) && !place.owns(row));
-        let left = strip.disks.in_rows(left);
+        let left = in_rows(&strip.disks, left);
         let come = parcels.iter().flat_map(|parcel| &parcel.numbers);
         for &disk in come.chain(&left) {
             leave_absent_partner(&mut strip.disks.all, disk);

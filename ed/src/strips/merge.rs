@@ -43,14 +43,14 @@ impl<'a> Logs<'a> {
         let longest = longest.copied().unwrap_or_default();
         let parts = 1 + all / PART;
         let times = (1..parts).map(|part| longest[longest.len() * part / parts].now);
-        let of_time = |time: f64| {
+        let times = iter::once(f64::NEG_INFINITY)
+            .chain(times)
+            .chain(iter::once(f64::INFINITY));
+        let bounds = times.map(|time| {
             let before = |log: &&[Contact]| log.partition_point(|its| its.now < time);
             logs.iter().map(before).collect()
-        };
-        let bounds: Vec<Vec<usize>> = iter::once(vec![0; logs.len()])
-            .chain(times.map(of_time))
-            .chain(iter::once(logs.iter().map(|log| log.len()).collect()))
-            .collect();
+        });
+        let bounds: Vec<Vec<usize>> = bounds.collect();
         let part = |bounds: &[Vec<usize>]| {
             let ranges = bounds[0].iter().zip(&bounds[1]);
             let ranges = ranges.map(|(begin, end)| *begin..*end);
