@@ -2,6 +2,7 @@
 
 use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
+use stosszahl_model::Invalid;
 
 /// What a measurement or a test can refuse, with the numbers that made it refuse.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -57,28 +58,9 @@ pub enum Error {
         /// The length found.
         found: f64,
     },
-    /// The diameter is not a positive finite length.
-    #[error("the diameter is {found}; it must be positive and finite")]
-    DiameterInvalid {
-        /// The diameter found.
-        found: f64,
-    },
-    /// The number of physical disks per point is not a positive finite number.
-    #[error("each point stands for {found} disks; it must be a positive, finite number")]
-    WeightInvalid {
-        /// The weight found.
-        found: f64,
-    },
     /// A number has no meaning here.
-    #[error("{quantity} is {found}; allowed is {allowed}")]
-    OutOfRange {
-        /// Which.
-        quantity: &'static str,
-        /// What was found.
-        found: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// No shell was asked for.
     #[error("the largest wave number must be at least 1")]
     WaveNumberInvalid,

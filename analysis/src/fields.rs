@@ -12,6 +12,8 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Parts;
 
+use stosszahl_model::Invalid;
+
 use crate::Error;
 
 /// A grid over the first two axes of a box; what lies along a third one is one cell.
@@ -26,23 +28,15 @@ impl Grid {
     /// `counts` cells along the sides `lengths` of a box of a `depth` (1 in the plane).
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] unless all are positive and finite.
+    /// [`Error::Invalid`] unless all are positive and finite.
     pub fn new(lengths: [f64; 2], counts: [usize; 2], depth: f64) -> Result<Self, Error> {
         let sides = [lengths[0], lengths[1], depth];
-        let bad = sides.into_iter().find(|&x| !(x > 0.0 && x.is_finite()));
-        if let Some(found) = bad {
-            return Err(Error::OutOfRange {
-                quantity: "side of the box of a field",
-                found,
-                allowed: "a finite length above 0",
-            });
+        for side in sides {
+            Invalid::unless_positive("side of the box of a field", side)?;
         }
-        if let Some(&found) = counts.iter().find(|&&count| count == 0) {
-            return Err(Error::OutOfRange {
-                quantity: "number of cells of a field along an axis",
-                found: found as f64,
-                allowed: "at least 1",
-            });
+        for count in counts {
+            let name = "number of cells of a field along an axis";
+            Invalid::unless(count > 0, name, 0.0, "at least 1")?;
         }
         Ok(Self {
             lengths,
@@ -276,23 +270,11 @@ impl Fields {
     /// Nothing yet, for `blocks` blocks of the given length of time.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] without a species, a block, or a positive length of time.
+    /// [`Error::Invalid`] without a species, a block, or a positive length of time.
     pub fn new(grid: Grid, species: usize, blocks: usize, block: f64) -> Result<Self, Error> {
-        if !(block > 0.0 && block.is_finite()) {
-            return Err(Error::OutOfRange {
-                quantity: "length of a block",
-                found: block,
-                allowed: "a finite time above 0",
-            });
-        }
+        Invalid::unless_positive("length of a block", block)?;
         for (quantity, found) in [("number of species", species), ("number of blocks", blocks)] {
-            if found == 0 {
-                return Err(Error::OutOfRange {
-                    quantity,
-                    found: 0.0,
-                    allowed: "at least 1",
-                });
-            }
+            Invalid::unless(found > 0, quantity, 0.0, "at least 1")?;
         }
         Ok(Self {
             grid,

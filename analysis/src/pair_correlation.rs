@@ -20,11 +20,11 @@ use std::f64::consts::PI;
 
 use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Adds, Interrupt, Particle, random};
+use stosszahl_model::{Adds, Interrupt, Invalid, Particle, random};
 
 use self::by_cells::{Histogram, count_by_cells};
 use crate::Error;
-use crate::error::{Seen, check_lengths, check_positions, is_positive};
+use crate::error::{Seen, check_lengths, check_positions};
 
 /// One bin of distances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,7 +50,7 @@ pub struct PairCorrelation {
 /// The diameter is only the unit of the distances reported. The range ends the last of the `bins`.
 ///
 /// # Errors
-/// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::HistogramInvalid`]; [`Error::RangeInvalid`] when
+/// [`Error::LengthInvalid`], [`Error::Invalid`], [`Error::HistogramInvalid`]; [`Error::RangeInvalid`] when
 /// the range is not positive or above half the shortest side; [`Error::PointsTooFew`] below two points;
 /// [`Error::PositionInvalid`]; [`Error::Interrupted`].
 ///
@@ -104,9 +104,7 @@ fn measure<const D: usize>(
     interrupt: &Interrupt,
 ) -> Result<PairCorrelation, Error> {
     check(&lengths, range, bins)?;
-    if !is_positive(diameter) {
-        return Err(Error::DiameterInvalid { found: diameter });
-    }
+    Invalid::unless_positive("diameter", diameter)?;
     check_positions(positions, 2)?;
     let mut histogram = Histogram::new(lengths, range, bins);
     let all = |&position| (position, true);
@@ -216,9 +214,7 @@ impl Pairs {
     /// # Errors
     /// As [`of_disks`]; [`Error::PointsTooFew`] without a centre, too.
     pub fn correlation(&self, diameter: f64) -> Result<PairCorrelation, Error> {
-        if !is_positive(diameter) {
-            return Err(Error::DiameterInvalid { found: diameter });
-        }
+        Invalid::unless_positive("diameter", diameter)?;
         self.seen.check(2)?;
         if self.centres == 0 {
             return Err(Error::PointsTooFew {
@@ -634,7 +630,7 @@ mod tests {
         );
         assert_eq!(
             measure(&two, [8.0; 2], 0.0, 1.0, 4),
-            Err(Error::DiameterInvalid { found: 0.0 })
+            Err(Invalid::new("diameter", 0.0, "finite numbers above 0").into())
         );
         for found in [0.0, -1.0, 4.0 + 1e-12, f64::INFINITY] {
             assert_eq!(

@@ -85,10 +85,10 @@ use nalgebra::Vector2;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Adds, Particle};
+use stosszahl_model::{Adds, Invalid, Particle};
 
 use crate::Error;
-use crate::error::{Seen, check_lengths, check_positions, is_positive};
+use crate::error::{Seen, check_lengths, check_positions};
 
 /// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
 pub const LARGEST_LATTICE: usize = 1 << 26;
@@ -257,7 +257,7 @@ impl StructureFactorPlan {
     /// 1.094 diameters apart.
     ///
     /// # Errors
-    /// [`Error::LengthInvalid`], [`Error::DiameterInvalid`], [`Error::WaveNumberInvalid`], and
+    /// [`Error::LengthInvalid`], [`Error::Invalid`], [`Error::WaveNumberInvalid`], and
     /// [`Error::LatticeTooLarge`] above [`LARGEST_LATTICE`] sites.
     pub fn new(lengths: [f64; 2], options: Options) -> Result<Self, Error> {
         let Options {
@@ -267,9 +267,7 @@ impl StructureFactorPlan {
             diameter,
         } = options;
         check_lengths(lengths)?;
-        if !is_positive(diameter) {
-            return Err(Error::DiameterInvalid { found: diameter });
-        }
+        Invalid::unless_positive("diameter", diameter)?;
         if largest == 0 {
             return Err(Error::WaveNumberInvalid);
         }
@@ -338,7 +336,7 @@ impl StructureFactorPlan {
     /// Positions are taken modulo the box. The average over shells weighs all modes equally.
     ///
     /// # Errors
-    /// [`Error::PointsTooFew`] without points, [`Error::PositionInvalid`], [`Error::WeightInvalid`].
+    /// [`Error::PointsTooFew`] without points, [`Error::PositionInvalid`], [`Error::Invalid`].
     pub fn measure(
         &mut self,
         positions: &[Vector2<f64>],
@@ -370,9 +368,7 @@ impl StructureFactorPlan {
     /// As [`Self::measure`].
     pub fn measure_on(&mut self, lattice: Lattice, weight: f64) -> Result<StructureFactor, Error> {
         lattice.seen.check(1)?;
-        if !is_positive(weight) {
-            return Err(Error::WeightInvalid { found: weight });
-        }
+        Invalid::unless_positive("number of disks that a point stands for", weight)?;
         let scale = weight / lattice.seen.count as f64;
         self.transform(lattice);
         let values = self.modes.iter().map(|mode| {
@@ -586,7 +582,7 @@ pub fn direct_sum(positions: &[Vector2<f64>], lengths: [f64; 2], n_x: i32, n_y: 
 ///
 /// # Errors
 /// As for the plan and its measurement: [`Error::LengthInvalid`], [`Error::WaveNumberInvalid`],
-/// [`Error::PointsTooFew`], [`Error::PositionInvalid`], [`Error::WeightInvalid`].
+/// [`Error::PointsTooFew`], [`Error::PositionInvalid`], [`Error::Invalid`].
 pub fn direct_shells(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],
@@ -595,9 +591,7 @@ pub fn direct_shells(
 ) -> Result<StructureFactor, Error> {
     check_lengths(lengths)?;
     check_positions(positions, 1)?;
-    if !is_positive(weight) {
-        return Err(Error::WeightInvalid { found: weight });
-    }
+    Invalid::unless_positive("number of disks that a point stands for", weight)?;
     if largest_wave_number == 0 {
         return Err(Error::WaveNumberInvalid);
     }

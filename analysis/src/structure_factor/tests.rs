@@ -1,3 +1,5 @@
+use stosszahl_model::Invalid;
+
 use super::*;
 use crate::statistics::{Estimate, student_t_test};
 use proptest::prelude::*;
@@ -265,7 +267,7 @@ fn bad_input_is_refused() {
     for diameter in [0.0, -1.0, f64::INFINITY] {
         assert_eq!(
             refusal([8.0; 2], Options { diameter, ..good }),
-            Some(Error::DiameterInvalid { found: diameter })
+            Some(Invalid::new("diameter", diameter, "finite numbers above 0").into())
         );
     }
     assert_eq!(
@@ -308,7 +310,12 @@ fn bad_input_is_refused() {
     ));
     assert_eq!(
         plan.measure(&points[..1], 0.0),
-        Err(Error::WeightInvalid { found: 0.0 })
+        Err(Invalid::new(
+            "number of disks that a point stands for",
+            0.0,
+            "finite numbers above 0"
+        )
+        .into())
     );
     assert_eq!(
         direct_shells(&[], [8.0; 2], 3, 1.0),

@@ -9,6 +9,8 @@
 //! Kawasaki, Monte Carlo calculation of the flow of granular materials (California Institute of Technology, 1985),
 //! appendix B, corrected. Dilute gases: grains have no volume here.
 
+use stosszahl_model::Invalid;
+
 use super::TheoryError;
 
 /// One species of the column.
@@ -35,7 +37,7 @@ impl Column {
     /// rough ones.
     ///
     /// # Errors
-    /// [`TheoryError::BadNumber`] unless all numbers are positive and finite.
+    /// [`TheoryError::Invalid`] unless all numbers are positive and finite.
     pub fn settled(
         layers: &[Layer],
         height: f64,
@@ -54,13 +56,7 @@ impl Column {
             .iter()
             .flat_map(|layer| [("mass", layer.mass), ("number of particles", layer.number)]);
         for (name, value) in numbers.into_iter().chain(masses) {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(TheoryError::BadNumber {
-                    name,
-                    value,
-                    allowed: "a finite number above 0",
-                });
-            }
+            Invalid::unless_positive(name, value)?;
         }
         // Energy above that of the start: rising in the temperature, negative at the start, and not at the end of the fall.
         let freedoms = freedoms as f64;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::kinetic;
+use stosszahl_model::{Invalid, kinetic};
 
 use super::TheoryError;
 use super::mixture::Component;
@@ -19,7 +19,7 @@ pub enum Contact {
 /// Contact values of all pairs, by rows.
 ///
 /// # Errors
-/// [`TheoryError::BadNumber`] if the packing fraction leaves no room.
+/// [`TheoryError::Invalid`] if the packing fraction leaves no room.
 pub fn values(
     dimension: usize,
     components: &[Component],
@@ -37,13 +37,8 @@ pub fn values(
     };
     let packing = PI / if dimension == 2 { 4.0 } else { 6.0 } * moment(dimension as i32);
     let equal = kinetic::contact_value(packing);
-    if !(packing < 1.0 && (dimension == 3 || equal.is_finite())) {
-        return Err(TheoryError::BadNumber {
-            name: "packing fraction",
-            value: packing,
-            allowed: "below close packing",
-        });
-    }
+    let fits = packing < 1.0 && (dimension == 3 || equal.is_finite());
+    Invalid::unless(fits, "packing fraction", packing, "below close packing")?;
     let pair = |a: f64, b: f64| {
         if dimension == 2 {
             let ratio = if packing > 0.0 {

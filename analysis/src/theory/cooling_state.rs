@@ -1,6 +1,6 @@
 //! The homogeneous cooling state of a mixture: all temperatures fall together.
 
-use stosszahl_model::Restitution;
+use stosszahl_model::{Invalid, Restitution};
 
 use super::TheoryError;
 use super::integrate::{Integrator, Tolerance};
@@ -25,16 +25,10 @@ impl CoolingState {
     /// temperatures, `d ln T_k = -(xi_k - xi_1) ds`, until the ratios no longer change.
     ///
     /// # Errors
-    /// [`TheoryError::BadNumber`] if the gas does not cool, the mean is not above zero, or the ratios do not settle.
+    /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios do not settle.
     pub fn of<R: Restitution>(mixture: &Mixture<R>, mean: f64) -> Result<Self, TheoryError> {
         let count = mixture.components().len();
-        if !(mean > 0.0 && mean.is_finite()) {
-            return Err(TheoryError::BadNumber {
-                name: "mean temperature",
-                value: mean,
-                allowed: "above 0",
-            });
-        }
+        Invalid::unless_positive("mean temperature", mean)?;
         let leader = mixture
             .components()
             .iter()
@@ -58,13 +52,13 @@ impl CoolingState {
             absolute: 1e-12,
         };
         let scale = mixture.rates(leader, &vec![1.0; count]).cooling;
-        if !(scale > 0.0 && scale.is_finite()) {
-            return Err(TheoryError::BadNumber {
-                name: "cooling rate",
-                value: scale,
-                allowed: "above 0: an elastic or empty gas has no cooling state",
-            });
-        }
+        let allowed = "above 0: an elastic or empty gas has no cooling state";
+        Invalid::unless(
+            scale > 0.0 && scale.is_finite(),
+            "cooling rate",
+            scale,
+            allowed,
+        )?;
         let mut problem = Integrator::new(slope, 0.0, vec![0.0; count], 1e-3 / scale, tolerance);
         let mut before = vec![0.0; count];
         let mut span = 1.0 / scale;
@@ -85,11 +79,8 @@ impl CoolingState {
             before.copy_from_slice(y);
             span *= 1.1;
         }
-        Err(TheoryError::BadNumber {
-            name: "change of temperature ratios in the last span",
-            value: span,
-            allowed: "none",
-        })
+        let name = "change of temperature ratios in the last span";
+        Err(Invalid::new(name, span, "none").into())
     }
 
     /// The state with given temperatures, taken to be those of the cooling state.

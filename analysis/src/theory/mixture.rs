@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::Restitution;
+use stosszahl_model::{Invalid, Restitution};
 
 use super::TheoryError;
 use super::contact::{self, Contact};
@@ -58,7 +58,7 @@ impl<R: Restitution> Mixture<R> {
     /// The mixture in two or three dimensions; `law.between([k, i], g)` is the restitution of a pair.
     ///
     /// # Errors
-    /// [`TheoryError::BadNumber`] if there is no component, the dimension is another, a mass or diameter is not above zero,
+    /// [`TheoryError::Invalid`] if there is no component, the dimension is another, a mass or diameter is not above zero,
     /// a density negative, or the gas packed too densely for its contact values.
     pub fn new(
         dimension: usize,
@@ -67,15 +67,7 @@ impl<R: Restitution> Mixture<R> {
         contact: Contact,
     ) -> Result<Self, TheoryError> {
         let check = |name, value: f64, good: bool, allowed| {
-            if good && value.is_finite() {
-                Ok(())
-            } else {
-                Err(TheoryError::BadNumber {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
+            Invalid::unless(good && value.is_finite(), name, value, allowed)
         };
         let d = dimension as f64;
         check("dimension", d, (2..=3).contains(&dimension), "2 or 3")?;
@@ -272,21 +264,12 @@ impl<R: Restitution> Mixture<R> {
     /// One temperature above zero for each species.
     pub(super) fn check_temperatures(&self, temperatures: &[f64]) -> Result<(), TheoryError> {
         for &t in temperatures {
-            if !(t > 0.0 && t.is_finite()) {
-                return Err(TheoryError::BadNumber {
-                    name: "temperature",
-                    value: t,
-                    allowed: "above 0",
-                });
-            }
+            Invalid::unless_positive("temperature", t)?;
         }
-        if temperatures.len() != self.components.len() {
-            return Err(TheoryError::BadNumber {
-                name: "number of temperatures",
-                value: temperatures.len() as f64,
-                allowed: "the number of species",
-            });
-        }
+        let count = temperatures.len();
+        let is_right = count == self.components.len();
+        let name = "number of temperatures";
+        Invalid::unless(is_right, name, count as f64, "the number of species")?;
         Ok(())
     }
 

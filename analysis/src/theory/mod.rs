@@ -30,20 +30,15 @@ pub use elastic_disks::ElasticDisks;
 pub use mixture::{Component, Mixture, Moment, Rates};
 pub use rough::{RoughGas, Temperatures};
 
+use stosszahl_model::Invalid;
+
 /// Why a curve cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TheoryError {
     /// A number out of range.
-    #[error("{name} is {value}: allowed is {allowed}")]
-    BadNumber {
-        /// Which.
-        name: &'static str,
-        /// What was found.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// The integration cannot go on.
     #[error(
         "the integration stopped at {at} with steps of {step}: the solution is not smooth there"

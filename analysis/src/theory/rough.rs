@@ -18,7 +18,7 @@
 //! Zippelius, Phys. Rev. E 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416. Temperatures are m <v^2>/D and
 //! I <w^2> for each rotation.
 
-use stosszahl_model::{Rough, Space};
+use stosszahl_model::{Invalid, Rough, Space};
 
 use super::TheoryError;
 use super::integrate::{Integrator, Tolerance};
@@ -63,7 +63,7 @@ impl RoughGas {
     /// `diameter` at the number density `density`, with the pair correlation `contact_value` at contact.
     ///
     /// # Errors
-    /// [`TheoryError::BadNumber`] if restitution is not in 0 to 1, or another number is not above zero and finite.
+    /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not above zero and finite.
     pub fn new<S: Space>(
         restitution: f64,
         surface: Rough,
@@ -72,26 +72,19 @@ impl RoughGas {
         mass: f64,
         contact_value: f64,
     ) -> Result<Self, TheoryError> {
-        if !(0.0..=1.0).contains(&restitution) {
-            return Err(TheoryError::BadNumber {
-                name: "restitution",
-                value: restitution,
-                allowed: "0 to 1",
-            });
-        }
+        Invalid::unless(
+            (0.0..=1.0).contains(&restitution),
+            "restitution",
+            restitution,
+            "0 to 1",
+        )?;
         for (name, value) in [
             ("density", density),
             ("diameter", diameter),
             ("mass", mass),
             ("contact value", contact_value),
         ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(TheoryError::BadNumber {
-                    name,
-                    value,
-                    allowed: "above 0, finite",
-                });
-            }
+            Invalid::unless_positive(name, value)?;
         }
         let q = surface.inertia();
         let eta = q * (1.0 + surface.tangential_restitution()) / (2.0 * (1.0 + q));

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
 use stosszahl_model::random::{Purpose, Stream, Streams};
-use stosszahl_model::{Collision, Interrupt, Observer, Recorder, Sizes, Vector, VectorOf};
+use stosszahl_model::{Collision, Interrupt, Invalid, Observer, Recorder, Sizes, Vector, VectorOf};
 
 use super::checkpoint::{Clock, Stop, Tally};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
@@ -36,20 +36,16 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     /// what `motion` relies on.
     ///
     /// # Errors
-    /// [`GasError::BadNumber`] if paths are to be tracked while particles appear and vanish.
+    /// [`GasError::Invalid`] if paths are to be tracked while particles appear and vanish.
     pub fn new(
         mut gas: Gas<P>,
         motion: M,
         contacts: C,
         streams: Streams,
     ) -> Result<Self, GasError> {
-        if motion.is_tracked() && C::SIZES_CHANGE {
-            return Err(GasError::BadNumber {
-                name: "number of tracked particles in a gas that sticks or breaks",
-                value: gas.count() as f64,
-                allowed: "0",
-            });
-        }
+        let stay = !(motion.is_tracked() && C::SIZES_CHANGE);
+        let name = "number of tracked particles in a gas that sticks or breaks";
+        Invalid::unless(stay, name, gas.count() as f64, "0")?;
         contacts.prepare(&mut gas);
         Ok(Self {
             gas,
@@ -125,15 +121,9 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     /// Multiplies all velocities by a factor, which keeps the gas in motion.
     ///
     /// # Errors
-    /// [`GasError::BadNumber`] unless the factor is above zero and finite.
+    /// [`GasError::Invalid`] unless the factor is above zero and finite.
     pub fn scale_velocities(&mut self, factor: f64) -> Result<(), GasError> {
-        if !(factor > 0.0 && factor.is_finite()) {
-            return Err(GasError::BadNumber {
-                name: "factor of all velocities",
-                value: factor,
-                allowed: "above 0",
-            });
-        }
+        Invalid::unless_positive("factor of all velocities", factor)?;
         for particle in &mut self.gas.particles {
             particle.velocity = particle.velocity * factor;
         }
@@ -156,13 +146,13 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         observer: &mut dyn Observer,
     ) -> Result<Stop, GasError> {
         let mut recorder = Recorder::new(observer);
-        if until.is_nan() || until < self.clock.time {
-            return Err(GasError::BadNumber {
-                name: "time to advance to",
-                value: until,
-                allowed: "the present or later",
-            });
-        }
+        let name = "time to advance to";
+        Invalid::unless(
+            until >= self.clock.time,
+            name,
+            until,
+            "the present or later",
+        )?;
         let mut stream = self.streams.at(Purpose::Pairs, [self.clock.advances, 0]);
         self.clock.advances += 1;
         let last = self.tally.collisions.saturating_add(collisions);
@@ -175,13 +165,8 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             }
             self.refit()?;
             let rate = self.selection.rate();
-            if !rate.is_finite() {
-                return Err(GasError::BadNumber {
-                    name: "rate of proposals",
-                    value: rate,
-                    allowed: "a finite number: speeds or densities are too large",
-                });
-            }
+            let allowed = "a finite number: speeds or densities are too large";
+            Invalid::unless(rate.is_finite(), "rate of proposals", rate, allowed)?;
             if rate == 0.0 || self.gas.count() < 2 {
                 if until.is_finite() {
                     self.clock.time = until;

@@ -6,7 +6,7 @@ use stosszahl_model::brief;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GasError {
-    /// A law, a size or a volume that cannot be.
+    /// A number that a law, a size or a gas cannot have.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::Invalid),
     /// Physics that a gas without positions does not have.
@@ -20,16 +20,6 @@ pub enum GasError {
     /// Bytes that are no checkpoint of this gas.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
-    /// A number out of range.
-    #[error("{name} is {value}: allowed is {allowed}", value = brief(*value))]
-    BadNumber {
-        /// Which.
-        name: &'static str,
-        /// What was found.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
     /// A pair met more often than its bound allows: an error of the selection.
     #[error(
         "a pair's collision rate, {rate}, exceeds the bound by which it was selected, {bound}, at time {time}",

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Free, Physics, Sizes, Smooth, Space, Vector, VectorOf, memory};
+use stosszahl_model::{Free, Invalid, Physics, Sizes, Smooth, Space, Vector, VectorOf, memory};
 
 use super::error::GasError;
 use super::kernel::{Contact, Kernel};
@@ -94,32 +94,26 @@ impl<P: Grains> Gas<P> {
         volume: f64,
         particles: impl IntoIterator<Item = (VectorOf<P>, TagOf<P>)>,
     ) -> Result<Self, GasError> {
-        if !(volume > 0.0 && volume.is_finite()) {
-            return Err(GasError::BadNumber {
-                name: "volume",
-                value: volume,
-                allowed: "above zero",
-            });
-        }
+        Invalid::unless_positive("volume", volume)?;
         let particles = particles.into_iter();
         let mut list = memory::reserved(particles.size_hint().0);
         for (velocity, tag) in particles {
-            if !velocity.square().is_finite() {
-                return Err(GasError::BadNumber {
-                    name: "squared speed",
-                    value: velocity.square(),
-                    allowed: "a finite number",
-                });
-            }
+            let square = velocity.square();
+            Invalid::unless(
+                square.is_finite(),
+                "squared speed",
+                square,
+                "a finite number",
+            )?;
             list.push(Particle::new(velocity, tag));
         }
-        if list.len() >= 1 << 31 {
-            return Err(GasError::BadNumber {
-                name: "number of particles",
-                value: list.len() as f64,
-                allowed: "below 2^31",
-            });
-        }
+        let count = list.len();
+        Invalid::unless(
+            count < 1 << 31,
+            "number of particles",
+            count as f64,
+            "below 2^31",
+        )?;
         let mut gas = Self {
             kernel: Kernel::dilute(P::Space::DIMENSION, volume),
             scene,
@@ -256,13 +250,11 @@ impl<P: Grains> Gas<P> {
         let kernel = Kernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
         let largest = self.scene.sizes().largest_radius();
         let found = kernel.of(largest, largest);
-        if !(found.is_finite() && kernel.coefficients().iter().flatten().all(|&m| m >= 0.0)) {
-            return Err(GasError::BadNumber {
-                name: "collision rate of the largest pair per speed",
-                value: found,
-                allowed: "a finite number: the gas is packed too densely, or its volume is too small",
-            });
-        }
+        let mut coefficients = kernel.coefficients().iter().flatten();
+        let is_good = found.is_finite() && coefficients.all(|&m| m >= 0.0);
+        let name = "collision rate of the largest pair per speed";
+        let allowed = "a finite number: the gas is packed too densely, or its volume is too small";
+        Invalid::unless(is_good, name, found, allowed)?;
         self.kernel = kernel;
         Ok(())
     }

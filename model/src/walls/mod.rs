@@ -11,7 +11,6 @@ mod obstacle;
 mod rebound;
 mod vibration;
 
-use crate::brief;
 use serde::{Deserialize, Serialize};
 
 pub use feature::{Edge, Feature, Flight, Hit, Round};
@@ -96,18 +95,14 @@ pub enum WallError {
         axis: usize,
     },
     /// A number out of range.
-    #[error("axis {axis}, side {side}: {name} is {value}; allowed is {allowed}", value = brief(*value))]
+    #[error("axis {axis}, side {side}: {source}")]
     BadNumber {
         /// Which, from 0.
         axis: usize,
         /// 0 for the lower face, 1 for the upper.
         side: usize,
-        /// What.
-        name: &'static str,
-        /// What was found.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
+        /// Which number, and what is allowed.
+        source: Invalid,
     },
 }
 
@@ -157,7 +152,11 @@ impl<S: Space> Walls<S> {
             }
             for (side, face) in pair.iter().enumerate() {
                 if let Face::Wall(wall) = face {
-                    check(wall, axis, side)?;
+                    check(wall, axis).map_err(|source| WallError::BadNumber {
+                        axis,
+                        side,
+                        source,
+                    })?;
                 }
             }
             walls.faces[axis] = *pair;
@@ -206,28 +205,14 @@ impl<S: Space> Walls<S> {
     }
 }
 
-/// Whether the numbers of a wall have a meaning.
-fn check<S: Space>(wall: &Wall<S>, axis: usize, side: usize) -> Result<(), WallError> {
-    let refuse = |name, value, allowed| {
-        Err(WallError::BadNumber {
-            axis,
-            side,
-            name,
-            value,
-            allowed,
-        })
-    };
-    if let Some((name, value, allowed)) = wall.rebound.complaint() {
-        return refuse(name, value, allowed);
-    }
+/// Whether the numbers of a wall across an axis have a meaning.
+fn check<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), Invalid> {
+    wall.rebound.check()?;
     for component in 0..S::DIMENSION {
         let speed = wall.sliding[component];
-        if component == axis && speed != 0.0 {
-            return refuse("sliding", speed, "a velocity along the wall");
-        }
-        if !speed.is_finite() {
-            return refuse("sliding", speed, "a finite velocity");
-        }
+        let is_along = component != axis || speed == 0.0;
+        Invalid::unless(is_along, "sliding", speed, "a velocity along the wall")?;
+        Invalid::unless(speed.is_finite(), "sliding", speed, "a finite velocity")?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! What stands inside the box, in the plane: discs, segments, polylines and polygons.
 
-use crate::brief;
+use crate::{Invalid, brief};
 use nalgebra::Vector2;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::{Pose, Vector};
@@ -90,15 +90,8 @@ pub enum ObstacleError {
         least: usize,
     },
     /// A number out of range.
-    #[error("{name} is {value}; allowed is {allowed}", value = brief(*value))]
-    BadNumber {
-        /// What.
-        name: &'static str,
-        /// What was found.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// An edge without length.
     #[error("edge {edge} has the length {length:e}; allowed are lengths above {least:e}")]
     Degenerate {
@@ -143,13 +136,7 @@ impl Obstacle {
     /// # Errors
     /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number has no meaning.
     pub fn new(outline: Outline, rebound: Rebound) -> Result<Self, ObstacleError> {
-        if let Some((name, value, allowed)) = rebound.complaint() {
-            return Err(ObstacleError::BadNumber {
-                name,
-                value,
-                allowed,
-            });
-        }
+        rebound.check()?;
         let points = check_numbers(&outline)?;
         let features = match &outline {
             Outline::Disc { centre, radius } => vec![Feature::Round(Round {
@@ -388,13 +375,9 @@ fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> 
     };
     let points = match outline {
         Outline::Disc { centre, radius } => {
-            if !(*radius > 0.0 && *radius <= 1e100) {
-                return Err(ObstacleError::BadNumber {
-                    name: "radius",
-                    value: *radius,
-                    allowed: "a positive number up to 1e100",
-                });
-            }
+            let is_allowed = *radius > 0.0 && *radius <= 1e100;
+            let allowed = "a positive number up to 1e100";
+            Invalid::unless(is_allowed, "radius", *radius, allowed)?;
             vec![*centre]
         }
         Outline::Segment { ends } => ends.to_vec(),
@@ -409,11 +392,7 @@ fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> 
     let numbers = points.iter().flat_map(|point| point.iter());
     let bad = |number: &&f64| number.is_nan() || number.abs() > 1e100;
     if let Some(&value) = numbers.into_iter().find(bad) {
-        return Err(ObstacleError::BadNumber {
-            name: "a coordinate",
-            value,
-            allowed: "a number up to 1e100",
-        });
+        return Err(Invalid::new("a coordinate", value, "a number up to 1e100").into());
     }
     Ok(points)
 }

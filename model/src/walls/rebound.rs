@@ -4,6 +4,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use crate::invalid::Invalid;
 use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
@@ -41,19 +42,22 @@ pub struct Touch<V> {
 }
 
 impl Rebound {
-    /// A number without meaning, if there is one: its name, what it is, and what is allowed.
-    pub(super) fn complaint(&self) -> Option<(&'static str, f64, &'static str)> {
+    /// Whether its numbers have a meaning.
+    pub(super) fn check(&self) -> Result<(), Invalid> {
+        let within = |name, number: f64, least: f64, allowed| {
+            let is_within = (least..=1.0).contains(&number);
+            Invalid::unless(is_within, name, number, allowed).map(|_| ())
+        };
         match *self {
-            Self::Restitutive { restitution, .. } if !(0.0..=1.0).contains(&restitution) => {
-                Some(("restitution", restitution, "a number from 0 to 1"))
+            Self::Restitutive { restitution, slip } => {
+                within("restitution", restitution, 0.0, "a number from 0 to 1")?;
+                within("slip", slip, -1.0, "a number from -1 to 1")
             }
-            Self::Restitutive { slip, .. } if !(-1.0..=1.0).contains(&slip) => {
-                Some(("slip", slip, "a number from -1 to 1"))
+            Self::Diffuse { temperature } => {
+                let is_energy = temperature >= 0.0 && temperature.is_finite();
+                let allowed = "an energy of at least 0";
+                Invalid::unless(is_energy, "temperature", temperature, allowed).map(|_| ())
             }
-            Self::Diffuse { temperature } if !(temperature >= 0.0 && temperature.is_finite()) => {
-                Some(("temperature", temperature, "an energy of at least 0"))
-            }
-            _ => None,
         }
     }
 

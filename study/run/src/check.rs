@@ -2,9 +2,10 @@
 
 use std::sync::OnceLock;
 
-use stosszahl_analysis::theory::TheoryError;
 use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
 use stosszahl_results::{Table, engine_title};
+
+use stosszahl_model::Invalid;
 
 use crate::accuracy;
 use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
@@ -92,11 +93,8 @@ impl<'a> Planned<'a> {
     pub fn tables(&self) -> Vec<Table> {
         let mut plan = self.plan.clone();
         plan.case.verdict.sonine_orders = Some(1);
-        plan.theory = OnceLock::from(Err(TheoryError::BadNumber {
-            name: "replicas",
-            value: 0.0,
-            allowed: "at least 1",
-        }));
+        let unsolved = Invalid::new("replicas", 0.0, "at least 1");
+        plan.theory = OnceLock::from(Err(unsolved.into()));
         let none: Vec<Vec<Finished>> = plan.engines.iter().map(|_| Vec::new()).collect();
         let each = self.measures.iter().enumerate().flat_map(|(measure, one)| {
             let runs = Runs {

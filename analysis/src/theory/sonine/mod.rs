@@ -31,7 +31,7 @@
 //! soon grow, by `0.053, 0.045, 0.049, 0.047, 0.048` for the fourth cumulant of spheres at restitution 0.5; about 1.23 times
 //! it they settle at 0.0476. `<x>` is fixed by `a_1` then, `T_k = (1 - a_1) T`.
 
-use stosszahl_model::Restitution;
+use stosszahl_model::{Invalid, Restitution};
 
 use super::TheoryError;
 use super::integrate::{Integrator, Tolerance};
@@ -84,14 +84,10 @@ fn interpolated(values: &[f64], at: f64) -> f64 {
 
 /// Refuses an order that is not offered.
 fn check_orders(orders: usize, most: usize, allowed: &'static str) -> Result<(), TheoryError> {
-    if (1..=most).contains(&orders) {
-        return Ok(());
-    }
-    Err(TheoryError::BadNumber {
-        name: "order of the Sonine expansion",
-        value: orders as f64,
-        allowed,
-    })
+    let name = "order of the Sonine expansion";
+    let is_offered = (1..=most).contains(&orders);
+    Invalid::unless(is_offered, name, orders as f64, allowed)?;
+    Ok(())
 }
 
 /// Norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 + alpha))`, for p up to `most`.
@@ -217,7 +213,7 @@ impl<R: Restitution> Mixture<R> {
     /// Displacements are followed from 40 starts and their logarithms interpolated in that of the time.
     ///
     /// # Errors
-    /// As [`Self::expand`]; [`TheoryError::BadNumber`] unless all lags are above zero, below `total`, and do not fall.
+    /// As [`Self::expand`]; [`TheoryError::Invalid`] unless all lags are above zero, below `total`, and do not fall.
     pub fn time_averaged(
         &self,
         orders: usize,
@@ -227,13 +223,9 @@ impl<R: Restitution> Mixture<R> {
     ) -> Result<Vec<Vec<f64>>, TheoryError> {
         let mut least = f64::MIN_POSITIVE;
         for &lag in lags {
-            if !(lag >= least && lag < total && total.is_finite()) {
-                return Err(TheoryError::BadNumber {
-                    name: "lag",
-                    value: lag,
-                    allowed: "above 0, below the whole time and not below the one before",
-                });
-            }
+            let allowed = "above 0, below the whole time and not below the one before";
+            let is_allowed = lag >= least && lag < total && total.is_finite();
+            Invalid::unless(is_allowed, "lag", lag, allowed)?;
             least = lag;
         }
         let system = self.system(orders, temperatures)?;

@@ -16,6 +16,8 @@
 //!
 //! with `S' = 1 - u' s'` and R rotations.
 
+use stosszahl_model::Invalid;
+
 use super::super::TheoryError;
 use super::super::integrate::Integrator;
 use super::super::rough::{RoughGas, Temperatures};
@@ -185,7 +187,7 @@ impl RoughGas {
     /// to 0.3 % of the temperatures.
     ///
     /// # Errors
-    /// [`TheoryError::BadNumber`] if a temperature is not above zero, or the order is not from 1 to [`MOST_ROUGH_ORDERS`];
+    /// [`TheoryError::Invalid`] if a temperature is not above zero, or the order is not from 1 to [`MOST_ROUGH_ORDERS`];
     /// [`TheoryError::Integration`] if the equations cannot be followed so far.
     pub fn expand(
         &self,
@@ -195,13 +197,7 @@ impl RoughGas {
     ) -> Result<Vec<RoughMoment>, TheoryError> {
         check_orders(orders, MOST_ROUGH_ORDERS, "from 1 to 3")?;
         for value in [start.translation, start.rotation] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(TheoryError::BadNumber {
-                    name: "temperature",
-                    value,
-                    allowed: "above 0",
-                });
-            }
+            Invalid::unless_positive("temperature", value)?;
         }
         let degrees = [self.dimension, self.rotations];
         let system = System {

@@ -22,13 +22,16 @@ fn what_is_no_obstacle_is_refused() {
         let error = refused(Outline::Disc { centre, radius });
         assert!(matches!(
             error,
-            ObstacleError::BadNumber { name: "radius", .. }
+            ObstacleError::Invalid(Invalid {
+                quantity: "radius",
+                ..
+            })
         ));
     }
     let error = refused(Outline::Segment {
         ends: [origin, vector![f64::NAN, 0.0]],
     });
-    assert!(matches!(error, ObstacleError::BadNumber { .. }), "{error}");
+    assert!(matches!(error, ObstacleError::Invalid(_)), "{error}");
     let error = refused(Outline::Segment {
         ends: [centre, centre],
     });
