@@ -29,6 +29,33 @@ pub(crate) struct Drawn {
     pub note: String,
 }
 
+impl Drawn {
+    /// Figures one after the other, with one legend.
+    pub(crate) fn join(all: Vec<Self>) -> Self {
+        let mut joined = Self {
+            legend: Vec::new(),
+            panels: Vec::new(),
+            common: false,
+            note: String::new(),
+        };
+        for one in all {
+            add_to_legend(&mut joined.legend, one.legend);
+            joined.panels.extend(one.panels);
+        }
+        joined
+    }
+}
+
+/// Adds the curves that a legend does not name yet, without their points.
+fn add_to_legend(legend: &mut Vec<Curve>, curves: impl IntoIterator<Item = Curve>) {
+    for mut curve in curves {
+        if !legend.iter().any(|one| one.label == curve.label) {
+            curve.points.clear();
+            legend.push(curve);
+        }
+    }
+}
+
 /// Colour of an engine, a CSS value.
 pub fn engine_colour(engine: &str) -> String {
     engine_rank(engine).map_or("var(--ink)".into(), |rank| format!("var(--engine-{rank})"))
@@ -164,17 +191,9 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
         spread(&drawn, PANELS).into_iter().unzip();
     let common = Chart::share_axes(&mut charts);
     let mut legend: Vec<Curve> = Vec::new();
-    for curve in charts.iter().flat_map(|chart| &chart.curves) {
-        if !curve.label.is_empty()
-            && !curve.points.is_empty()
-            && !legend.iter().any(|one| one.label == curve.label)
-        {
-            legend.push(Curve {
-                points: vec![],
-                ..curve.clone()
-            });
-        }
-    }
+    let named = charts.iter().flat_map(|chart| &chart.curves);
+    let named = named.filter(|curve| !curve.label.is_empty() && !curve.points.is_empty());
+    add_to_legend(&mut legend, named.cloned());
     for line in &figure.lines {
         legend.push(Curve {
             label: line.label.to_string(),

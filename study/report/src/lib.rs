@@ -69,6 +69,20 @@ pub fn drawing(table: &Table, figure: &Figure) -> Option<String> {
     Some(sheet::sheet(&figure.title, &figure::draw(table, figure)?))
 }
 
+/// Figures of several tables as one SVG file below a common legend, each in panels with words above them; `None` if there is nothing to
+/// draw in one of them.
+pub fn drawings(title: &str, figures: &[(&str, &Table, &Figure)]) -> Option<String> {
+    let drawn = figures.iter().map(|(words, table, figure)| {
+        let mut drawn = figure::draw(table, figure)?;
+        for (title, _) in &mut drawn.panels {
+            *title = format!("{words} {title}").trim_end().to_owned();
+        }
+        Some(drawn)
+    });
+    let all = drawn.collect::<Option<Vec<_>>>()?;
+    Some(sheet::sheet(title, &figure::Drawn::join(all)))
+}
+
 /// A page and the drawings and tables beside it.
 struct Report {
     page: String,

@@ -1,8 +1,11 @@
 //! All blocks: where each stands, which case it runs, and how tables become text.
 
 use std::fmt::Write as _;
+use std::mem::take;
 
-use super::picture::{Curve, Panel, picture};
+use stosszahl_report::drawings;
+use stosszahl_results::{Figure, Line, Table};
+
 use super::results::{Key, Measured, Results};
 use super::{gases, map, papers};
 use crate::Trouble;
@@ -296,79 +299,38 @@ fn dissipation(results: &Results) -> Result<Made, Trouble> {
     Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
 }
 
-/// Two columns of the rows of a table as points of a curve.
-fn points(
-    results: &Results,
-    table: &str,
-    keys: &[(&str, Key<'_>)],
-    [x, y]: [&str; 2],
-) -> Result<Vec<[f64; 2]>, Trouble> {
-    let rows = results.rows("", table, keys)?;
-    rows.iter()
-        .map(|row| Ok([row.number(x)?, row.number(y)?]))
-        .collect()
+/// The figure of a table that shows a column.
+fn figure_of(table: &Table, column: &str) -> Result<Figure, Trouble> {
+    let found = table.figures.iter().find(|one| one.y.column == column);
+    let missing = || Trouble::failed(format!("{}: no figure of {column}", table.name));
+    found.cloned().ok_or_else(missing)
 }
 
 fn evidence(results: &Results) -> Result<Made, Trouble> {
-    let later = |mut points: Vec<[f64; 2]>| {
-        points.retain(|point| point[0] > 0.0);
-        points
-    };
-    let mut energy = Vec::new();
-    for (engine, words) in ENGINES {
-        let keys = [("engine", Key::Is(engine))];
-        energy.push(Curve {
-            name: words.to_owned(),
-            points: later(points(results, "energy", &keys, ["time", "energy_ratio"])?),
-        });
-    }
-    let keys = [("engine", Key::Is("ed"))];
-    let columns = ["time", "energy_ratio_theory"];
-    energy.push(Curve {
-        name: "Haff's law".to_owned(),
-        points: later(points(results, "energy", &keys, columns)?),
+    let energies = results.part("", "energy", &[])?;
+    let quotients = results.part("", "comparison", &[("engine_a", Key::Is("ed"))])?;
+    let impacts = results.part("", "impact_parameter", &[("engine", Key::Is("ed"))])?;
+    let mut quotient = figure_of(&quotients, "quotient")?;
+    quotient.lines.push(Line {
+        label: "equal".into(),
+        y: 1.0,
     });
-    let mut quotients = Vec::new();
-    for (engine, words) in &ENGINES[1..] {
-        let keys = [("engine_a", Key::Is("ed")), ("engine_b", Key::Is(engine))];
-        quotients.push(Curve {
-            name: format!("ED / {words}"),
-            points: later(points(results, "comparison", &keys, ["time", "quotient"])?),
-        });
-    }
-    let mut impacts = Vec::new();
-    for window in WINDOWS {
-        let keys = of_window("ed", window);
-        let rows = results.rows("", "impact_parameter", &keys)?;
-        let middle = |row: &super::results::Row<'_>| -> Result<[f64; 2], Trouble> {
-            let bin = 0.5 * (row.number("bin_low")? + row.number("bin_high")?);
-            Ok([bin, row.number("density")?])
-        };
-        impacts.push(Curve {
-            name: format!("t/t0 {} to {}", window[0], window[1]),
-            points: rows.iter().map(middle).collect::<Result<_, _>>()?,
-        });
-    }
-    let panels = [
-        Panel {
-            title: "Kinetic energy K/K(0)",
-            x: "t/t0",
-            logarithmic: [true, true],
-            curves: energy,
-        },
-        Panel {
-            title: "Energy of exact disks over Monte Carlo",
-            x: "t/t0",
-            logarithmic: [true, false],
-            curves: quotients,
-        },
-        Panel {
-            title: "Impact parameters of exact disks, P(b/d)",
-            x: "b/d",
-            logarithmic: [false, false],
-            curves: impacts,
-        },
-    ];
+    let mut windows = figure_of(&impacts, "density")?;
+    // All windows in one panel.
+    windows.curves = take(&mut windows.panels);
+    let picture = drawings(
+        "Exact disks against Monte Carlo and Haff's law",
+        &[
+            (
+                "Kinetic energy",
+                &energies,
+                &figure_of(&energies, "energy_ratio")?,
+            ),
+            ("Exact disks over Monte Carlo", &quotients, &quotient),
+            ("Impact parameters of exact disks", &impacts, &windows),
+        ],
+    );
+    let picture = picture.ok_or_else(|| Trouble::failed("nothing to draw"))?;
     let last = |engine: &str| -> Result<Measured, Trouble> {
         let keys = [
             ("engine_a", Key::Is("ed")),
@@ -388,6 +350,6 @@ fn evidence(results: &Results) -> Result<Made, Trouble> {
     );
     Ok(Made {
         text,
-        files: vec![(EVIDENCE, picture(&panels))],
+        files: vec![(EVIDENCE, picture)],
     })
 }

@@ -13,7 +13,6 @@ mod entries;
 mod gases;
 mod map;
 mod papers;
-mod picture;
 mod results;
 
 use std::fs;

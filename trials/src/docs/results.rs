@@ -184,6 +184,19 @@ impl Results {
         table.ok_or_else(|| Trouble::failed(format!("no {name} of {point:?} in the results")))
     }
 
+    /// A table of a point with those of its rows whose cells agree with all of these keys.
+    pub(crate) fn part(
+        &self,
+        point: &str,
+        table: &str,
+        keys: &[(&str, Key<'_>)],
+    ) -> Result<Table, Trouble> {
+        let rows = self.rows(point, table, keys)?;
+        let rows = rows.iter().map(|row| row.cells.to_vec()).collect();
+        let table = self.table(point, table)?.clone();
+        Ok(Table { rows, ..table })
+    }
+
     /// A number that follows from the case of a point.
     pub(crate) fn derived(&self, point: &str, name: &str) -> Result<f64, Trouble> {
         let mut derived = self.point(point)?.1.manifest.derived.iter();
