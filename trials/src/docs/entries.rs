@@ -299,23 +299,25 @@ fn dissipation(results: &Results) -> Result<Made, Trouble> {
     Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
 }
 
-/// The figure of a table that shows a column.
-fn figure_of(table: &Table, column: &str) -> Result<Figure, Trouble> {
+/// The figure of a table that shows a column, with the label of its horizontal axis.
+fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, Trouble> {
     let found = table.figures.iter().find(|one| one.y.column == column);
     let missing = || Trouble::failed(format!("{}: no figure of {column}", table.name));
-    found.cloned().ok_or_else(missing)
+    let mut figure = found.cloned().ok_or_else(missing)?;
+    figure.x.label = x.into();
+    Ok(figure)
 }
 
 fn evidence(results: &Results) -> Result<Made, Trouble> {
     let energies = results.part("", "energy", &[])?;
     let quotients = results.part("", "comparison", &[("engine_a", Key::Is("ed"))])?;
     let impacts = results.part("", "impact_parameter", &[("engine", Key::Is("ed"))])?;
-    let mut quotient = figure_of(&quotients, "quotient")?;
+    let mut quotient = figure_of(&quotients, "quotient", "t/t0")?;
     quotient.lines.push(Line {
         label: "equal".into(),
         y: 1.0,
     });
-    let mut windows = figure_of(&impacts, "density")?;
+    let mut windows = figure_of(&impacts, "density", "b/d")?;
     // All windows in one panel.
     windows.curves = take(&mut windows.panels);
     let picture = drawings(
@@ -324,7 +326,7 @@ fn evidence(results: &Results) -> Result<Made, Trouble> {
             (
                 "Kinetic energy",
                 &energies,
-                &figure_of(&energies, "energy_ratio")?,
+                &figure_of(&energies, "energy_ratio", "t/t0")?,
             ),
             ("Exact disks over Monte Carlo", &quotients, &quotient),
             ("Impact parameters of exact disks", &impacts, &windows),
