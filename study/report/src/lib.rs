@@ -75,7 +75,8 @@ pub fn drawings(title: &str, figures: &[(&str, &Table, &Figure)]) -> Option<Stri
     let drawn = figures.iter().map(|(words, table, figure)| {
         let mut drawn = figure::draw(table, figure)?;
         for (title, _) in &mut drawn.panels {
-            *title = format!("{words} {title}").trim_end().to_owned();
+            let gap = if title.is_empty() { "" } else { " " };
+            title.insert_str(0, &format!("{words}{gap}"));
         }
         Some(drawn)
     });

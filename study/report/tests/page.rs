@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::json;
-use stosszahl_report::write_report;
+use stosszahl_report::{drawings, write_report};
 use stosszahl_results::{
     Axis, Derived, EngineWork, Estimate, Existing, Figure, Folder, Keys, Line, Machine, Manifest,
     Mark, Place, Program, RunId, Snapshot, Start, StartTest, Sweep, SweepPoint, Table, TimeUnit,
@@ -461,6 +461,31 @@ fn drawings_stand_beside_the_page_and_belong_to_the_run() {
     let runs = vec![RunId::new("", &json!({"seed": 7}), Keys::default(), &[]).unwrap()];
     Folder::open(place.path(), Existing::Replace, &[], runs).unwrap();
     assert!(!place.path().join("figures/energy.svg").exists());
+}
+
+#[test]
+fn figures_of_several_tables_share_a_legend() {
+    let (energy, impact) = (energy(0.0), impact());
+    let own = &energy.figures[0];
+    let windows = &impact.figures[0];
+    let text = drawings(
+        "all",
+        &[("Energy", &energy, own), ("Impacts", &impact, windows)],
+    );
+    let text = text.unwrap();
+    balanced(&text.replace("/>", ">"));
+    let times = |words: &str| text.matches(words).count();
+    // A curve for each engine, and in the legend once.
+    assert_eq!(times("ED (exact)</text>"), 1);
+    assert_eq!(times(">Energy</text>"), 1);
+    assert_eq!(times(">Impacts window "), 3);
+    // Without values there is nothing to draw.
+    let empty = Table {
+        rows: Vec::new(),
+        ..energy.clone()
+    };
+    let both = [("Energy", &energy, own), ("Nothing", &empty, own)];
+    assert_eq!(drawings("none", &both), None);
 }
 
 #[test]
