@@ -10,9 +10,8 @@
 //! hide a part 1/n of the thermal motion, n being the number of particles in the cell.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::sum::Parts;
-
 use stosszahl_model::Invalid;
+use stosszahl_model::sum::Parts;
 
 use crate::Error;
 
@@ -30,8 +29,7 @@ impl Grid {
     /// # Errors
     /// [`Error::Invalid`] unless all are positive and finite.
     pub fn new(lengths: [f64; 2], counts: [usize; 2], depth: f64) -> Result<Self, Error> {
-        let sides = [lengths[0], lengths[1], depth];
-        for side in sides {
+        for side in [lengths[0], lengths[1], depth] {
             Invalid::unless_positive("side of the box of a field", side)?;
         }
         for count in counts {

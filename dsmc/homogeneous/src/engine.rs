@@ -146,13 +146,9 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         observer: &mut dyn Observer,
     ) -> Result<Stop, GasError> {
         let mut recorder = Recorder::new(observer);
-        let name = "time to advance to";
-        Invalid::unless(
-            until >= self.clock.time,
-            name,
-            until,
-            "the present or later",
-        )?;
+        let is_to_come = until >= self.clock.time;
+        let allowed = "the present or later";
+        Invalid::unless(is_to_come, "time to advance to", until, allowed)?;
         let mut stream = self.streams.at(Purpose::Pairs, [self.clock.advances, 0]);
         self.clock.advances += 1;
         let last = self.tally.collisions.saturating_add(collisions);

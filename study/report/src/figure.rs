@@ -39,7 +39,7 @@ impl Drawn {
             note: String::new(),
         };
         for one in all {
-            add_to_legend(&mut joined.legend, one.legend);
+            add_to_legend(&mut joined.legend, &one.legend);
             joined.panels.extend(one.panels);
         }
         joined
@@ -47,11 +47,13 @@ impl Drawn {
 }
 
 /// Adds the curves that a legend does not name yet, without their points.
-fn add_to_legend(legend: &mut Vec<Curve>, curves: impl IntoIterator<Item = Curve>) {
-    for mut curve in curves {
+fn add_to_legend<'a>(legend: &mut Vec<Curve>, curves: impl IntoIterator<Item = &'a Curve>) {
+    for curve in curves {
         if !legend.iter().any(|one| one.label == curve.label) {
-            curve.points.clear();
-            legend.push(curve);
+            legend.push(Curve {
+                points: vec![],
+                ..curve.clone()
+            });
         }
     }
 }
@@ -193,7 +195,7 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
     let mut legend: Vec<Curve> = Vec::new();
     let named = charts.iter().flat_map(|chart| &chart.curves);
     let named = named.filter(|curve| !curve.label.is_empty() && !curve.points.is_empty());
-    add_to_legend(&mut legend, named.cloned());
+    add_to_legend(&mut legend, named);
     for line in &figure.lines {
         legend.push(Curve {
             label: line.label.to_string(),
