@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Domain, Space, brief};
+use stosszahl_model::{Domain, Invalid, Space, brief};
 
 use crate::density::Scheme;
 
@@ -80,15 +80,7 @@ impl Parameters {
 
     pub(crate) fn check(&self) -> Result<(), EngineError> {
         let check = |name, value: f64, good: bool, allowed| {
-            if good {
-                Ok(())
-            } else {
-                Err(EngineError::BadParameter {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
+            Invalid::unless(good, name, value, allowed).map(|_| ())
         };
         let copies = f64::from(self.simulators_per_disk);
         check("simulators_per_disk", copies, copies >= 1.0, "at least 1")?;
@@ -306,9 +298,9 @@ fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
-    /// A law, a size or a box that cannot be.
+    /// A number that a law, a size, a box or a parameter cannot have.
     #[error(transparent)]
-    Invalid(#[from] stosszahl_model::Invalid),
+    Invalid(#[from] Invalid),
     /// Bytes that are no checkpoint of this engine.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
@@ -339,16 +331,6 @@ pub enum EngineError {
         rank: usize,
         /// Why.
         why: String,
-    },
-    /// A parameter has no meaning.
-    #[error("{name} = {value}; allowed: {allowed}", value = brief(*value))]
-    BadParameter {
-        /// Which.
-        name: &'static str,
-        /// What was found.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
     },
     /// Restitution 0 leaves no momentum for a displacement to make up for.
     #[error(

@@ -14,6 +14,8 @@
 //! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is from that is measured by its
 //! fourth cumulant.
 
+use stosszahl_model::Invalid;
+
 pub mod barometric;
 pub mod contact;
 pub mod cooling_state;
@@ -29,8 +31,6 @@ pub use cooling_state::CoolingState;
 pub use elastic_disks::ElasticDisks;
 pub use mixture::{Component, Mixture, Moment, Rates};
 pub use rough::{RoughGas, Temperatures};
-
-use stosszahl_model::Invalid;
 
 /// Why a curve cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -3,9 +3,8 @@
 use std::sync::OnceLock;
 
 use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
-use stosszahl_results::{Table, engine_title};
-
 use stosszahl_model::Invalid;
+use stosszahl_results::{Table, engine_title};
 
 use crate::accuracy;
 use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
