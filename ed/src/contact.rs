@@ -61,6 +61,13 @@ struct Touching {
     until_its_own: f64,
 }
 
+impl Touching {
+    #[inline(always)]
+    fn time(&self) -> f64 {
+        self.c / (self.discriminant.sqrt() - self.b)
+    }
+}
+
 impl Candidates {
     const ROOM: usize = 16;
 
@@ -115,8 +122,8 @@ impl Candidates {
         slides: impl Fn(u32, f64) -> bool,
     ) -> Option<(f64, u32)> {
         let mut found = None;
-        for pair in &self.touching[..std::mem::take(&mut self.count).min(Self::ROOM)] {
-            let time = pair.c / (pair.discriminant.sqrt() - pair.b);
+        for pair in self.spend() {
+            let time = pair.time();
             if time < limit
                 && time <= pair.until_its_own
                 && !(time <= 0.0 && slides(pair.disk, pair.b))
@@ -126,6 +133,22 @@ impl Candidates {
             }
         }
         found
+    }
+
+    /// All of them and their times, whoever they are left to; the candidates are spent.
+    pub(crate) fn all(
+        &mut self,
+        slides: impl Fn(u32, f64) -> bool,
+    ) -> impl Iterator<Item = (f64, u32)> {
+        self.spend().iter().filter_map(move |pair| {
+            let time = pair.time();
+            (!(time <= 0.0 && slides(pair.disk, pair.b))).then_some((time, pair.disk))
+        })
+    }
+
+    #[inline(always)]
+    fn spend(&mut self) -> &[Touching] {
+        &self.touching[..std::mem::take(&mut self.count).min(Self::ROOM)]
     }
 }
 

@@ -3,8 +3,7 @@
 use std::hint::select_unpredictable;
 
 use nalgebra::{Vector2, vector};
-use rayon::prelude::*;
-use stosszahl_model::{Domain, Field, Plane, Sizes, memory};
+use stosszahl_model::{Field, Plane, Sizes, memory};
 
 use crate::calendar::Agenda;
 use crate::cells::{Cell, Cells, NONE, line_of};
@@ -77,88 +76,15 @@ pub(crate) struct Disks<F> {
     pub(crate) motion: Motion<F>,
     pub(crate) cells: Cells,
     /// Coarser grids, if sizes differ much.
-    levels: Option<Levels>,
+    pub(crate) levels: Option<Levels>,
     /// How often a disk has begun to count anew.
     pub(crate) recounts: u64,
-}
-
-/// Fills an empty vector with what is made of each number below a count, by this thread or by all of the present pool.
-fn fill<T: Send>(
-    empty: &mut Vec<T>,
-    count: usize,
-    shared: bool,
-    make: impl Fn(usize) -> T + Send + Sync,
-) {
-    if shared {
-        (0..count).into_par_iter().map(make).collect_into_vec(empty);
-    } else {
-        empty.extend((0..count).map(make));
-    }
 }
 
 /// Disks that fit into a second-level cache of today, at a cache line each.
 const NEAR: usize = 20_000;
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
-    /// the body that each disk is. `unequal` disks may get several grids. `shared`: by all threads of the present pool.
-    pub(crate) fn new(
-        domain: &Domain<Plane>,
-        largest_radius: f64,
-        count: usize,
-        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Send + Sync,
-        unequal: bool,
-        motion: Motion<F>,
-        shared: bool,
-    ) -> (Self, Vec<u32>) {
-        let (lengths, periodic) = (
-            domain.lengths(),
-            [0, 1].map(|axis| domain.is_periodic(axis)),
-        );
-        let (cells, coarse) =
-            Levels::grids(lengths, periodic, 2.0 * largest_radius, count, unequal);
-        let place = |index: usize| {
-            let (cell, _) = cells.locate(body(index).0);
-            cells.place(cell, 1, 1) as u32
-        };
-        let mut order = Vec::new();
-        fill(&mut order, count, shared, |index| {
-            (place(index), index as u32)
-        });
-        if shared {
-            order.par_sort_unstable();
-        } else {
-            order.sort_unstable();
-        }
-        // Within a cell by position, so that nothing depends on how the bodies are numbered.
-        for cell in order.chunk_by_mut(|a, b| a.0 == b.0) {
-            cell.sort_by(|a, b| {
-                let (a, b) = (body(a.1 as usize).0, body(b.1 as usize).0);
-                (a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
-            });
-        }
-        let levels = (!coarse.is_empty()).then(|| {
-            let radii = order.iter().map(|&(_, index)| body(index as usize).2);
-            Levels::new(coarse, &cells, radii)
-        });
-        let mut disks = Self {
-            all: memory::reserved(count),
-            motion,
-            cells,
-            levels,
-            recounts: 0,
-        };
-        fill(&mut disks.all, count, shared, |who| {
-            let (position, velocity, _) = body(order[who].1 as usize);
-            let (cell, offset) = disks.cells.locate(position);
-            Disk::new(cell, offset, velocity)
-        });
-        for who in 0..count as u32 {
-            disks.enter(who);
-        }
-        (disks, order.into_iter().map(|(_, index)| index).collect())
-    }
-
     /// Disks that are in a grid already.
     pub(crate) fn of(all: Vec<Disk>, motion: Motion<F>, cells: Cells) -> Self {
         Self {
@@ -193,7 +119,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    fn enter(&mut self, who: u32) {
+    pub(crate) fn enter(&mut self, who: u32) {
         let (grid, place) = self.listed(who);
         self.all[who as usize].next = grid.set_first(place, who);
     }
@@ -312,10 +238,24 @@ impl<F: Field<Plane>> Disks<F> {
         -b <= 8.0 * f64::EPSILON * distance * relative.norm()
     }
 
+    /// [`Self::slide`] for one disk and each of its candidates.
+    #[inline(always)]
+    pub(crate) fn slides<S: Sizes>(
+        &self,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> impl Fn(u32, f64) -> bool {
+        move |other, b| {
+            let radii = [who, other].map(|disk| sizes.radius(tags[disk as usize]));
+            self.slide(who, other, b, radii[0] + radii[1])
+        }
+    }
+
     /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and cells
     /// by four times the row and the column.
     #[inline(always)]
-    fn open(&self, home: Cell) -> Lists {
+    pub(crate) fn open(&self, home: Cell) -> Lists {
         let (x, y) = self.cells.around(home);
         let mut lists = Lists::new();
         for (row, up) in y.into_iter().enumerate() {
@@ -380,7 +320,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Notes the contact, after a wait, that comes first.
     #[inline(always)]
-    fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
+    pub(crate) fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
             // An overlap by rounding gives a time just before now.
             let contact = self.all[who as usize].clock + wait.max(0.0);
@@ -478,17 +418,41 @@ impl<F: Field<Plane>> Disks<F> {
         levels.ring(&self.cells, home, level, radius, &mut look);
     }
 
-    /// The innermost loop: the earliest contact with the disks of open lists, before the one already known,
-    /// and the number of candidates. The disk itself is among them: without relative motion it is no hit.
+    /// The earliest contact with the disks of open lists, before the one already known, and the number of candidates.
     #[inline(always)]
     fn earliest<S: Sizes>(
+        &self,
+        lists: Lists,
+        candidates: &mut Candidates,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> (Option<(f64, u32)>, u64) {
+        let own = &self.all[who as usize];
+        let mut limit = own.contact - own.clock;
+        let mut best = None;
+        let looked = self.gather(lists, candidates, who, sizes, tags, |candidates| {
+            let found = candidates.earliest(limit, self.slides(who, sizes, tags));
+            if let Some((time, _)) = found {
+                limit = time;
+                best = found;
+            }
+        });
+        (best, looked)
+    }
+
+    /// The innermost loop: candidates from the disks of open lists, which are spent when
+    /// there is no room for more, and at the end; their number. The disk itself is among them: without relative motion it is no hit.
+    #[inline(always)]
+    pub(crate) fn gather<S: Sizes>(
         &self,
         mut lists: Lists,
         candidates: &mut Candidates,
         who: u32,
         sizes: &S,
         tags: &[S::Tag],
-    ) -> (Option<(f64, u32)>, u64) {
+        mut spend: impl FnMut(&mut Candidates),
+    ) -> u64 {
         let own = &self.all[who as usize];
         let (velocity, clock) = (own.velocity, own.clock);
         let [x, y] = self.relative_positions(own.position);
@@ -500,8 +464,6 @@ impl<F: Field<Plane>> Disks<F> {
                 radius + sizes.radius(tags[other as usize])
             }
         };
-        let mut limit = own.contact - clock;
-        let mut best = None;
         loop {
             let mut more = false;
             while !more && let Some((other, cell, disk)) = lists.next(&self.all) {
@@ -512,14 +474,9 @@ impl<F: Field<Plane>> Disks<F> {
                 let until_its_own = disk.contact - clock;
                 more = candidates.add(other, separation, relative, square, until_its_own);
             }
-            let found =
-                candidates.earliest(limit, |other, b| self.slide(who, other, b, distance(other)));
-            if let Some((time, _)) = found {
-                limit = time;
-                best = found;
-            }
+            spend(candidates);
             if !more {
-                return (best, lists.followed());
+                return lists.followed();
             }
         }
     }
@@ -597,7 +554,7 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use stosszahl_model::{Body, Constant, Free, Monodisperse, Scene, Smooth, State};
+    use stosszahl_model::{Body, Constant, Domain, Free, Monodisperse, Scene, Smooth, State};
 
     use super::*;
     use crate::{Calendar, Dissipation, Engine};

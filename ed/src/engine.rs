@@ -10,6 +10,7 @@ use stosszahl_model::{
     Surface,
 };
 
+use crate::arrange::fill;
 use crate::calendar::{Agenda, Buckets, Calendar};
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::contact::Candidates;
@@ -32,6 +33,15 @@ const LEAST_REFRESH: u64 = 100_000;
 /// Diameters flown by a typical disk after which it does so too, in a thin gas: own times are rounded to 1e-16 of
 /// themselves, and so are places to 1e-12 diameters.
 const HORIZON: f64 = 4096.0;
+
+/// How the disks of a checkpoint are ordered.
+#[derive(Clone, Copy)]
+enum Order {
+    /// As those of the start.
+    State,
+    /// By cell, about.
+    Memory,
+}
 
 /// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
 ///
@@ -130,7 +140,8 @@ where
         check_overlaps(&scene, &start.state, boundaries)?;
         let fresh = start.tally == Tally::default();
         let spread = Spread::default();
-        let engine = Self::from_checkpoint(scene, dissipation, start, boundaries.clone(), spread)?;
+        let boundaries = boundaries.clone();
+        let engine = Self::from_checkpoint(scene, dissipation, start, None, boundaries, spread)?;
         // Contacts leave pairs apart by rounding, so only a start can have others.
         if fresh {
             engine.check_pairs(ROUNDING * diameter)?;
@@ -166,11 +177,12 @@ where
         })
     }
 
-    /// Starts from what is known to be sound.
+    /// Starts from what is known to be sound. Its disks may be in another order than the scene's: `which` of these each is.
     pub(crate) fn from_checkpoint(
         scene: P,
         dissipation: Dissipation,
         start: Checkpoint<P>,
+        which: Option<&[u32]>,
         boundaries: Boundaries,
         spread: Spread,
     ) -> Result<Self, EngineError> {
@@ -188,18 +200,19 @@ where
         let pull = scene.field().acceleration().norm();
         let speed = unit_of_speed(&state, (pull * diameter).sqrt());
         let sizes = scene.sizes();
+        let name = |index: usize| which.map_or(index as u32, |which| which[index]);
         let body = |index: usize| {
             let Body {
                 position, velocity, ..
             } = state.bodies[index];
-            let radius = sizes.radius(sizes.tag(index));
+            let radius = sizes.radius(sizes.tag(name(index) as usize));
             (state.domain.wrap(position), velocity / speed, radius)
         };
         let unequal = !P::Sizes::UNIFORM;
         let motion = Motion::new(scene.field(), speed);
         let largest = sizes.largest_radius();
         let shared = spread.strips > 1;
-        let (disks, names) =
+        let (disks, order) =
             Disks::new(&state.domain, largest, count, body, unequal, motion, shared);
         let epoch = state.time;
         let units = Units { speed, epoch };
@@ -216,29 +229,30 @@ where
             ledgers
         };
         let rebounds = if bounded {
-            counted(&rebounds, &names)
+            counted(&rebounds, &order)
         } else {
             Vec::new()
         };
-        let ages = |&name: &u32| match last_contact.get(name as usize) {
+        let ages = |&index: &u32| match last_contact.get(index as usize) {
             Some(last) => (last - state.time) * speed,
             None => f64::NEG_INFINITY,
         };
         let last_contact = match dissipation {
-            Dissipation::ContactTime(_) => names.iter().map(ages).collect(),
+            Dissipation::ContactTime(_) => order.iter().map(ages).collect(),
             _ => Vec::new(),
         };
-        let windings = windings::follow(&state, &windings, &names)?;
+        let windings = windings::follow(&state, &windings, &order)?;
         let unit = typical_time(&disks, diameter, pull / speed / speed);
         let spins = if P::Surface::ROUGH {
-            let spin = |&name: &u32| scaled::<P>(state.bodies[name as usize].spin, 1.0 / speed);
-            names.iter().map(spin).collect()
+            let spin = |&index: &u32| scaled::<P>(state.bodies[index as usize].spin, 1.0 / speed);
+            order.iter().map(spin).collect()
         } else {
             Vec::new()
         };
         let domain = state.domain;
         // What comes now needs as much memory again.
         drop(state);
+        let names: Vec<u32> = order.iter().map(|&index| name(index as usize)).collect();
         let tag = |&name: &u32| scene.sizes().tag(name as usize);
         let mut engine = Self {
             tags: names.iter().map(tag).collect(),
@@ -271,9 +285,7 @@ where
             strips: Vec::new(),
             window: None,
         };
-        for disk in 0..count as u32 {
-            engine.look_around(disk);
-        }
+        engine.look_at_all();
         engine.tally.pushes += count as u64;
         Ok(engine)
     }
@@ -329,14 +341,16 @@ where
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
         self.forget_events();
-        let checkpoint = self.checkpoint();
+        let checkpoint = self.checkpoint_in(Order::Memory);
+        let names = std::mem::take(&mut self.names);
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, motion, false).0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
         let (stop, spread, stale) = (self.stop.clone(), self.spread(), self.stale);
-        *self = Self::from_checkpoint(scene, self.dissipation, checkpoint, boundaries, spread)?;
+        let (dissipation, which) = (self.dissipation, Some(&names[..]));
+        *self = Self::from_checkpoint(scene, dissipation, checkpoint, which, boundaries, spread)?;
         self.progress = progress;
         (self.stop, self.stale) = (stop, stale);
         Ok(())
@@ -349,19 +363,44 @@ where
 
     /// The gas at the present time.
     pub fn state(&self) -> State<P> {
-        let mut bodies = vec![Body::new(Vector2::zeros(), Vector2::zeros()); self.names.len()];
-        for (disk, &name) in self.names.iter().enumerate() {
+        self.state_in(Order::State)
+    }
+
+    fn state_in(&self, order: Order) -> State<P> {
+        let nothing = Body::new(Vector2::zeros(), Vector2::zeros());
+        let body = |disk: usize| {
             let position = self.disks.place(disk as u32, self.now);
             let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
             let mut body = Body::new(self.domain.wrap(position), velocity);
             body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
-            bodies[name as usize] = body;
-        }
+            body
+        };
         State {
             time: self.time,
             domain: self.domain,
-            bodies,
+            bodies: self.of_each(self.names.len(), order, nothing, body),
         }
+    }
+
+    /// Something of each disk, or of none, in an order.
+    fn of_each<T: Clone + Send>(
+        &self,
+        count: usize,
+        order: Order,
+        nothing: T,
+        of: impl Fn(usize) -> T + Send + Sync,
+    ) -> Vec<T> {
+        let mut all = Vec::new();
+        match order {
+            Order::Memory => fill(&mut all, count, self.spread.strips > 1, of),
+            Order::State => {
+                all.resize(count, nothing);
+                for disk in 0..count {
+                    all[self.names[disk] as usize] = of(disk);
+                }
+            }
+        }
+        all
     }
 
     /// The gas at the present time, of an engine that is no longer needed: takes less memory than [`Engine::state`].
@@ -391,26 +430,22 @@ where
 
     /// Everything needed to go on from here.
     pub fn checkpoint(&self) -> Checkpoint<P> {
-        let mut last_contact = vec![0.0; self.last_contact.len()];
-        for (&last, &name) in self.last_contact.iter().zip(&self.names) {
-            last_contact[name as usize] = last / self.speed + self.epoch;
-        }
-        let mut windings = vec![[0; 2]; self.windings.len()];
-        for (disk, (&winding, &name)) in self.windings.iter().zip(&self.names).enumerate() {
+        self.checkpoint_in(Order::State)
+    }
+
+    fn checkpoint_in(&self, order: Order) -> Checkpoint<P> {
+        let last = |disk: usize| self.last_contact[disk] / self.speed + self.epoch;
+        let winding = |disk: usize| {
             // Where the state wraps a position, the winding follows.
             let position = self.disks.place(disk as u32, self.now);
-            let wound = windings::wound(&self.domain, position);
-            windings[name as usize] = windings::add(winding, wound);
-        }
-        let mut rebounds = vec![0; self.rebounds.len()];
-        for (&count, &name) in self.rebounds.iter().zip(&self.names) {
-            rebounds[name as usize] = count;
-        }
+            windings::add(self.windings[disk], windings::wound(&self.domain, position))
+        };
+        let rebounds = |disk: usize| self.rebounds[disk];
         Checkpoint {
-            state: self.state(),
-            rebounds,
-            last_contact,
-            windings,
+            state: self.state_in(order),
+            rebounds: self.of_each(self.rebounds.len(), order, 0, rebounds),
+            last_contact: self.of_each(self.last_contact.len(), order, 0.0, last),
+            windings: self.of_each(self.windings.len(), order, [0; 2], winding),
             tally: self.tally,
             stalled: self.progress.stalled(self.tally.contacts()),
             ledgers: self.ledgers.clone(),
@@ -542,5 +577,34 @@ impl Agenda for NoEvents {
     }
     fn time(&self, _disk: u32) -> f64 {
         f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::disk::tests::lattice;
+
+    /// A fresh start is a new engine from the checkpoint, though it does not take the disks in the order of the state.
+    #[test]
+    fn a_fresh_start_is_a_new_engine() {
+        for strips in [1, 2] {
+            let mut engine = lattice::<Buckets>(100);
+            let disordered = engine.advance(f64::INFINITY, 50_000, &mut ());
+            assert!(!disordered.expect("time"));
+            engine.spread_over(strips);
+            let checkpoint = engine.checkpoint();
+            let scene = engine.scene.clone();
+            let new = Engine::new(scene, Dissipation::Elastic, checkpoint).expect("an engine");
+            engine.start_afresh(f64::INFINITY).expect("a fresh start");
+            assert_eq!(engine.names, new.names);
+            assert_ne!(engine.names, (0..10_000).collect::<Vec<_>>());
+            assert_eq!(engine.tally, new.tally);
+            let known = |engine: &Engine<_, Buckets>| {
+                let disks = engine.disks.all.iter();
+                disks.map(|disk| format!("{disk:?}")).collect::<Vec<_>>()
+            };
+            assert_eq!(known(&engine), known(&new));
+        }
     }
 }

@@ -29,6 +29,7 @@
 //!
 //! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
 
+mod arrange;
 mod both;
 mod calendar;
 mod cells;
@@ -39,6 +40,7 @@ mod disk;
 mod engine;
 mod error;
 mod events;
+mod first_contacts;
 mod foresight;
 mod levels;
 mod lists;

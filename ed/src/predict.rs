@@ -29,7 +29,7 @@ where
 
     /// Improves the predicted contact of a disk, which is up to date, by those with walls and obstacles.
     #[inline(always)]
-    fn look_at_surroundings(&mut self, who: u32) {
+    pub(crate) fn look_at_surroundings(&mut self, who: u32) {
         if !self.surroundings.is_empty() {
             self.look_at_what_is_near(who);
         }

@@ -257,7 +257,8 @@ impl<P: Physics<Space = Plane>> Disks<P> {
             let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
             let (dissipation, spread) = (self.dissipation, self.spread.clone());
-            let engine = Engine::from_checkpoint(scene, dissipation, gas, boundaries, spread)?;
+            let engine =
+                Engine::from_checkpoint(scene, dissipation, gas, None, boundaries, spread)?;
             self.stage = Stage::Flying(Box::new(engine), leg);
         }
         match &mut self.stage {

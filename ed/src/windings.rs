@@ -20,23 +20,23 @@ pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> Winding {
 pub(crate) fn follow<P: Physics<Space = Plane>>(
     state: &State<P>,
     windings: &[Winding],
-    names: &[u32],
+    order: &[u32],
 ) -> Result<Vec<Winding>, EngineError> {
     if windings.is_empty() {
         return Ok(Vec::new());
     }
-    if windings.len() != names.len() {
+    if windings.len() != order.len() {
         return Err(EngineError::WrongCount {
             quantity: "windings",
             found: windings.len(),
-            disks: names.len(),
+            disks: order.len(),
         });
     }
-    let winding = |&name: &u32| {
-        let at = state.bodies[name as usize].position;
-        add(windings[name as usize], wound(&state.domain, at))
+    let winding = |&index: &u32| {
+        let at = state.bodies[index as usize].position;
+        add(windings[index as usize], wound(&state.domain, at))
     };
-    Ok(names.iter().map(winding).collect())
+    Ok(order.iter().map(winding).collect())
 }
 
 pub(crate) fn add(one: Winding, other: Winding) -> Winding {

@@ -343,11 +343,20 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
         let window = strip.window.as_ref();
         !disk.is_absent() && window.is_some_and(|window| window.place.owns(disk.home[1]))
     };
-    let owner = |disk: usize| strips.iter().position(|strip| owns(strip, disk));
+    // Mostly the strip in whose rows a disk was when the gas was put together last.
+    let mut of_row = vec![0_u8; usize::from(whole.disks.cells.counts()[1])];
+    for (number, strip) in (0..).zip(strips) {
+        let rows = strip.window.iter().flat_map(|its| its.place.core.clone());
+        rows.for_each(|row| of_row[row as usize] = number);
+    }
     let mut owners = vec![0; whole.disks.all.len()];
     let each = whole.disks.all.par_iter_mut().zip(&mut owners).enumerate();
     each.for_each(|(disk, (its, place))| {
-        let owner = owner(disk).unwrap_or_default();
+        let near = of_row[usize::from(its.home[1])];
+        let all = 0..strips.len();
+        let mut likely = std::iter::once(usize::from(near)).chain(all);
+        let owner = likely.find(|&strip| owns(&strips[strip], disk));
+        let owner = owner.unwrap_or_default();
         debug_assert!(owns(&strips[owner], disk));
         *its = strips[owner].disks.all[disk];
         *place = owner as u8;

@@ -46,7 +46,8 @@ impl<'a> Logs<'a> {
         let times = iter::once(f64::NEG_INFINITY)
             .chain(times)
             .chain(iter::once(f64::INFINITY));
-        let bounds = times.map(|time| {
+        let times: Vec<f64> = times.collect();
+        let bounds = times.par_iter().map(|&time| {
             let before = |log: &&[Contact]| log.partition_point(|its| its.now < time);
             logs.iter().map(before).collect()
         });
@@ -73,16 +74,9 @@ impl<'a> Logs<'a> {
     fn nth(&self, index: usize) -> Contact {
         let number = self.begins.partition_point(|begin| *begin <= index) - 1;
         let (part, index) = (&self.parts[number], index - self.begins[number]);
-        // Its time is the first of all up to which there are more.
-        let until = |time: f64| -> usize {
-            let its = |log: &&[Contact]| log.partition_point(|its| its.now <= time);
-            part.iter().map(its).sum()
-        };
-        let first = |log: &&[Contact]| {
-            let place = log.partition_point(|its| until(its.now) <= index);
-            log.get(place).map(|its| its.now)
-        };
-        let time = part.iter().filter_map(first).fold(f64::INFINITY, f64::min);
+        let times = part.iter().copied().flatten().map(|its| its.now);
+        let mut times: Vec<f64> = times.collect();
+        let time = *times.select_nth_unstable_by(index, f64::total_cmp).1;
         let mut before = 0;
         let simultaneous = part.iter().map(|log| {
             let begin = log.partition_point(|its| its.now < time);
@@ -157,8 +151,11 @@ where
         let logs = Logs::new(&logs);
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
-        for number in Progress::counts(before + 1, before + logs.len() as u64) {
-            let contact = logs.nth((number - before - 1) as usize);
+        let counts = Progress::counts(before + 1, before + logs.len() as u64);
+        let counts: Vec<u64> = counts.collect();
+        let contact = |&number: &u64| (number, logs.nth((number - before - 1) as usize));
+        let counted: Vec<_> = counts.par_iter().map(contact).collect();
+        for (number, contact) in counted {
             // What is feeble is left to an engine alone.
             let latest = self.latest(contact.pair, contact.now);
             if progress.usual_collision(number, &latest) {

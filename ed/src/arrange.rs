@@ -1,0 +1,91 @@
+//! Bodies sorted into a grid and in memory.
+
+use nalgebra::Vector2;
+use rayon::prelude::*;
+use stosszahl_model::{Domain, Field, Plane, memory};
+
+use crate::disk::{Disk, Disks};
+use crate::levels::Levels;
+use crate::motion::Motion;
+
+/// Fills an empty vector with what is made of each number below a count, by this thread or by all of the present pool.
+pub(crate) fn fill<T: Send>(
+    empty: &mut Vec<T>,
+    count: usize,
+    shared: bool,
+    make: impl Fn(usize) -> T + Send + Sync,
+) {
+    if shared {
+        (0..count).into_par_iter().map(make).collect_into_vec(empty);
+    } else {
+        empty.extend((0..count).map(make));
+    }
+}
+
+impl<F: Field<Plane>> Disks<F> {
+    /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
+    /// the body that each disk is. `unequal` disks may get several grids. `shared`: by all threads of the present pool.
+    pub(crate) fn new(
+        domain: &Domain<Plane>,
+        largest_radius: f64,
+        count: usize,
+        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Send + Sync,
+        unequal: bool,
+        motion: Motion<F>,
+        shared: bool,
+    ) -> (Self, Vec<u32>) {
+        let (lengths, periodic) = (
+            domain.lengths(),
+            [0, 1].map(|axis| domain.is_periodic(axis)),
+        );
+        let (cells, coarse) =
+            Levels::grids(lengths, periodic, 2.0 * largest_radius, count, unequal);
+        let place = |index: usize| {
+            let (cell, _) = cells.locate(body(index).0);
+            cells.place(cell, 1, 1) as u32
+        };
+        let mut order = Vec::new();
+        fill(&mut order, count, shared, |index| {
+            (place(index), index as u32)
+        });
+        if shared {
+            order.par_sort_unstable();
+        } else {
+            order.sort_unstable();
+        }
+        // Within a cell by position, so that nothing depends on how the bodies are numbered.
+        let by_position = |cell: &mut [(u32, u32)]| {
+            cell.sort_by(|a, b| {
+                let (a, b) = (body(a.1 as usize).0, body(b.1 as usize).0);
+                (a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
+            });
+        };
+        if shared {
+            order
+                .par_chunk_by_mut(|a, b| a.0 == b.0)
+                .for_each(by_position);
+        } else {
+            order.chunk_by_mut(|a, b| a.0 == b.0).for_each(by_position);
+        }
+        let levels = (!coarse.is_empty()).then(|| {
+            let radii = order.iter().map(|&(_, index)| body(index as usize).2);
+            Levels::new(coarse, &cells, radii)
+        });
+        let mut disks = Self {
+            all: memory::reserved(count),
+            motion,
+            cells,
+            levels,
+            recounts: 0,
+        };
+        fill(&mut disks.all, count, shared, |who| {
+            let (position, velocity, _) = body(order[who].1 as usize);
+            let (cell, offset) = disks.cells.locate(position);
+            Disk::new(cell, offset, velocity)
+        });
+        for who in 0..count as u32 {
+            disks.enter(who);
+        }
+        (disks, order.into_iter().map(|(_, index)| index).collect())
+    }
+}

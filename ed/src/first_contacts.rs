@@ -1,0 +1,180 @@
+//! The contacts of all disks of a start.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use stosszahl_model::{Field, Physics, Plane, Sizes};
+
+use crate::calendar::Calendar;
+use crate::contact::Candidates;
+use crate::disk::Disks;
+use crate::engine::Engine;
+
+/// Disks whose contacts are found by one thread at a time, and groups of so many that are kept until they are chosen from.
+const GROUP: usize = 1024;
+const GROUPS: usize = 64;
+
+/// What is ahead of a group of disks.
+#[derive(Default)]
+struct Ahead {
+    /// All contacts, after a wait, of one disk after the other.
+    contacts: Vec<(f64, u32)>,
+    /// Where those of each disk end.
+    ends: Vec<usize>,
+    /// Candidates that were looked at.
+    looked: u64,
+}
+
+impl<P, Q> Engine<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
+    /// Predicts the next contacts of all disks, which know of none, as if one looked around after the other: of each the
+    /// earliest that is not left to a disk before it.
+    ///
+    /// What there is to choose from does not depend on the order, so that all threads look for it if the gas is spread over them.
+    pub(crate) fn look_at_all(&mut self) {
+        let count = self.disks.all.len();
+        if self.disks.hierarchical() {
+            (0..count as u32).for_each(|disk| self.look_around(disk));
+            return;
+        }
+        let mut groups: Vec<Ahead> = Vec::new();
+        for first in (0..count).step_by(GROUP * GROUPS) {
+            let last = count.min(first + GROUP * GROUPS);
+            groups.resize_with((last - first).div_ceil(GROUP), Ahead::default);
+            let begins = (first..last).step_by(GROUP);
+            let look = |(group, begin): (&mut Ahead, usize)| {
+                self.look_ahead(begin..last.min(begin + GROUP), group);
+            };
+            if self.spread.strips > 1 {
+                let begins = begins.collect::<Vec<_>>();
+                groups.par_iter_mut().zip(begins).for_each(look);
+            } else {
+                groups.iter_mut().zip(begins).for_each(look);
+            }
+            let mut disk = first as u32;
+            for group in &groups {
+                self.tally.predictions += group.looked;
+                let mut begin = 0;
+                for &end in &group.ends {
+                    (self.disks).expect_earliest(disk, &group.contacts[begin..end]);
+                    self.look_at_surroundings(disk);
+                    (begin, disk) = (end, disk + 1);
+                }
+            }
+        }
+    }
+
+    /// Finds what is ahead of some disks.
+    fn look_ahead(&self, disks: Range<usize>, group: &mut Ahead) {
+        group.contacts.clear();
+        group.ends.clear();
+        group.looked = 0;
+        let mut candidates = self.candidates.clone();
+        for disk in disks {
+            group.looked += self.disks.contacts(
+                &mut candidates,
+                disk as u32,
+                self.scene.sizes(),
+                &self.tags,
+                &mut group.contacts,
+            );
+            group.ends.push(group.contacts.len());
+        }
+    }
+}
+
+impl<F: Field<Plane>> Disks<F> {
+    /// Finds all contacts with the disks around one, in a single grid, after a wait and in the order of their lists. The number of
+    /// candidates.
+    fn contacts<S: Sizes>(
+        &self,
+        candidates: &mut Candidates,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+        all: &mut Vec<(f64, u32)>,
+    ) -> u64 {
+        let lists = self.open(self.home(who));
+        self.gather(lists, candidates, who, sizes, tags, |candidates| {
+            all.extend(candidates.all(self.slides(who, sizes, tags)));
+        })
+    }
+
+    /// Notes the earliest of some contacts that is not left to its partner.
+    fn expect_earliest(&mut self, who: u32, contacts: &[(f64, u32)]) {
+        let clock = self.all[who as usize].clock;
+        let (mut limit, mut best) = (f64::INFINITY, None);
+        for &(wait, other) in contacts {
+            if wait < limit && wait <= self.all[other as usize].contact - clock {
+                limit = wait;
+                best = Some((wait, other));
+            }
+        }
+        self.expect_first(who, best);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Buckets;
+    use crate::cells::NONE;
+    use crate::disk::VOID;
+    use crate::disk::tests::lattice;
+
+    use super::*;
+
+    /// All at once, by one thread or more, as one after the other, bit by bit: some contacts are left to the other disk. More disks than are kept
+    /// at a time.
+    #[test]
+    fn all_at_once_is_one_after_the_other() {
+        let mut engine = lattice::<Buckets>(260);
+        engine
+            .advance(f64::INFINITY, 50_000, &mut ())
+            .expect("disorder");
+        for disk in 0..engine.disks.all.len() as u32 {
+            engine.disks.advance(disk, engine.now);
+        }
+        let forget = |engine: &mut Engine<_, Buckets>| {
+            engine.tally.predictions = 0;
+            for disk in &mut engine.disks.all {
+                disk.contact = f64::INFINITY;
+                (disk.partner, disk.partner_count) = (NONE, VOID);
+            }
+        };
+        let known = |engine: &Engine<_, Buckets>| {
+            let disks = engine.disks.all.iter();
+            let contacts: Vec<_> = disks
+                .map(|disk| (disk.contact, disk.partner, disk.partner_count))
+                .collect();
+            (contacts, engine.tally.predictions)
+        };
+        forget(&mut engine);
+        for disk in 0..engine.disks.all.len() as u32 {
+            engine.look_around(disk);
+        }
+        let one_by_one = known(&engine);
+        for strips in [1, 2] {
+            forget(&mut engine);
+            engine.spread_over(strips);
+            engine.look_at_all();
+            assert!(known(&engine) == one_by_one);
+        }
+        // The earliest contact of each disk, whoever it is left to, would be others.
+        let mut contacts = Vec::new();
+        let left = (0..engine.disks.all.len() as u32).filter(|&disk| {
+            contacts.clear();
+            let (sizes, tags) = (engine.scene.sizes(), &engine.tags);
+            let mut candidates = engine.candidates.clone();
+            (engine.disks).contacts(&mut candidates, disk, sizes, tags, &mut contacts);
+            let earliest = contacts
+                .iter()
+                .map(|its| its.0)
+                .fold(f64::INFINITY, f64::min);
+            engine.disks.all[disk as usize].contact > engine.now + earliest
+        });
+        assert!(left.count() > 1000);
+    }
+}
