@@ -96,6 +96,16 @@ where
         }
     }
 
+    /// Lets a disk fly through its partner, in the rim of a halo, where nothing is counted.
+    #[cold]
+    pub(crate) fn miss_partner(&mut self, who: u32) {
+        let disk = &mut self.disks.all[who as usize];
+        disk.contact = f64::INFINITY;
+        disk.partner = NONE;
+        let time = self.disks.time(who);
+        self.calendar.push(Entry { time, disk: who });
+    }
+
     #[inline(always)]
     fn schedule(&mut self, who: u32) {
         let time = self.disks.time(who);

@@ -40,7 +40,7 @@ use window::SEAM;
 pub(crate) use window::{Given, Window};
 
 /// Cost of a window, in collisions of each disk: halos, logs, and that threads wait for each other.
-const COST: f64 = 0.009;
+const COST: f64 = 0.0065;
 
 /// Rows of the halo beyond the seam that a window of one collision of each disk needs: the first guess.
 const FIRST_DEPTH: f64 = 20.0;
