@@ -582,29 +582,88 @@ impl Agenda for NoEvents {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::disk::tests::lattice;
+    use nalgebra::vector;
+    use stosszahl_model::walls::{Face, Wall, Walls};
+    use stosszahl_model::{Constant, Free, Polydisperse, Rough, Scene};
 
-    /// A fresh start is a new engine from the checkpoint, though it does not take the disks in the order of the state.
+    use super::*;
+
+    /// A fresh start is a new engine from the checkpoint, though it does not take the disks in the order of the state: unequal rough disks between
+    /// walls, with image flags and times of last contact.
     #[test]
     fn a_fresh_start_is_a_new_engine() {
-        for strips in [1, 2] {
-            let mut engine = lattice::<Buckets>(100);
-            let disordered = engine.advance(f64::INFINITY, 50_000, &mut ());
-            assert!(!disordered.expect("time"));
-            engine.spread_over(strips);
-            let checkpoint = engine.checkpoint();
-            let scene = engine.scene.clone();
-            let new = Engine::new(scene, Dissipation::Elastic, checkpoint).expect("an engine");
-            engine.start_afresh(f64::INFINITY).expect("a fresh start");
-            assert_eq!(engine.names, new.names);
-            assert_ne!(engine.names, (0..10_000).collect::<Vec<_>>());
-            assert_eq!(engine.tally, new.tally);
-            let known = |engine: &Engine<_, Buckets>| {
-                let disks = engine.disks.all.iter();
-                disks.map(|disk| format!("{disk:?}")).collect::<Vec<_>>()
+        const SIDE: u32 = 60;
+        // A large disk in every sixth row and column, and none next to it.
+        let sites = (0..SIDE * SIDE).filter_map(|site| {
+            let (x, y) = (site % SIDE, site / SIDE);
+            let from_large = [x % 6, y % 6]
+                .map(|step| step.abs_diff(3))
+                .into_iter()
+                .max();
+            let radius = match from_large {
+                Some(0) => 1.3,
+                Some(1) => return None,
+                _ => 0.3 + 0.2 * f64::from(site).sin().abs(),
             };
-            assert_eq!(known(&engine), known(&new));
+            let place = vector![f64::from(x), f64::from(y)].add_scalar(0.5) * 1.2;
+            let angle = f64::from(site) * f64::from(site);
+            let mut body = Body::new(place, vector![angle.sin(), angle.cos()]);
+            body.spin = vector![angle.sin()];
+            Some((body, (radius, radius * radius)))
+        });
+        let (bodies, sizes): (Vec<_>, Vec<_>) = sites.unzip();
+        let scene = Scene {
+            space: Plane,
+            surface: Rough::new(0.3, 0.5).expect("a surface"),
+            restitution: Constant::new(0.9).expect("a law"),
+            sizes: Polydisperse::new(sizes).expect("sizes"),
+            field: Free,
+        };
+        let wall = || Face::Wall(Wall::specular());
+        let faces = [[Face::Periodic, Face::Periodic], [wall(), wall()]];
+        let boundaries = Boundaries {
+            walls: Walls::new(&faces).expect("walls"),
+            ..Boundaries::periodic()
+        };
+        let length = 1.2 * f64::from(SIDE);
+        let state = State {
+            time: 0.0,
+            domain: boundaries
+                .walls
+                .domain(vector![length, length])
+                .expect("a box"),
+            bodies,
+        };
+        let start = Checkpoint {
+            windings: vec![[0; 2]; state.bodies.len()],
+            ..Checkpoint::from(state)
+        };
+        let dissipation = Dissipation::ContactTime(1e-3);
+        let engine = |start| {
+            Engine::<_>::between(scene.clone(), dissipation, start, &boundaries).expect("an engine")
+        };
+        for strips in [1, 2] {
+            let mut old = engine(start.clone());
+            let disordered = old.advance(f64::INFINITY, 50_000, &mut ());
+            assert!(!disordered.expect("time"));
+            old.spread_over(strips);
+            let new = engine(old.checkpoint());
+            let names = old.names.clone();
+            old.start_afresh(f64::INFINITY).expect("a fresh start");
+            assert_ne!(old.names, names);
+            assert_eq!(old.names, new.names);
+            assert_eq!(old.tags, new.tags);
+            assert_eq!(old.tally, new.tally);
+            let each = |engine: &Engine<_>| {
+                let (spins, last) = (&engine.spins, &engine.last_contact);
+                let (rebounds, windings) = (&engine.rebounds, &engine.windings);
+                let (disks, levels) = (&engine.disks.all, &engine.disks.levels);
+                format!("{disks:?} {levels:?} {spins:?} {last:?} {rebounds:?} {windings:?}")
+            };
+            assert!(each(&old) == each(&new));
+            assert!(old.disks.hierarchical());
+            assert!(old.rebounds.iter().any(|&count| count > 0));
+            assert!(old.windings.iter().any(|winding| winding[0] != 0));
         }
     }
 }
