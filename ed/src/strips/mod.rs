@@ -2,7 +2,7 @@
 //!
 //! The box is cut into strips of rows of cells. Each thread simulates one strip and a halo of rows on each side, alone, for a window of
 //! time. What comes in through the outer edge of a halo is missing, so that its events are wrong, first
-//! there, then farther in. When all strips have reached the end of the window, the histories of neighbours are compared event by event in a seam
+//! there, then farther in. In its outermost row, the rim, disks fly through each other: their contacts would be wrong at once. When all strips have reached the end of the window, the histories of neighbours are compared event by event in a seam
 //! of four rows at the edge between them. Where they agree, the events of the rows below the edge in one strip and above it in the other
 //! together are those of one engine for the whole gas, and each strip gets its halos anew from its neighbours. Where they do not agree, the gas goes
 //! back to where it was put together last, does the windows since then once more, in the same strips, and the wrong one again, shorter.
