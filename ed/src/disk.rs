@@ -209,12 +209,18 @@ impl<F: Field<Plane>> Disks<F> {
         let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
         let line =
             one.position - other.position + self.cells.between(self.home(first), self.home(second));
-        if self.cells.narrow() {
+        let line = if self.cells.narrow() {
             let relative = one.velocity - other.velocity;
             self.cells.approached_image(line, relative, distance)
         } else {
             line
-        }
+        };
+        debug_assert!(
+            (line.norm() - distance).abs() <= 1e-6 * distance + 2e-9,
+            "disks {first} and {second} collide at a distance of {}, not {distance}",
+            line.norm()
+        );
+        line
     }
 
     /// Whether there are several grids.
@@ -435,8 +441,8 @@ impl<F: Field<Plane>> Disks<F> {
         (best, looked)
     }
 
-    /// The innermost loop: candidates from the disks of open lists, which are spent when
-    /// there is no room for more, and at the end; their number. The disk itself is among them: without relative motion it is no hit.
+    /// The innermost loop: candidates from the disks of open lists, which are spent when there is no room for more, and at the end;
+    /// their number. The disk itself is among them: without relative motion it is no hit.
     #[inline(always)]
     pub(crate) fn gather<S: Sizes>(
         &self,

@@ -117,10 +117,6 @@ where
             self.now = entry.time;
             let (partner, partner_count) = (disk.partner, disk.partner_count);
             if logs {
-                if self.is_in_rim(entry.disk, partner) {
-                    self.miss_partner(entry.disk);
-                    continue;
-                }
                 self.log_before(entry.disk);
             }
             let mut touched = [entry.disk, NONE];

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
 use stosszahl_model::{Field, Physics, Plane, Sizes};
 
+use crate::arrange::fill;
 use crate::calendar::Calendar;
 use crate::contact::Candidates;
 use crate::disk::Disks;
@@ -40,20 +40,19 @@ where
             (0..count as u32).for_each(|disk| self.look_around(disk));
             return;
         }
-        let mut groups: Vec<Ahead> = Vec::new();
+        let shared = self.spread.strips > 1;
         for first in (0..count).step_by(GROUP * GROUPS) {
             let last = count.min(first + GROUP * GROUPS);
-            groups.resize_with((last - first).div_ceil(GROUP), Ahead::default);
-            let begins = (first..last).step_by(GROUP);
-            let look = |(group, begin): (&mut Ahead, usize)| {
-                self.look_ahead(begin..last.min(begin + GROUP), group);
-            };
-            if self.spread.strips > 1 {
-                let begins = begins.collect::<Vec<_>>();
-                groups.par_iter_mut().zip(begins).for_each(look);
-            } else {
-                groups.iter_mut().zip(begins).for_each(look);
-            }
+            let mut groups = Vec::new();
+            fill(
+                &mut groups,
+                (last - first).div_ceil(GROUP),
+                shared,
+                |group| {
+                    let begin = first + group * GROUP;
+                    self.look_ahead(begin..last.min(begin + GROUP))
+                },
+            );
             let mut disk = first as u32;
             for group in &groups {
                 self.tally.predictions += group.looked;
@@ -67,22 +66,21 @@ where
         }
     }
 
-    /// Finds what is ahead of some disks.
-    fn look_ahead(&self, disks: Range<usize>, group: &mut Ahead) {
-        group.contacts.clear();
-        group.ends.clear();
-        group.looked = 0;
+    /// What is ahead of some disks.
+    fn look_ahead(&self, disks: Range<usize>) -> Ahead {
+        let mut ahead = Ahead::default();
         let mut candidates = self.candidates.clone();
         for disk in disks {
-            group.looked += self.disks.contacts(
+            ahead.looked += self.disks.contacts(
                 &mut candidates,
                 disk as u32,
                 self.scene.sizes(),
                 &self.tags,
-                &mut group.contacts,
+                &mut ahead.contacts,
             );
-            group.ends.push(group.contacts.len());
+            ahead.ends.push(ahead.contacts.len());
         }
+        ahead
     }
 }
 
@@ -121,7 +119,6 @@ impl<F: Field<Plane>> Disks<F> {
 mod tests {
     use crate::Buckets;
     use crate::cells::NONE;
-    use crate::disk::VOID;
     use crate::disk::tests::lattice;
 
     use super::*;
@@ -139,9 +136,8 @@ mod tests {
         }
         let forget = |engine: &mut Engine<_, Buckets>| {
             engine.tally.predictions = 0;
-            for disk in &mut engine.disks.all {
-                disk.contact = f64::INFINITY;
-                (disk.partner, disk.partner_count) = (NONE, VOID);
+            for disk in 0..engine.disks.all.len() as u32 {
+                engine.disks.expect_contact(disk, f64::INFINITY, NONE);
             }
         };
         let known = |engine: &Engine<_, Buckets>| {

@@ -59,9 +59,7 @@ where
 
     /// Predicts the next contact of a disk that is up to date, from nothing.
     pub(crate) fn look_around(&mut self, who: u32) {
-        let disk = &mut self.disks.all[who as usize];
-        disk.contact = f64::INFINITY;
-        disk.partner = NONE;
+        self.disks.expect_contact(who, f64::INFINITY, NONE);
         self.search(who, None);
     }
 
@@ -94,16 +92,6 @@ where
             self.predict(first);
             self.predict(second);
         }
-    }
-
-    /// Lets a disk fly through its partner, in the rim of a halo, where nothing is counted.
-    #[cold]
-    pub(crate) fn miss_partner(&mut self, who: u32) {
-        let disk = &mut self.disks.all[who as usize];
-        disk.contact = f64::INFINITY;
-        disk.partner = NONE;
-        let time = self.disks.time(who);
-        self.calendar.push(Entry { time, disk: who });
     }
 
     #[inline(always)]

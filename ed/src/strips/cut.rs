@@ -355,8 +355,9 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
         let near = of_row[usize::from(its.home[1])];
         let all = 0..strips.len();
         let mut likely = std::iter::once(usize::from(near)).chain(all);
-        let owner = likely.find(|&strip| owns(&strips[strip], disk));
-        let owner = owner.unwrap_or_default();
+        let owner = likely
+            .find(|&strip| owns(&strips[strip], disk))
+            .unwrap_or_default();
         debug_assert!(owns(&strips[owner], disk));
         *its = strips[owner].disks.all[disk];
         *place = owner as u8;

@@ -43,10 +43,10 @@ impl<'a> Logs<'a> {
         let longest = longest.copied().unwrap_or_default();
         let parts = 1 + all / PART;
         let times = (1..parts).map(|part| longest[longest.len() * part / parts].now);
-        let times = iter::once(f64::NEG_INFINITY)
+        let times: Vec<f64> = iter::once(f64::NEG_INFINITY)
             .chain(times)
-            .chain(iter::once(f64::INFINITY));
-        let times: Vec<f64> = times.collect();
+            .chain(iter::once(f64::INFINITY))
+            .collect();
         let bounds = times.par_iter().map(|&time| {
             let before = |log: &&[Contact]| log.partition_point(|its| its.now < time);
             logs.iter().map(before).collect()
@@ -151,8 +151,7 @@ where
         let logs = Logs::new(&logs);
         let mut progress = self.progress.clone();
         let before = self.tally.contacts();
-        let counts = Progress::counts(before + 1, before + logs.len() as u64);
-        let counts: Vec<u64> = counts.collect();
+        let counts: Vec<u64> = Progress::counts(before + 1, before + logs.len() as u64).collect();
         let contact = |&number: &u64| (number, logs.nth((number - before - 1) as usize));
         let counted: Vec<_> = counts.par_iter().map(contact).collect();
         for (number, contact) in counted {

@@ -2,7 +2,7 @@
 //!
 //! The box is cut into strips of rows of cells. Each thread simulates one strip and a halo of rows on each side, alone, for a window of
 //! time. What comes in through the outer edge of a halo is missing, so that its events are wrong, first
-//! there, then farther in. In its outermost row, the rim, disks fly through each other: their contacts would be wrong at once. When all strips have reached the end of the window, the histories of neighbours are compared event by event in a seam
+//! there, then farther in. When all strips have reached the end of the window, the histories of neighbours are compared event by event in a seam
 //! of four rows at the edge between them. Where they agree, the events of the rows below the edge in one strip and above it in the other
 //! together are those of one engine for the whole gas, and each strip gets its halos anew from its neighbours. Where they do not agree, the gas goes
 //! back to where it was put together last, does the windows since then once more, in the same strips, and the wrong one again, shorter.
@@ -40,7 +40,7 @@ use window::SEAM;
 pub(crate) use window::{Given, Window};
 
 /// Cost of a window, in collisions of each disk: halos, logs, and that threads wait for each other.
-const COST: f64 = 0.0065;
+const COST: f64 = 0.009;
 
 /// Rows of the halo beyond the seam that a window of one collision of each disk needs: the first guess.
 const FIRST_DEPTH: f64 = 20.0;

@@ -85,8 +85,6 @@ pub(crate) struct Window<P: Physics> {
     is_near: Vec<bool>,
     /// Whether a disk in a row may not be right: in halos, and in the empty rows beyond that disks have flown to.
     pub(super) is_foreign: Vec<bool>,
-    /// Whether a row is the outermost of a halo, or beyond it.
-    is_rim: Vec<bool>,
     /// Whether those of the present row can; then, before its event: the row, whether it counts here, and what was done.
     near: bool,
     row: i32,
@@ -118,7 +116,6 @@ impl<P: Physics<Space = Plane>> Window<P> {
             latest: f64::NEG_INFINITY,
             most: [u64::MAX; 2],
             is_near: Vec::new(),
-            is_rim: vec![true; rows_in_box],
             is_foreign: vec![false; rows_in_box],
             near: false,
             row: 0,
@@ -134,14 +131,6 @@ impl<P: Physics<Space = Plane>> Window<P> {
         window.is_near = (0..rows_in_box as i32).map(is_near).collect();
         for row in place.rows().filter(|row| !place.owns(*row)) {
             window.is_foreign[usize::from(row)] = true;
-        }
-        let halo = place.halo - 1;
-        let within = Place {
-            halo,
-            ..place.clone()
-        };
-        for row in within.rows() {
-            window.is_rim[usize::from(row)] = false;
         }
         window
     }
@@ -193,19 +182,6 @@ where
     pub(crate) fn is_log_full(&self) -> bool {
         let window = self.window.as_ref();
         self.has_most_contacts() || window.is_some_and(|window| window.events > window.most[0])
-    }
-
-    /// Whether a disk and its partner are both in the rim of a halo. What happens there is wrong at once, so that these contacts are left
-    /// out; but disks are there, so that those of the next row meet some. Never inlined: the loop over events keeps its registers.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn is_in_rim(&self, disk: u32, partner: u32) -> bool {
-        let is_in_rim = |disk: &Disk| {
-            let window = self.window.as_ref();
-            window.is_some_and(|window| window.is_rim[usize::from(disk.home[1])])
-        };
-        let partner = self.disks.all.get(partner as usize);
-        partner.is_some_and(is_in_rim) && is_in_rim(&self.disks.all[disk as usize])
     }
 
     /// Before an event of a disk.
