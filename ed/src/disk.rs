@@ -1,6 +1,7 @@
 //! The disks in their cells: where they are, and what happens to each next.
 
 use std::hint::select_unpredictable;
+use std::iter;
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::{Field, Plane, Sizes, memory};
@@ -265,6 +266,12 @@ impl<F: Field<Plane>> Disks<F> {
             }
         }
         lists
+    }
+
+    /// The disks in the nine cells around one, and itself.
+    pub(crate) fn around(&self, who: u32) -> impl Iterator<Item = (u32, &Disk)> {
+        let mut lists = self.open(self.home(who));
+        iter::from_fn(move || lists.next(&self.all)).map(|(number, _, disk)| (number, disk))
     }
 
     /// Opens the lists of the three of them that are one step along an axis, forward or backward.
@@ -559,7 +566,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::{Calendar, Dissipation, Engine};
 
-    type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
+    pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
     /// Elastic unit disks in a square periodic box.
     pub(crate) fn gas<Q: Calendar>(length: f64, bodies: Vec<Body<Scenery>>) -> Engine<Scenery, Q> {

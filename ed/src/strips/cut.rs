@@ -18,8 +18,8 @@ use crate::engine::Engine;
 use crate::progress::Progress;
 use crate::windings::Winding;
 
-/// Rows in a halo at the least: the seam, and as many again as wrong events may come into.
-pub(super) const LEAST_HALO: i32 = 6;
+/// Rows in a halo at the least: the seam, and four that wrong events may come into.
+pub(super) const LEAST_HALO: i32 = 5;
 
 /// Where the rows of cells of a strip lie.
 #[derive(Clone, Debug)]

@@ -11,9 +11,9 @@ use crate::disk::{Disk, VOID};
 use crate::engine::Engine;
 use crate::progress::Latest;
 
-/// Rows of cells on each side of an edge whose history two strips must agree on. An event in one row changes and reads
-/// what is at most two rows away.
-pub(super) const SEAM: i32 = 2;
+/// Rows of cells on each side of an edge whose history two strips must agree on: what becomes of a disk follows from what is at most one row
+/// from where it is then.
+pub(super) const SEAM: i32 = 1;
 
 /// A boundary between two strips, before a row of cells.
 #[derive(Clone, Debug)]
@@ -38,6 +38,11 @@ pub(super) struct Trace<S> {
     contact: f64,
     partner: u32,
     partner_count: u16,
+    count: u16,
+    /// Time of its last contact, where that is kept.
+    last_contact: Option<f64>,
+    /// A number for all disks that were its candidates, if the event was on the other side of the edge.
+    candidates: u64,
 }
 
 /// A contact of a disk, with another or with what stands in the box.
@@ -238,11 +243,12 @@ where
             {
                 *sum = mixed(mixed(*sum, self.now.to_bits()), u64::from(who));
             }
-            let within = |row: i32| (-SEAM..SEAM).contains(&above(row));
-            let row_of = |disk: u32| i32::from(self.disks.home(disk)[1]);
-            if within(window.row) || changed.clone().any(|disk| within(row_of(disk))) {
-                edge.seam
-                    .extend(changed.clone().map(|disk| self.trace(disk)));
+            for disk in changed.clone() {
+                let row = above(i32::from(self.disks.home(disk)[1]));
+                if (-SEAM..SEAM).contains(&row) {
+                    let is_beyond = (row < 0) != (above(window.row) < 0);
+                    edge.seam.push(self.trace(disk, is_beyond));
+                }
             }
         }
         self.window = Some(window);
@@ -293,7 +299,7 @@ where
     }
 
     /// What is now known of a disk.
-    fn trace(&self, who: u32) -> Trace<SpinOf<P>> {
+    fn trace(&self, who: u32, is_beyond: bool) -> Trace<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
         // One that has collided since may be anywhere, and is as good as none.
         let is_lost = |partner: &Disk| partner.count != disk.partner_count;
@@ -313,7 +319,30 @@ where
             contact: disk.contact,
             partner,
             partner_count,
+            count: disk.count,
+            last_contact: self.last_contact.get(who as usize).copied(),
+            candidates: if is_beyond {
+                self.candidates_of(who)
+            } else {
+                0
+            },
         }
+    }
+
+    /// A number for the disks in the cells around one: who they are, and what is known of them.
+    fn candidates_of(&self, who: u32) -> u64 {
+        self.disks.around(who).fold(0, |sum, (number, disk)| {
+            let real = [
+                disk.position[0],
+                disk.position[1],
+                disk.velocity[0],
+                disk.velocity[1],
+                disk.clock,
+                disk.contact,
+            ];
+            let real = real.map(f64::to_bits).into_iter();
+            real.fold(mixed(sum, u64::from(number)), mixed)
+        })
     }
 }
 

@@ -270,23 +270,6 @@ fn walls_obstacles_gravity_and_spin() {
     );
 }
 
-/// Calendars change their buckets while a gas cools, and file all events anew. A strip has forgotten those of disks that left it, and has
-/// none twice, so that few stale ones come up: 0.01 for each event here, and 0.20 without either.
-#[test]
-fn strips_forget_the_events_of_disks_that_left() {
-    let scene = disks(0.8);
-    let start = lattice(&scene, &Boundaries::periodic(), 40_000, 0.25, 2.0);
-    let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
-    // The first contacts of a lattice say little about those to come.
-    engine.advance(FOREVER, 80_000, &mut ()).expect("time");
-    engine.spread_over(4);
-    engine.advance(FOREVER, 400_000, &mut ()).expect("time");
-    let spread = engine.spread();
-    assert!(spread.windows > 20, "{spread:?}");
-    let stale = engine.stale() as f64 / spread.events as f64;
-    assert!(stale < 0.05, "{stale} stale for each event");
-}
-
 /// A gas that collapses does so at the same collision, with the same words.
 #[test]
 fn a_collapse_is_that_of_one_engine() {
