@@ -82,6 +82,14 @@ pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     }
 }
 
+/// The boundaries of half as many strips, but of two at the least.
+pub(super) fn fewer_cuts(cuts: &[i32]) -> Vec<i32> {
+    let strips = cuts.len() - 1;
+    let fewer = (strips / 2).max(2);
+    let first = |strip: usize| cuts[strip * strips / fewer];
+    (0..=fewer).map(first).collect()
+}
+
 /// Rows that a halo may have, so that no row is in more than two strips, and none twice in one.
 pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     let least = cuts.windows(2).map(|cut| cut[1] - cut[0]).min()?;
