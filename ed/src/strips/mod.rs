@@ -212,8 +212,12 @@ where
         (0..strips).map(place).collect()
     }
 
-    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else those of half as many, or a quarter.
+    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else those of half as many, or a quarter. Strips that are
+    /// there keep theirs.
     fn cuts(&self) -> Option<Vec<i32>> {
+        if !self.strips.is_empty() {
+            return Some(self.spread.cuts.clone());
+        }
         let cells = &self.disks.cells;
         if self.disks.hierarchical() || cells.narrow() {
             return None;
@@ -559,7 +563,8 @@ mod tests {
     }
 
     /// Where windows are so long that many are wrong, after others that were right, the gas goes back to these and observers see each
-    /// collision once. Many low strips become fewer, whose halos are wider. All that a checkpoint has is that of one engine, counts of candidates and elastic contacts too.
+    /// collision once. Many low strips become fewer, whose halos are wider. All that a checkpoint has is that of one engine, counts of candidates
+    /// and elastic contacts too.
     #[test]
     fn wrong_windows_leave_no_trace() {
         let (mut windows, mut retries, mut fewer) = (0, 0, false);
@@ -600,28 +605,36 @@ mod tests {
     /// Strips stay from one advance to the next until the gas goes on alone, and nothing in it depends on that.
     #[test]
     fn strips_stay_between_advances() {
-        let stages = |strips: usize| {
+        let stages = |strips: usize, depths: [f64; 2]| {
             let mut engine = lattice::<Buckets>(100);
             engine
                 .advance(f64::INFINITY, 20_000, &mut ())
                 .expect("disorder");
             engine.spread_over(strips);
-            let (from, mut all) = (engine.time(), Vec::new());
-            for (stage, most) in (1..).zip([u64::MAX, u64::MAX, 40, u64::MAX, u64::MAX]) {
-                let until = from + 0.3 * f64::from(stage);
+            let (from, mut bytes, mut stay) = (engine.time(), Vec::new(), Vec::new());
+            for (stage, most) in [u64::MAX, u64::MAX, 40, u64::MAX, u64::MAX]
+                .into_iter()
+                .enumerate()
+            {
+                let until = from + 0.3 * (stage + 1) as f64;
+                engine.spread.depth = depths[stage % 2];
                 let there = engine.advance(until, most, &mut ()).expect("time");
                 assert_eq!(there, most == u64::MAX);
-                let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
-                all.push((bytes, engine.strips.len()));
+                bytes.push(postcard::to_stdvec(&engine.checkpoint()).expect("bytes"));
+                stay.push(engine.strips.len());
             }
-            (all, engine.spread().windows)
+            (bytes, stay, engine.spread())
         };
-        let (alone, _) = stages(1);
-        let (shared, windows) = stages(2);
-        assert!(windows > 4, "{windows}");
-        for (stage, (alone, shared)) in alone.iter().zip(&shared).enumerate() {
-            assert!(alone.0 == shared.0, "stage {stage}");
-            assert_eq!(shared.1, if stage == 2 { 0 } else { 2 }, "stage {stage}");
+        let alone = stages(1, [FIRST_DEPTH; 2]);
+        // Where wrong events go as deep as 60 rows, windows pay in three strips and not in twelve; where they go as deep as 20, in twelve too, but
+        // three are there.
+        let expected = [(2, [FIRST_DEPTH; 2], 2), (12, [60.0, 20.0], 3)];
+        for (strips, depths, few) in expected {
+            let (bytes, stay, spread) = stages(strips, depths);
+            assert!(spread.windows > 4 && spread.retries == 0, "{spread:?}");
+            assert!(bytes == alone.0, "{strips} strips");
+            assert_eq!(stay[..3], [few, few, 0], "{strips} strips");
+            assert!(stay[4] > 1, "{strips} strips");
         }
     }
 
