@@ -31,7 +31,7 @@ pub(crate) struct Disk {
     pub(crate) next: u32,
     /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again since.
     pub(crate) partner_count: u16,
-    /// Collisions of this disk, from 1 to the largest number and from 1 again.
+    /// Collisions of this disk, from 1 to just below [`ABSENT`] and from 1 again.
     pub(crate) count: u16,
     /// Its cell.
     pub(crate) home: Cell,
@@ -39,6 +39,9 @@ pub(crate) struct Disk {
 
 /// The count of no disk.
 pub(crate) const VOID: u16 = 0;
+
+/// The count of a disk that is simulated elsewhere, which no contact was predicted with.
+const ABSENT: u16 = u16::MAX;
 
 impl Disk {
     pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
@@ -55,12 +58,12 @@ impl Disk {
         }
     }
 
-    /// In the place of a disk that is simulated elsewhere: nothing ever happens to it. By its count, those that it has left behind
-    /// know that it will not come.
-    pub(crate) fn absent(count: u16) -> Self {
+    /// In the place of a disk that is simulated elsewhere: nothing ever happens to it, and those that it has left behind look anew when they would
+    /// touch it.
+    pub(crate) fn absent() -> Self {
         Self {
             clock: f64::INFINITY,
-            count,
+            count: ABSENT,
             ..Self::new([0; 2], Vector2::zeros(), Vector2::zeros())
         }
     }
@@ -179,8 +182,8 @@ impl<F: Field<Plane>> Disks<F> {
         let disk = &mut self.all[who as usize];
         self.motion.advance(disk, time);
         disk.contact = f64::INFINITY;
-        disk.count = disk.count.wrapping_add(1);
-        if disk.count == VOID {
+        disk.count += 1;
+        if disk.count == ABSENT {
             self.count_again(who);
         }
     }
@@ -609,8 +612,10 @@ pub(crate) mod tests {
         let before = disks.all[1].count;
         (disks.all[0].partner, disks.all[0].partner_count) = (1, before);
         (disks.all[2].partner, disks.all[2].partner_count) = (3, before);
-        for _ in 0..u16::MAX {
+        for _ in VOID + 1..ABSENT {
             disks.meet(1, 0.0);
+            // Nobody may take it for one that is not there.
+            assert!(![VOID, ABSENT].contains(&disks.all[1].count));
         }
         assert_eq!(disks.all[1].count, before);
         assert_ne!(disks.all[0].partner_count, before);

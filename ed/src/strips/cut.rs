@@ -13,7 +13,7 @@ use crate::calendar::{Agenda, Calendar, Entry};
 use crate::cells::{NONE, line_of};
 use crate::checkpoint::Tally;
 use crate::contact::Candidates;
-use crate::disk::{Disk, Disks, VOID};
+use crate::disk::{Disk, Disks};
 use crate::engine::Engine;
 use crate::progress::Progress;
 use crate::windings::Winding;
@@ -82,12 +82,17 @@ pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     }
 }
 
-/// The boundaries of half as many strips, but of two at the least.
-pub(super) fn fewer_cuts(cuts: &[i32]) -> Vec<i32> {
-    let strips = cuts.len() - 1;
-    let fewer = (strips / 2).max(2);
-    let first = |strip: usize| cuts[strip * strips / fewer];
-    (0..=fewer).map(first).collect()
+/// Half as many strips, but two at the least; none instead of two.
+pub(super) fn fewer(strips: usize) -> Option<usize> {
+    (strips > 2).then(|| (strips / 2).max(2))
+}
+
+/// Some of the boundaries, for fewer strips.
+pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
+    let before = cuts.len() - 1;
+    (0..=strips)
+        .map(|number| cuts[number * before / strips])
+        .collect()
 }
 
 /// Rows that a halo may have, so that no row is in more than two strips, and none twice in one.
@@ -129,15 +134,6 @@ fn in_rows<F: Field<Plane>>(disks: &Disks<F>, rows: impl Iterator<Item = u16>) -
     let mut numbers = Vec::new();
     visit_rows(disks, rows, |number, _| numbers.push(number));
     numbers
-}
-
-/// Lets a disk look anew when it would touch a partner, if that is not there.
-fn leave_absent_partner(disks: &mut [Disk], number: u32) {
-    let partner = disks[number as usize].partner;
-    if disks.get(partner as usize).is_some_and(Disk::is_absent) {
-        let disk = &mut disks[number as usize];
-        (disk.partner, disk.partner_count) = (number, VOID);
-    }
 }
 
 /// The disks of some rows of cells, in the order of their lists, with all that is known about them.
@@ -216,8 +212,7 @@ fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
         disks.cells.set_first(place, NONE);
-        let disk = &mut disks.all[number as usize];
-        *disk = Disk::absent(disk.count);
+        disks.all[number as usize] = Disk::absent();
     }
 }
 
@@ -237,12 +232,9 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         if rows[usize::from(disk.home[1])] {
             *disk
         } else {
-            Disk::absent(disk.count)
+            Disk::absent()
         }
     }));
-    for number in 0..all.len() as u32 {
-        leave_absent_partner(&mut disks, number);
-    }
     let mut cells = whole.disks.cells.emptied();
     cells.copy_rows(&whole.disks.cells, place.rows());
     let disks = Disks::of(disks, whole.disks.motion, cells);
@@ -326,13 +318,6 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         for disk in gone {
             let time = f64::INFINITY;
             strip.calendar.push(Entry { time, disk });
-        }
-        // Within the core of both, all partners stay.
-        let left = (place.rows()).filter(|&row| old.owns(row) && !place.owns(row));
-        let left = in_rows(&strip.disks, left);
-        let come = parcels.iter().flat_map(|parcel| &parcel.numbers);
-        for &disk in come.chain(&left) {
-            leave_absent_partner(&mut strip.disks.all, disk);
         }
         (strip.tally, strip.stale) = (Tally::default(), 0);
         if let Some(window) = &mut strip.window {

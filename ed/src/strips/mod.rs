@@ -7,13 +7,13 @@
 //! other together are those of one engine for the whole gas, and each strip gets its halos anew from its neighbours. Where they do not agree, the gas goes
 //! back to where it was put together last, does the windows since then once more, in the same strips, and the wrong one again, shorter.
 //!
-//! *Why that is exact.* What an event makes of a disk follows from what is at most one row from where the disk is then: it looks for partners in
-//! the cells next to its own, one of which has the partner that it has met, and it has come from its own row or the next. Join the lower strip's history of
-//! disks below the edge and the upper strip's of those above it. The lower one computed each step of its part from its own rows and the first row above the
-//! edge, which it has right, as its history there is that of the upper strip; and the other way round. So the first step at which the whole could
-//! part from the history of one engine does not exist. Only what an event costs, which is counted too, depends on rows two away, where it
-//! changes a disk on the other side of the edge: there all candidates of that disk are compared as well. A disk has the same number in all
-//! strips, so that simultaneous events come in the same order.
+//! *Why that is exact.* An event changes a disk, and perhaps its partner in a cell next to it, and reads what is in the cells next to those of both, before and after.
+//! It counts for the strip in whose rows its disk was. That strip has all rows below the edge, say, and the first one above it, where its history is that
+//! of the upper strip. That is all that the event reads, unless it changes a disk above the edge: then it reads the second row too, as candidates of
+//! that disk, and these are compared as they are in both strips. So each event was computed by the strip that counts it from what is right, and what the other strip
+//! made of it is compared where it goes on from it. Join the lower strip's history of disks below the edge and the upper strip's of those above it: the first
+//! event at which the whole could part from the history of one engine does not exist. A disk has the same number in all strips, so that simultaneous
+//! events come in the same order.
 //!
 //! What depends on the order of all events (observers, accounts of walls, signs of collapse) is fed from logs that are merged by time.
 //! Whatever is unusual in a window, be it an error, an interrupt or the end of a budget, makes the engine drop the window and go on alone.
@@ -25,6 +25,7 @@ mod cut;
 mod merge;
 mod window;
 
+use std::iter;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -212,8 +213,8 @@ where
         (0..strips).map(place).collect()
     }
 
-    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else those of half as many, or a quarter. Strips that are
-    /// there keep theirs.
+    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else of half as many, and so on down to two. Strips that
+    /// are there keep theirs.
     fn cuts(&self) -> Option<Vec<i32>> {
         if !self.strips.is_empty() {
             return Some(self.spread.cuts.clone());
@@ -224,7 +225,7 @@ where
         }
         let rows = i32::from(cells.counts()[1]);
         let most = self.spread.strips.min(usize::from(u8::MAX));
-        let cuts = |strips: usize| {
+        let of = |strips: usize| {
             let known = &self.spread.cuts;
             if known.last() == Some(&rows) && known.len() == strips + 1 {
                 Some(known.clone())
@@ -232,15 +233,20 @@ where
                 cut::equal_cuts(rows, strips)
             }
         };
-        let fewer = std::iter::successors(Some(most), |strips| Some(strips / 2));
-        let numbers = fewer.take_while(|&strips| strips > 1);
+        let numbers = iter::successors(Some(most), |&strips| cut::fewer(strips));
         let pays = |cuts: &Vec<i32>| self.longest(&self.places(cuts)[0]) >= WORTH;
-        numbers.filter_map(cuts).find(pays)
+        numbers.filter_map(of).find(pays)
     }
 
     /// Collisions of each disk in a window that wrong events do not come through.
     fn longest(&self, place: &Place) -> f64 {
         (f64::from(place.halo - SEAM) / self.spread.depth).powi(2)
+    }
+
+    /// Collisions of each disk in a window that there surely are before the last.
+    fn left(&self, last: u64) -> f64 {
+        let to_go = (last - self.tally.collisions) as f64;
+        AIM * (to_go - DEVIATIONS * to_go.sqrt()) / self.names.len() as f64
     }
 
     /// Goes towards a goal in strips, as far as that pays. True if its time was reached, with fewer collisions than its last.
@@ -277,15 +283,16 @@ where
             let window = self.window(&places[0], goal.last, recorder);
             let Some(window) = window else {
                 // Higher strips have room for wider halos.
-                if cuts.len() == 3 || self.longest(&places[0]) >= WORTH {
+                let pays = self.longest(&places[0]) >= WORTH || self.left(goal.last) < WORTH;
+                let Some(fewer) = cut::fewer(cuts.len() - 1).filter(|_| !pays) else {
                     break;
-                }
+                };
                 if !behind.windows.is_empty() {
                     cut::join(self, &strips);
                     behind = Behind::new(self);
                 }
                 strips.clear();
-                cuts = cut::fewer_cuts(&cuts);
+                cuts = cut::fewer_cuts(&cuts, fewer);
                 continue;
             };
             let until = if window < end - now {
@@ -446,15 +453,12 @@ where
     fn window(&self, place: &Place, last: u64, recorder: &Recorder<'_>) -> Option<f64> {
         let rate = self.spread.rate;
         let disks = self.names.len() as f64;
-        let to_go = (last - self.tally.collisions) as f64;
         let logged = if recorder.looks() {
             MOST_OBSERVED
         } else {
             MOST_LOGGED
         };
-        let collisions = (self.longest(place))
-            .min(logged)
-            .min(AIM * (to_go - DEVIATIONS * to_go.sqrt()) / disks);
+        let collisions = (self.longest(place)).min(logged).min(self.left(last));
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
@@ -693,8 +697,12 @@ mod tests {
         assert_eq!(cut::better_cuts(&cuts, &[1.0, 1.0, 1.0]), cuts);
         // Two thirds of the work are in the first strip, so that the best boundaries are at 50 and 100.
         assert_eq!(cut::better_cuts(&cuts, &[4.0, 1.0, 1.0]), [0, 75, 150, 300]);
-        assert_eq!(cut::fewer_cuts(&[0, 4, 8, 12, 16, 20]), [0, 8, 20]);
-        assert_eq!(cut::fewer_cuts(&[0, 4, 8, 12]), [0, 4, 12]);
+        assert_eq!(
+            [2, 3, 5, 12].map(cut::fewer),
+            [None, Some(2), Some(2), Some(6)]
+        );
+        assert_eq!(cut::fewer_cuts(&[0, 4, 8, 12, 16, 20], 2), [0, 8, 20]);
+        assert_eq!(cut::fewer_cuts(&[0, 4, 8, 12], 2), [0, 4, 12]);
         let low = cut::equal_cuts(36, 3).expect("cuts");
         assert_eq!(cut::better_cuts(&low, &[4.0, 1.0, 1.0]), low);
         assert_eq!(cut::equal_cuts(35, 3), None);

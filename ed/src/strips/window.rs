@@ -10,9 +10,10 @@ use crate::checkpoint::Tally;
 use crate::disk::{Disk, VOID};
 use crate::engine::Engine;
 use crate::progress::Latest;
+use crate::windings::Winding;
 
-/// Rows of cells on each side of an edge whose history two strips must agree on: what becomes of a disk follows from what is at most one row
-/// from where it is then.
+/// Rows of cells on each side of an edge whose history two strips must agree on. What an event reads farther away is compared by
+/// [`Trace::candidates`].
 pub(super) const SEAM: i32 = 1;
 
 /// A boundary between two strips, before a row of cells.
@@ -41,7 +42,9 @@ pub(super) struct Trace<S> {
     count: u16,
     /// Time of its last contact, where that is kept.
     last_contact: Option<f64>,
-    /// A number for all disks that were its candidates, if the event was on the other side of the edge.
+    rebounds: Option<u32>,
+    winding: Option<Winding>,
+    /// A number for all disks in the cells around it, if the event was that of a disk on the other side of the edge.
     candidates: u64,
 }
 
@@ -321,6 +324,8 @@ where
             partner_count,
             count: disk.count,
             last_contact: self.last_contact.get(who as usize).copied(),
+            rebounds: self.rebounds.get(who as usize).copied(),
+            winding: self.windings.get(who as usize).copied(),
             candidates: if is_beyond {
                 self.candidates_of(who)
             } else {
