@@ -31,7 +31,7 @@ pub(crate) struct Disk {
     pub(crate) next: u32,
     /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again since.
     pub(crate) partner_count: u16,
-    /// Collisions of this disk, from 1 to just below [`ABSENT`] and from 1 again.
+    /// Collisions of this disk, from [`FIRST`] to the largest number and from [`FIRST`] again.
     pub(crate) count: u16,
     /// Its cell.
     pub(crate) home: Cell,
@@ -41,7 +41,10 @@ pub(crate) struct Disk {
 pub(crate) const VOID: u16 = 0;
 
 /// The count of a disk that is simulated elsewhere, which no contact was predicted with.
-const ABSENT: u16 = u16::MAX;
+const ABSENT: u16 = VOID + 1;
+
+/// The first count of a disk.
+const FIRST: u16 = ABSENT + 1;
 
 impl Disk {
     pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
@@ -53,7 +56,7 @@ impl Disk {
             partner: NONE,
             next: NONE,
             partner_count: VOID,
-            count: VOID + 1,
+            count: FIRST,
             home,
         }
     }
@@ -182,8 +185,8 @@ impl<F: Field<Plane>> Disks<F> {
         let disk = &mut self.all[who as usize];
         self.motion.advance(disk, time);
         disk.contact = f64::INFINITY;
-        disk.count += 1;
-        if disk.count == ABSENT {
+        disk.count = disk.count.wrapping_add(1);
+        if disk.count == VOID {
             self.count_again(who);
         }
     }
@@ -193,7 +196,7 @@ impl<F: Field<Plane>> Disks<F> {
     #[cold]
     fn count_again(&mut self, who: u32) {
         self.recounts += 1;
-        self.all[who as usize].count = VOID + 1;
+        self.all[who as usize].count = FIRST;
         for disk in &mut self.all {
             if disk.partner == who {
                 disk.partner_count = VOID;
@@ -612,7 +615,7 @@ pub(crate) mod tests {
         let before = disks.all[1].count;
         (disks.all[0].partner, disks.all[0].partner_count) = (1, before);
         (disks.all[2].partner, disks.all[2].partner_count) = (3, before);
-        for _ in VOID + 1..ABSENT {
+        for _ in FIRST..=u16::MAX {
             disks.meet(1, 0.0);
             // Nobody may take it for one that is not there.
             assert!(![VOID, ABSENT].contains(&disks.all[1].count));
