@@ -35,18 +35,18 @@ checkpoint_seconds = 0.001
 "gas.restitution" = [0.7, 0.8, 0.9]
 "#;
 
-/// Disks from a file.
+/// Disks from a file; so many replicas that take so long that no process is left without one.
 const FROM_FILE: &str = r#"
 format = 2
 title = "disks from a file"
-replicas = 2
+replicas = 40
 [gas]
 [box]
 [start]
 placement = "file"
 file = "start.csv"
 [run]
-until = 1
+until = 50000
 [engine.ed]
 [engine.dsmc-boltzmann]
 "#;
