@@ -23,6 +23,8 @@
 
 mod cut;
 mod merge;
+#[cfg(test)]
+mod tests;
 mod window;
 
 use std::iter;
@@ -283,8 +285,8 @@ where
             let window = self.window(&places[0], goal.last, recorder);
             let Some(window) = window else {
                 // Higher strips have room for wider halos.
-                let pays = self.longest(&places[0]) >= WORTH || self.left(goal.last) < WORTH;
-                let Some(fewer) = cut::fewer(cuts.len() - 1).filter(|_| !pays) else {
+                let ends = self.longest(&places[0]) >= WORTH || self.left(goal.last) < WORTH;
+                let Some(fewer) = cut::fewer(cuts.len() - 1).filter(|_| !ends) else {
                     break;
                 };
                 if !behind.windows.is_empty() {
@@ -540,171 +542,5 @@ where
         if !matches!(outcome, Outcome::Unusual) {
             spread.rate = rate;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use stosszahl_model::{Constant, EachCollision};
-
-    use super::*;
-    use crate::disk::tests::{Scenery, lattice};
-    use crate::{Buckets, Dissipation};
-
-    type Lattice = Engine<Scenery, Buckets>;
-
-    /// Collisions in a window.
-    const EACH: f64 = 10_000.0;
-
-    /// A gas that cools with a contact time, on a lattice of which each row and column has this many disks.
-    fn cooling(side: u32) -> Lattice {
-        let mut elastic = lattice::<Buckets>(side);
-        elastic.scene.restitution = Constant::new(0.8).expect("a coefficient");
-        let mut start = elastic.checkpoint();
-        start.windings = vec![[0; 2]; elastic.names.len()];
-        let contact_time = Dissipation::ContactTime(0.1);
-        Engine::new(elastic.scene, contact_time, start).expect("an engine")
-    }
-
-    /// Where windows are so long that many are wrong, after others that were right, the gas goes back to these and observers see each
-    /// collision once. Many low strips become fewer, whose halos are wider. All that a checkpoint has is that of one engine, counts of candidates
-    /// and elastic contacts too.
-    #[test]
-    fn wrong_windows_leave_no_trace() {
-        let (mut windows, mut retries, mut fewer) = (0, 0, false);
-        for start in 0..4 {
-            let mut run = |strips: usize| {
-                let mut engine = cooling(100);
-                let disordered = engine.advance(f64::INFINITY, 20_000 + 1_000 * start, &mut ());
-                assert!(!disordered.expect("time"));
-                engine.spread_over(strips);
-                let mut seen = Vec::new();
-                let mut observer = EachCollision(|collision: &Collision| seen.push(*collision));
-                for _ in 0..5 {
-                    (engine.spread.entered, engine.spread.depth) = (10.0, 4.0);
-                    engine
-                        .advance(f64::INFINITY, 30_000, &mut observer)
-                        .expect("time");
-                }
-                windows += engine.spread.windows;
-                retries += engine.spread.retries;
-                fewer |= (2..strips).contains(&(engine.spread.cuts.len().saturating_sub(1)));
-                assert!(engine.tally.elastic_contacts > 1000);
-                let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
-                (bytes, seen)
-            };
-            let alone = run(1);
-            for strips in [2, 3, 12] {
-                let shared = run(strips);
-                assert!(shared.0 == alone.0, "{strips} strips");
-                assert!(shared.1 == alone.1, "collisions of {strips} strips");
-            }
-        }
-        assert!(
-            retries > 20 && windows > 8 * retries && fewer,
-            "{windows} {retries} {fewer}"
-        );
-    }
-
-    /// Strips stay from one advance to the next until the gas goes on alone, and nothing in it depends on that.
-    #[test]
-    fn strips_stay_between_advances() {
-        let stages = |strips: usize, depths: [f64; 2]| {
-            let mut engine = lattice::<Buckets>(100);
-            engine
-                .advance(f64::INFINITY, 20_000, &mut ())
-                .expect("disorder");
-            engine.spread_over(strips);
-            let (from, mut bytes, mut stay) = (engine.time(), Vec::new(), Vec::new());
-            for (stage, most) in [u64::MAX, u64::MAX, 40, u64::MAX, u64::MAX]
-                .into_iter()
-                .enumerate()
-            {
-                let until = from + 0.3 * (stage + 1) as f64;
-                engine.spread.depth = depths[stage % 2];
-                let there = engine.advance(until, most, &mut ()).expect("time");
-                assert_eq!(there, most == u64::MAX);
-                bytes.push(postcard::to_stdvec(&engine.checkpoint()).expect("bytes"));
-                stay.push(engine.strips.len());
-            }
-            (bytes, stay, engine.spread())
-        };
-        let alone = stages(1, [FIRST_DEPTH; 2]);
-        // Where wrong events go as deep as 60 rows, windows pay in three strips and not in twelve; where they go as deep as 20, in twelve too, but
-        // three are there.
-        let expected = [(2, [FIRST_DEPTH; 2], 2), (12, [60.0, 20.0], 3)];
-        for (strips, depths, few) in expected {
-            let (bytes, stay, spread) = stages(strips, depths);
-            assert!(spread.windows > 4 && spread.retries == 0, "{spread:?}");
-            assert!(bytes == alone.0, "{strips} strips");
-            assert_eq!(stay[..3], [few, few, 0], "{strips} strips");
-            assert!(stay[4] > 1, "{strips} strips");
-        }
-    }
-
-    /// Calendars change their buckets while a gas cools, and file all events anew. A strip has forgotten those of disks that left it, and has
-    /// none twice, so that few stale ones come up, though here each boundary moves by a row with each window: 0.0055 for each event; 0.016
-    /// if it forgets none, 0.18 if it has some twice.
-    #[test]
-    fn strips_forget_the_events_of_disks_that_left() {
-        let mut engine = cooling(200);
-        // The first contacts of a lattice say little about those to come.
-        engine
-            .advance(f64::INFINITY, 80_000, &mut ())
-            .expect("time");
-        engine.spread_over(4);
-        let mut cuts = engine.cuts().expect("enough rows");
-        let (mut strips, mut parcels) = (Vec::new(), Vec::new());
-        let mut now = engine.now;
-        let mut window = EACH / engine.rate_to_come();
-        let (mut stale, mut events) = (0, 0);
-        for number in 0..40 {
-            for cut in &mut cuts[1..4] {
-                *cut += if number % 2 == 0 { 1 } else { -1 };
-            }
-            let places = engine.places(&cuts);
-            engine.give_places(&mut strips, &places, &mut parcels, now);
-            now += window;
-            let goal = Goal {
-                end: now,
-                ends: false,
-                last: u64::MAX,
-            };
-            let (ended, _) = Engine::run_all(&mut strips, &goal, [u64::MAX; 2], false);
-            assert!(ended);
-            assert!(matches!(
-                Engine::examine(&strips, u64::MAX),
-                Outcome::Kept(_)
-            ));
-            let mut contacts = 0;
-            for strip in &strips {
-                let its = strip.window.as_ref().expect("a window");
-                stale += strip.stale;
-                events += its.events - its.twice;
-                contacts += its.contacts.len();
-            }
-            window *= EACH / contacts as f64;
-        }
-        let stale = stale as f64 / events as f64;
-        assert!(stale < 0.01, "{stale} stale for each event");
-    }
-
-    /// Boundaries move half of the way to where work would be equal, and not so far that a strip is too low for its halos.
-    #[test]
-    fn boundaries_follow_the_work() {
-        let cuts = cut::equal_cuts(300, 3).expect("cuts");
-        assert_eq!(cuts, [0, 100, 200, 300]);
-        assert_eq!(cut::better_cuts(&cuts, &[1.0, 1.0, 1.0]), cuts);
-        // Two thirds of the work are in the first strip, so that the best boundaries are at 50 and 100.
-        assert_eq!(cut::better_cuts(&cuts, &[4.0, 1.0, 1.0]), [0, 75, 150, 300]);
-        assert_eq!(
-            [2, 3, 5, 12].map(cut::fewer),
-            [None, Some(2), Some(2), Some(6)]
-        );
-        assert_eq!(cut::fewer_cuts(&[0, 4, 8, 12, 16, 20], 2), [0, 8, 20]);
-        assert_eq!(cut::fewer_cuts(&[0, 4, 8, 12], 2), [0, 4, 12]);
-        let low = cut::equal_cuts(36, 3).expect("cuts");
-        assert_eq!(cut::better_cuts(&low, &[4.0, 1.0, 1.0]), low);
-        assert_eq!(cut::equal_cuts(35, 3), None);
     }
 }
