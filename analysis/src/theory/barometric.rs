@@ -11,7 +11,7 @@
 
 use stosszahl_model::Invalid;
 
-use super::TheoryError;
+use super::error::TheoryError;
 
 /// One species of the column.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use stosszahl_model::{Invalid, kinetic};
 
-use super::TheoryError;
-use super::mixture::Component;
+use super::component::Component;
+use super::error::TheoryError;
 
 /// How density raises collision rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use stosszahl_model::{Invalid, Restitution};
 
-use super::TheoryError;
+use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 use super::mixture::Mixture;
 

@@ -1,6 +1,6 @@
 //! An adaptive integrator of ordinary differential equations with control of its error.
 
-use super::TheoryError;
+use super::error::TheoryError;
 
 /// Error allowed in each step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,20 +4,10 @@ use std::f64::consts::PI;
 
 use stosszahl_model::{Invalid, Restitution};
 
-use super::TheoryError;
+use super::component::Component;
 use super::contact::{self, Contact};
+use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
-
-/// One species.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Component {
-    /// Mass of a particle.
-    pub mass: f64,
-    /// Diameter.
-    pub diameter: f64,
-    /// Particles per volume; zero is the tracer limit.
-    pub density: f64,
-}
 
 /// Nodes and weights of the mean over the normal approach speeds of colliding pairs.
 const NODES: i32 = 40;

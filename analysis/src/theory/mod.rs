@@ -14,42 +14,25 @@
 //! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is from that is measured by its
 //! fourth cumulant.
 
-use stosszahl_model::Invalid;
-
 pub mod barometric;
+mod component;
 pub mod contact;
 pub mod cooling_state;
 pub mod elastic_disks;
+mod error;
 pub mod integrate;
 pub mod mixture;
 pub mod rough;
 pub mod sonine;
 
 pub use barometric::{Column, Layer};
+pub use component::Component;
 pub use contact::Contact;
 pub use cooling_state::CoolingState;
 pub use elastic_disks::ElasticDisks;
-pub use mixture::{Component, Mixture, Moment, Rates};
+pub use error::TheoryError;
+pub use mixture::{Mixture, Moment, Rates};
 pub use rough::{RoughGas, Temperatures};
-
-/// Why a curve cannot be computed.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TheoryError {
-    /// A number out of range.
-    #[error(transparent)]
-    Invalid(#[from] Invalid),
-    /// The integration cannot go on.
-    #[error(
-        "the integration stopped at {at} with steps of {step}: the solution is not smooth there"
-    )]
-    Integration {
-        /// Where.
-        at: f64,
-        /// Last step tried.
-        step: f64,
-    },
-}
 
 #[cfg(test)]
 mod tests;

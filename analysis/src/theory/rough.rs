@@ -20,7 +20,7 @@
 
 use stosszahl_model::{Invalid, Rough, Space};
 
-use super::TheoryError;
+use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
 /// A homogeneous gas of equal rough grains.

@@ -33,13 +33,15 @@
 
 use stosszahl_model::{Invalid, Restitution};
 
-use super::TheoryError;
-use super::integrate::{Integrator, Tolerance};
+use super::error::TheoryError;
+use super::integrate::Integrator;
 use super::mixture::{Mixture, Moment};
 use kernel::{Kernel, Loss};
+use orders::{TOLERANCE, check_orders, norms};
 use series::Shape;
 
 mod kernel;
+mod orders;
 mod rough;
 mod series;
 
@@ -53,12 +55,6 @@ const SHIFT: f64 = 0.25;
 
 /// Order from which the reference temperature is shifted; below, truncation makes more of it than it mends.
 const SHIFTED: usize = 3;
-
-/// Error of each step of the integrations.
-const TOLERANCE: Tolerance = Tolerance {
-    relative: 1e-6,
-    absolute: 1e-8,
-};
 
 /// Starts from which displacements are followed for averages over time, and points of the integral over them.
 const STARTS: usize = 40;
@@ -80,23 +76,6 @@ fn interpolated(values: &[f64], at: f64) -> f64 {
         .zip(&values[first..])
         .map(|(w, value)| w * value)
         .sum()
-}
-
-/// Refuses an order that is not offered.
-fn check_orders(orders: usize, most: usize, allowed: &'static str) -> Result<(), TheoryError> {
-    let name = "order of the Sonine expansion";
-    let is_offered = (1..=most).contains(&orders);
-    Invalid::unless(is_offered, name, orders as f64, allowed)?;
-    Ok(())
-}
-
-/// Norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 + alpha))`, for p up to `most`.
-fn norms(alpha: f64, most: usize) -> Vec<f64> {
-    let mut norms = vec![1.0];
-    for p in 1..=most {
-        norms.push(norms[p - 1] * (p as f64 + alpha) / p as f64);
-    }
-    norms
 }
 
 /// Where the values of a species stand: ln T, `<R^2>`, collisions, then `a_2 ...`, `B_0 ...` and `K_0 ...`, the moments

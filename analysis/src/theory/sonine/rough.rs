@@ -18,11 +18,11 @@
 
 use stosszahl_model::Invalid;
 
-use super::super::TheoryError;
+use super::super::error::TheoryError;
 use super::super::integrate::Integrator;
 use super::super::rough::{RoughGas, Temperatures};
+use super::orders::{TOLERANCE, check_orders, norms};
 use super::series::{Series, Shape, Term, scaled, times};
-use super::{TOLERANCE, check_orders, norms};
 
 /// Most orders that are offered.
 pub const MOST_ROUGH_ORDERS: usize = 3;
