@@ -1,14 +1,13 @@
 //! What each command does.
 
-use std::io::{self, IsTerminal, Write as _};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::process::{self, ExitCode};
+use std::process::ExitCode;
 use std::slice;
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use crate::case::CaseFile;
 use crate::case::format::share;
-use crate::case::{CaseError, CaseFile, nearest};
 use crate::model::Interrupt;
 use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{
@@ -24,123 +23,19 @@ use serde_json::json;
 use crate::arguments::{
     Arguments, CaseArguments, Command, FrontierArguments, InitArguments, RunArguments,
 };
+pub use crate::error::CommandError;
+pub(crate) use crate::terminal::say;
+pub use crate::terminal::{listen, note};
+
 use crate::bundled;
 use crate::init as template;
 use crate::progress::Display;
 use crate::reference;
 use crate::reproduce::reproduce;
-use crate::reproduction::ReproduceError;
+use crate::terminal::{beside, duration, line};
 
-/// Exit code of a command that was asked to stop, as shells have it for an interrupt.
-const STOPPED: u8 = 130;
-/// How long a command that was asked to stop may take for that, unless it is saving.
-const GRACE: Duration = Duration::from_millis(750);
 /// How long `check` measures \[s\].
 const MEASURING: f64 = 10.0;
-
-/// Why a command failed.
-#[derive(Debug, thiserror::Error)]
-pub enum CommandError {
-    /// The case file or an override is refused.
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    /// The run failed.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The report cannot be built.
-    #[error(transparent)]
-    Report(#[from] ReportError),
-    /// A frontier cannot be measured.
-    #[error(transparent)]
-    Frontier(#[from] FrontierError),
-    /// A paper cannot be made again.
-    #[error(transparent)]
-    Reproduce(ReproduceError),
-    /// There is no bundled paper of this name.
-    #[error(
-        "no bundled paper is called {0}, and there is no such file; `stosszahl reproduce` lists them"
-    )]
-    NoBundledPaper(String),
-    /// A share that is none.
-    #[error("--target-error {found}: allowed is a share such as 1% or 0.01, above 0 and below 1")]
-    Target {
-        /// What was written.
-        found: String,
-    },
-    /// There is no bundled case of this name.
-    #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
-    NoBundledCase(String),
-    /// There is neither a file nor a bundled case of this name.
-    #[error("{0}: there is no such file, and no bundled case of that name{close}; `stosszahl cases` lists them", close = close_case(.0))]
-    NoCase(String),
-    /// A file that would be replaced.
-    #[error("{} exists; use --force to replace it, or another name", .0.display())]
-    FileExists(PathBuf),
-    /// A page cannot be written.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// Standard output cannot be written.
-    #[error("standard output: {0}")]
-    Output(#[from] io::Error),
-}
-
-/// A failure of a part of a paper is one of that part.
-impl From<ReproduceError> for CommandError {
-    fn from(error: ReproduceError) -> Self {
-        match error {
-            ReproduceError::Case(error) => Self::Case(error),
-            ReproduceError::Run(error) => Self::Run(error),
-            ReproduceError::Results(error) => Self::Results(error),
-            other => Self::Reproduce(other),
-        }
-    }
-}
-
-impl CommandError {
-    /// Whether the command only ended because it was asked to.
-    pub(crate) fn is_interruption(&self) -> bool {
-        self.exit_code() == STOPPED
-    }
-
-    /// 2: the input was refused; [`STOPPED`]; 1: the run failed.
-    fn exit_code(&self) -> u8 {
-        match self {
-            Self::Run(error) if error.is_interruption() => STOPPED,
-            Self::Frontier(FrontierError::Interrupted) => STOPPED,
-            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
-            Self::Frontier(error) if error.is_refusal() => 2,
-            Self::Case(_)
-            | Self::Reproduce(ReproduceError::NoFigure { .. } | ReproduceError::Occupied { .. })
-            | Self::Target { .. }
-            | Self::NoBundledCase(_)
-            | Self::NoCase(_)
-            | Self::NoBundledPaper(_)
-            | Self::FileExists(_)
-            | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
-            | Self::Report(ReportError::NoResults { .. }) => 2,
-            Self::Run(_)
-            | Self::Report(_)
-            | Self::Frontier(_)
-            | Self::Reproduce(_)
-            | Self::Results(_)
-            | Self::Output(_) => 1,
-        }
-    }
-}
-
-/// Writes a line to standard output.
-pub(crate) fn say(text: &str) -> io::Result<()> {
-    match writeln!(io::stdout(), "{text}") {
-        // A reader that has seen enough, such as `head`, ends nothing.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => other,
-    }
-}
-
-/// Writes a line to standard error; a closed one ends nothing.
-pub fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
-}
 
 /// Does what the command line asks.
 pub fn execute(arguments: Arguments) -> ExitCode {
@@ -210,17 +105,6 @@ pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
         }
         None => format.read(&arguments.case, &overrides)?,
     })
-}
-
-/// The bundled case whose name is close to what was given, as a question.
-fn close_case(given: &str) -> String {
-    let name = Path::new(given).file_stem().and_then(|stem| stem.to_str());
-    let all = bundled::all();
-    let names = all.iter().map(|one| one.name);
-    match name.and_then(|name| nearest(name, names)) {
-        Some(close) => format!(" (did you mean {close}?)"),
-        None => String::new(),
-    }
 }
 
 /// The bundled cases with their questions, or the text of one.
@@ -398,12 +282,6 @@ fn scarce(number: f64) -> String {
     }
 }
 
-/// A duration in seconds, in words.
-pub(crate) fn duration(seconds: f64) -> String {
-    let whole = Duration::from_secs(seconds.clamp(1.0, 1e12).round() as u64);
-    humantime::format_duration(whole).to_string()
-}
-
 /// A number with six digits that are no more than needed.
 fn figure(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
@@ -412,33 +290,6 @@ fn figure(value: f64) -> String {
         let text = format!("{value:.6}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     }
-}
-
-/// What a signal raises: an interrupt from the keyboard, or the end of the session.
-///
-/// Work that looks at it ends by itself and saves where it stands. What does not within the grace is ended from outside, as
-/// by a kill, which checkpoints survive; and so it is on a second signal. `said` is said then.
-pub fn listen(said: &'static str) -> Interrupt {
-    let interrupt = Interrupt::default();
-    let asked = interrupt.clone();
-    // Without a handler a signal ends the process at once.
-    let _ = ctrlc::set_handler(move || {
-        if asked.is_raised() {
-            process::exit(STOPPED.into());
-        }
-        asked.raise();
-        let (asked, began) = (asked.clone(), Instant::now());
-        thread::spawn(move || {
-            while began.elapsed() < GRACE || asked.is_held() {
-                thread::sleep(Duration::from_millis(20));
-            }
-            if !said.is_empty() {
-                note(said);
-            }
-            process::exit(STOPPED.into());
-        });
-    });
-    interrupt
 }
 
 /// What a run that was stopped says.
@@ -535,23 +386,6 @@ fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
         ));
     }
     lines
-}
-
-/// A word, and a sentence beside it that ends where the terminal does.
-pub(crate) fn line(word: &str, text: &str) -> String {
-    beside(&format!("{word:<10} "), text)
-}
-
-/// Words on the left, and beside them a text that ends where the terminal does.
-fn beside(left: &str, text: &str) -> String {
-    // To a file or another program it goes as it is.
-    if !io::stdout().is_terminal() {
-        return format!("{left}{text}");
-    }
-    let width = textwrap::termwidth().max(left.len() + 30);
-    let indent = " ".repeat(left.len());
-    let options = textwrap::Options::new(width).initial_indent(left);
-    textwrap::fill(text, options.subsequent_indent(&indent))
 }
 
 /// Conclusions, choices and warnings of all points as JSON.

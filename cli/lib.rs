@@ -26,12 +26,14 @@ pub mod arguments;
 mod bundled;
 #[doc(hidden)]
 pub mod commands;
+mod error;
 mod init;
 pub mod prelude;
 #[doc(hidden)]
 pub mod progress;
 mod reference;
 mod reproduce;
+mod terminal;
 
 pub use stosszahl_analysis as analysis;
 pub use stosszahl_case as case;

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::study::{Gauge, Progress};
+use crate::terminal::note;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 /// Steps of a bar.
@@ -108,6 +109,6 @@ impl Progress for Display {
     }
 
     fn note(&self, text: &str) {
-        super::commands::note(text);
+        note(text);
     }
 }

@@ -11,8 +11,9 @@ use crate::study::plan::available_threads;
 
 use crate::arguments::ReproduceArguments;
 use crate::bundled::{self, Bundled};
-use crate::commands::{CommandError, duration, line, listen, note, say};
+use crate::error::CommandError;
 use crate::progress::Display;
+use crate::terminal::{duration, line, listen, note, say};
 
 /// What is said where a reproduction was stopped.
 const STOPPED: &str = "stopped; the same command goes on from the checkpoints";

@@ -1,0 +1,114 @@
+//! Failures of commands and their exit codes.
+
+use std::io;
+use std::path::PathBuf;
+
+use crate::bundled;
+use crate::case::{CaseError, nearest};
+use crate::report::ReportError;
+use crate::reproduction::ReproduceError;
+use crate::results::ResultsError;
+use crate::study::RunError;
+use crate::study::frontier::FrontierError;
+use crate::terminal::STOPPED;
+
+/// Failure of a command of the command line.
+#[derive(Debug, thiserror::Error)]
+pub enum CommandError {
+    /// The case file or an override is refused.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The run failed.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The report cannot be built.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// A frontier cannot be measured.
+    #[error(transparent)]
+    Frontier(#[from] FrontierError),
+    /// A paper cannot be made again.
+    #[error(transparent)]
+    Reproduce(ReproduceError),
+    /// There is no bundled paper of this name.
+    #[error(
+        "no bundled paper is called {0}, and there is no such file; `stosszahl reproduce` lists them"
+    )]
+    NoBundledPaper(String),
+    /// A share that is none.
+    #[error("--target-error {found}: allowed is a share such as 1% or 0.01, above 0 and below 1")]
+    Target {
+        /// What was written.
+        found: String,
+    },
+    /// There is no bundled case of this name.
+    #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
+    NoBundledCase(String),
+    /// There is neither a file nor a bundled case of this name.
+    #[error("{0}: there is no such file, and no bundled case of that name{close}; `stosszahl cases` lists them", close = close_case(.0))]
+    NoCase(String),
+    /// A file that would be replaced.
+    #[error("{} exists; use --force to replace it, or another name", .0.display())]
+    FileExists(PathBuf),
+    /// A page cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// Standard output cannot be written.
+    #[error("standard output: {0}")]
+    Output(#[from] io::Error),
+}
+
+/// A failure of a part of a paper is one of that part.
+impl From<ReproduceError> for CommandError {
+    fn from(error: ReproduceError) -> Self {
+        match error {
+            ReproduceError::Case(error) => Self::Case(error),
+            ReproduceError::Run(error) => Self::Run(error),
+            ReproduceError::Results(error) => Self::Results(error),
+            other => Self::Reproduce(other),
+        }
+    }
+}
+
+impl CommandError {
+    /// Whether the command only ended because it was asked to.
+    pub(crate) fn is_interruption(&self) -> bool {
+        self.exit_code() == STOPPED
+    }
+
+    /// Returns the exit code: 2 for refused input, [`STOPPED`] for an interrupt, 1 for a failed run.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Run(error) if error.is_interruption() => STOPPED,
+            Self::Frontier(FrontierError::Interrupted) => STOPPED,
+            Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
+            Self::Frontier(error) if error.is_refusal() => 2,
+            Self::Case(_)
+            | Self::Reproduce(ReproduceError::NoFigure { .. } | ReproduceError::Occupied { .. })
+            | Self::Target { .. }
+            | Self::NoBundledCase(_)
+            | Self::NoCase(_)
+            | Self::NoBundledPaper(_)
+            | Self::FileExists(_)
+            | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
+            | Self::Report(ReportError::NoResults { .. }) => 2,
+            Self::Run(_)
+            | Self::Report(_)
+            | Self::Frontier(_)
+            | Self::Reproduce(_)
+            | Self::Results(_)
+            | Self::Output(_) => 1,
+        }
+    }
+}
+
+/// Suggests the bundled case whose name is close to the given one, as a question.
+fn close_case(given: &str) -> String {
+    let name = Path::new(given).file_stem().and_then(|stem| stem.to_str());
+    let all = bundled::all();
+    let names = all.iter().map(|one| one.name);
+    match name.and_then(|name| nearest(name, names)) {
+        Some(close) => format!(" (did you mean {close}?)"),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,77 @@
+//! Output to the terminal, text that fits its width, and interrupts from the keyboard.
+
+use std::io::{self, IsTerminal, Write as _};
+use std::process;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::model::Interrupt;
+
+/// Exit code of a command that was asked to stop, as shells have it for an interrupt.
+pub(crate) const STOPPED: u8 = 130;
+/// How long a command that was asked to stop may take for that, unless it is saving.
+const GRACE: Duration = Duration::from_millis(750);
+
+/// Writes a line to standard output.
+pub(crate) fn say(text: &str) -> io::Result<()> {
+    match writeln!(io::stdout(), "{text}") {
+        // A reader that has seen enough, such as `head`, ends nothing.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// Writes a line to standard error; a closed one ends nothing.
+pub fn note(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Formats a duration \[s\] in words.
+pub(crate) fn duration(seconds: f64) -> String {
+    let whole = Duration::from_secs(seconds.clamp(1.0, 1e12).round() as u64);
+    humantime::format_duration(whole).to_string()
+}
+
+/// Formats a word and the sentence next to it, wrapped at the width of the terminal.
+pub(crate) fn line(word: &str, text: &str) -> String {
+    beside(&format!("{word:<10} "), text)
+}
+
+/// Formats a label and the text next to it, wrapped at the width of the terminal.
+pub(crate) fn beside(left: &str, text: &str) -> String {
+    // To a file or another program it goes as it is.
+    if !io::stdout().is_terminal() {
+        return format!("{left}{text}");
+    }
+    let width = textwrap::termwidth().max(left.len() + 30);
+    let indent = " ".repeat(left.len());
+    let options = textwrap::Options::new(width).initial_indent(left);
+    textwrap::fill(text, options.subsequent_indent(&indent))
+}
+
+/// Returns the interrupt that a signal raises: Ctrl-C, or the end of the session.
+///
+/// Work that looks at it ends by itself and saves where it stands. What does not within the grace is ended from outside, as
+/// by a kill, which checkpoints survive; and so it is on a second signal. `said` is said then.
+pub fn listen(said: &'static str) -> Interrupt {
+    let interrupt = Interrupt::default();
+    let asked = interrupt.clone();
+    // Without a handler a signal ends the process at once.
+    let _ = ctrlc::set_handler(move || {
+        if asked.is_raised() {
+            process::exit(STOPPED.into());
+        }
+        asked.raise();
+        let (asked, began) = (asked.clone(), Instant::now());
+        thread::spawn(move || {
+            while began.elapsed() < GRACE || asked.is_held() {
+                thread::sleep(Duration::from_millis(20));
+            }
+            if !said.is_empty() {
+                note(said);
+            }
+            process::exit(STOPPED.into());
+        });
+    });
+    interrupt
+}
