@@ -3,8 +3,8 @@
 use rand::{Rng, RngExt};
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
-    Collision, Encounter, Interrupt, Physics, Restitution, Sizes, Space, Vector, VectorOf, collide,
-    kinetic,
+    CollidingPair, Collision, Interrupt, Physics, Restitution, Sizes, Space, Vector, VectorOf,
+    collide, kinetic,
 };
 
 use crate::boundary::Surroundings;
@@ -297,7 +297,7 @@ where
         let velocities = [i, j].map(|who| members[who].velocity);
         let kinds = [i, j].map(|who| sizes.kind(members[who].tag));
         let restitution = (self.scene.restitution()).between(kinds, -along * speed);
-        let pair = Encounter {
+        let pair = CollidingPair {
             velocities,
             spins: [i, j].map(|who| members[who].spin),
             masses,

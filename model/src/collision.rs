@@ -3,33 +3,10 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::colliding_pair::{CollidingPair, PostCollision};
 use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::space::Vector;
 use crate::surface::Surface;
-
-/// Two particles about to collide.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Encounter<V, W = ()> {
-    /// Velocities of the first and the second partner \[length/time\].
-    pub velocities: [V; 2],
-    /// Their angular velocities, or nothing.
-    pub spins: [W; 2],
-    /// Their masses.
-    pub masses: [f64; 2],
-    /// Their radii; smooth partners do not ask.
-    pub radii: [f64; 2],
-    /// The line of centres, from the second to the first partner; any positive length.
-    pub line: V,
-}
-
-/// Two particles after a collision.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct After<V, W = ()> {
-    /// Velocities of the first and the second partner \[length/time\].
-    pub velocities: [V; 2],
-    /// Their angular velocities, or nothing.
-    pub spins: [W; 2],
-}
 
 /// What a measurement may know of one collision, in the plane and in space alike: in the plane the third component of
 /// vectors is zero. What follows from the fields is computed on demand.
@@ -106,9 +83,9 @@ impl Collision {
 #[inline]
 pub fn collide<P: Physics>(
     scene: &P,
-    pair: &Encounter<VectorOf<P>, SpinOf<P>>,
+    pair: &CollidingPair<VectorOf<P>, SpinOf<P>>,
     restitution: f64,
-) -> After<VectorOf<P>, SpinOf<P>> {
+) -> PostCollision<VectorOf<P>, SpinOf<P>> {
     let mut after = bounce(pair, restitution);
     scene.surface().rub(pair, &mut after);
     after
@@ -116,12 +93,15 @@ pub fn collide<P: Physics>(
 
 /// The normal part of [`collide`]: what smooth particles do.
 #[inline]
-pub fn bounce<V: Vector, W: Copy>(pair: &Encounter<V, W>, restitution: f64) -> After<V, W> {
+pub fn bounce<V: Vector, W: Copy>(
+    pair: &CollidingPair<V, W>,
+    restitution: f64,
+) -> PostCollision<V, W> {
     let [first, second] = pair.velocities;
     let relative = first - second;
     let kick = pair.line * ((1.0 + restitution) * relative.inner(&pair.line) / pair.line.square());
     let total = pair.masses[0] + pair.masses[1];
-    After {
+    PostCollision {
         velocities: [
             first - kick * (pair.masses[1] / total),
             second + kick * (pair.masses[0] / total),
@@ -158,7 +138,7 @@ mod tests {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut number = || stream.random_range(-1.0..1.0);
         for _ in 0..10_000 {
-            let pair = Encounter {
+            let pair = CollidingPair {
                 velocities: [
                     vector![number(), number(), number()],
                     vector![number(), number(), number()],
@@ -218,7 +198,7 @@ mod tests {
         assert!((nearly_central - 1e-9).abs() < 1e-24);
         let after = collide(
             &scene(Plane),
-            &Encounter {
+            &CollidingPair {
                 velocities: [vector![0.0, -1.0], vector![0.0, 1.0]],
                 spins: [(); 2],
                 masses: [1.0, 1.0],

@@ -21,6 +21,7 @@
 
 mod brief;
 pub mod clusters;
+pub mod colliding_pair;
 pub mod collision;
 pub mod domain;
 pub mod drive;
@@ -33,6 +34,7 @@ pub mod invalid;
 pub mod kinetic;
 pub mod memory;
 pub mod observer;
+pub mod particle;
 pub mod physics;
 pub mod random;
 pub mod restitution;
@@ -49,7 +51,8 @@ pub mod walls;
 
 pub use brief::brief;
 pub use clusters::Clusters;
-pub use collision::{After, Collision, Encounter, bounce, collide};
+pub use colliding_pair::{CollidingPair, PostCollision};
+pub use collision::{Collision, bounce, collide};
 pub use domain::Domain;
 pub use drive::Drive;
 pub use exact::Exact;
@@ -58,11 +61,10 @@ pub use grains::{GrainSizes, Grains};
 pub use interrupt::Interrupt;
 pub use invalid::Invalid;
 pub use observer::{EachCollision, Observer, Recorder};
+pub use particle::Particle;
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
 pub use restitution::{Constant, Law, Material, PerPair, Restitution, Viscoelastic};
-pub use simulation::{
-    BoundaryFlux, Budget, Census, Failure, Moments, Particle, Particles, Simulation, Work,
-};
+pub use simulation::{BoundaryFlux, Budget, Census, Failure, Moments, Particles, Simulation, Work};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
 pub use species::{Grouping, Kind, Species};

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
-use crate::simulation::Particle;
+use crate::particle::Particle;
 
 /// A sum of some kind, empty or not. Empty, it tells another process which sum to make; so options are part of it.
 pub trait Adds: Serialize + DeserializeOwned {

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::collision::{After, Encounter};
+use crate::colliding_pair::{CollidingPair, PostCollision};
 use crate::invalid::Invalid;
 use crate::space::{Space, Vector};
 
@@ -26,8 +26,8 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Adds the tangential impulse of a contact to what the normal one has left, and turns the partners.
     fn rub(
         &self,
-        pair: &Encounter<S::Vector, Self::Spin>,
-        after: &mut After<S::Vector, Self::Spin>,
+        pair: &CollidingPair<S::Vector, Self::Spin>,
+        after: &mut PostCollision<S::Vector, Self::Spin>,
     );
 
     /// Tangential impulse of a wall: its `normal` is a unit vector into the gas, `velocity` is relative to
@@ -79,7 +79,7 @@ impl<S: Space> Surface<S> for Smooth {
     const ROUGH: bool = false;
 
     #[inline(always)]
-    fn rub(&self, _pair: &Encounter<S::Vector>, _after: &mut After<S::Vector>) {}
+    fn rub(&self, _pair: &CollidingPair<S::Vector>, _after: &mut PostCollision<S::Vector>) {}
 
     #[inline]
     fn slide(
@@ -181,7 +181,11 @@ impl<S: Space> Surface<S> for Rough {
     const ROUGH: bool = true;
 
     #[inline]
-    fn rub(&self, pair: &Encounter<S::Vector, S::Spin>, after: &mut After<S::Vector, S::Spin>) {
+    fn rub(
+        &self,
+        pair: &CollidingPair<S::Vector, S::Spin>,
+        after: &mut PostCollision<S::Vector, S::Spin>,
+    ) {
         let normal = pair.line * (1.0 / pair.line.square().sqrt());
         let turning = pair.spins[0] * pair.radii[0] + pair.spins[1] * pair.radii[1];
         let contact = pair.velocities[0] - pair.velocities[1] - S::cross(turning, normal);
@@ -291,10 +295,10 @@ mod tests {
         vector
     }
 
-    fn encounter<S: Space>(stream: &mut Stream) -> Encounter<S::Vector, S::Spin> {
+    fn encounter<S: Space>(stream: &mut Stream) -> CollidingPair<S::Vector, S::Spin> {
         let mut positive = || stream.random_range(0.3..2.0);
         let (masses, radii) = ([positive(), positive()], [positive(), positive()]);
-        Encounter {
+        CollidingPair {
             velocities: [vector(S::DIMENSION, stream), vector(S::DIMENSION, stream)],
             spins: [vector(S::ROTATIONS, stream), vector(S::ROTATIONS, stream)],
             masses,
@@ -305,7 +309,7 @@ mod tests {
 
     /// Velocity of the first surface against the second where they touch.
     fn contact_velocity<S: Space>(
-        pair: &Encounter<S::Vector, S::Spin>,
+        pair: &CollidingPair<S::Vector, S::Spin>,
         velocities: [S::Vector; 2],
         spins: [S::Spin; 2],
     ) -> S::Vector {
@@ -321,7 +325,7 @@ mod tests {
     fn check<S: Space>() {
         let stream = &mut Stream::seed_from_u64(2);
         for round in 0..10_000 {
-            let pair = encounter::<S>(stream);
+            let pair = colliding_pair::<S>(stream);
             let restitution: f64 = stream.random();
             let elastic = round % 2 == 0;
             let beta = match round % 4 {
@@ -384,7 +388,7 @@ mod tests {
     fn walls_are_heavy<S: Space>() {
         let stream = &mut Stream::seed_from_u64(3);
         for _ in 0..1000 {
-            let mut pair = encounter::<S>(stream);
+            let mut pair = colliding_pair::<S>(stream);
             pair.masses[1] = 1e12;
             pair.velocities[1] = S::Vector::default();
             pair.spins[1] = S::Spin::default();

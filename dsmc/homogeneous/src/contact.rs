@@ -3,7 +3,7 @@
 use rand::{Rng, RngExt};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use stosszahl_model::{Encounter, Restitution, Sizes, Space, Vector, VectorOf, collide};
+use stosszahl_model::{CollidingPair, Restitution, Sizes, Space, Vector, VectorOf, collide};
 
 use super::gas::{Gas, Grains};
 
@@ -104,7 +104,7 @@ pub(crate) fn bounce<P: Grains>(
     let approach = (along * along / meeting.line.square()).sqrt();
     let kinds = partners.map(|particle| sizes.kind(particle.tag));
     let restitution = gas.scene.restitution().between(kinds, approach);
-    let encounter = Encounter {
+    let encounter = CollidingPair {
         velocities: partners.map(|particle| particle.velocity),
         spins: [(); 2],
         masses: partners.map(|particle| sizes.mass(particle.tag)),

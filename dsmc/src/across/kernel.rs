@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{
-    Collision, Encounter, Physics, Plane, Restitution, Sizes, Space, Vector, VectorOf, collide,
+    CollidingPair, Collision, Physics, Plane, Restitution, Sizes, Space, Vector, VectorOf, collide,
 };
 
 use super::arm::{self, Arm};
@@ -527,7 +527,7 @@ where
         let line = -normal * contact;
         let kinds = [0, 1].map(|who| sizes.kind(pair[who].tag));
         let restitution = (kernel.scene.restitution()).between(kinds, relative.inner(&normal));
-        let encounter = Encounter {
+        let encounter = CollidingPair {
             velocities,
             spins: pair.map(|simulator| simulator.spin),
             masses,

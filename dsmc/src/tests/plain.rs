@@ -4,8 +4,8 @@
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, ShortStream, Streams};
 use stosszahl_model::{
-    Domain, Encounter, Free, Physics, Restitution, Sizes, Smooth, Space, State, Vector, VectorOf,
-    collide, kinetic,
+    CollidingPair, Domain, Free, Physics, Restitution, Sizes, Smooth, Space, State, Vector,
+    VectorOf, collide, kinetic,
 };
 
 use crate::{Displacement, Neighbourhood, Parameters, Scheme};
@@ -197,7 +197,7 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
             }
             collisions += 1;
             let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
-            let pair = Encounter {
+            let pair = CollidingPair {
                 velocities: [members[i].1, members[j].1],
                 spins: [(); 2],
                 masses: [i, j].map(|who| sizes.mass(sizes.tag(members[who].2))),

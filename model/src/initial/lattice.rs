@@ -4,7 +4,7 @@ use nalgebra::{Vector2, vector};
 use rand::Rng;
 use rand::seq::SliceRandom;
 
-use super::{Placement, PlacementError};
+use super::placement::{Placement, PlacementError};
 use crate::domain::Domain;
 use crate::space::Plane;
 

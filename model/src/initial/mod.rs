@@ -8,17 +8,16 @@
 mod file;
 mod lattice;
 mod overlap;
+mod placement;
 mod sequential;
 mod velocities;
 
 pub use file::{FileError, StartFile, read};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
+pub use placement::{Placement, PlacementError};
 pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition, sequential_addition_of};
 pub use velocities::{maxwellian, rescale, thermal_spins};
-
-use crate::brief;
-use nalgebra::Vector2;
 
 use crate::domain::Domain;
 use crate::interrupt::Interrupt;
@@ -34,55 +33,6 @@ pub enum Arrangement {
     Square,
     /// Hexagonal lattice.
     Hexagonal,
-}
-
-/// Positions, and the lattice they came from if they did.
-#[derive(Clone, Debug)]
-pub struct Placement {
-    /// Centres of the disks.
-    pub positions: Vec<Vector2<f64>>,
-    /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without one.
-    pub reciprocal: Vec<[i32; 2]>,
-}
-
-/// Why disks could not be placed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PlacementError {
-    /// Disks of several sizes do not fit.
-    #[error(
-        "{count} disks of several sizes do not fit into a box of {} x {} when placed at random one by one, the large \
-         ones first; a lower packing fraction or a larger box may do",
-        brief(lengths[0]), brief(lengths[1])
-    )]
-    Jammed {
-        /// Number of disks.
-        count: usize,
-        /// Box.
-        lengths: [f64; 2],
-    },
-    /// The lattice that fits into the box is too tight.
-    #[error(
-        "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {} x {}: \
-         the closest lattice sites are {spacing} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
-        brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter), spacing = brief(*spacing))]
-    TooDense {
-        /// `square` or `hexagonal`.
-        lattice: &'static str,
-        /// Number of disks.
-        count: usize,
-        /// Their diameter.
-        diameter: f64,
-        /// Box.
-        lengths: [f64; 2],
-        /// Shortest distance of two sites.
-        spacing: f64,
-        /// Largest packing fraction that this lattice holds.
-        allowed: f64,
-    },
-    /// It was asked to end.
-    #[error("stopped")]
-    Interrupted,
 }
 
 /// Places disks of the given radii at random in a periodic box.

@@ -1,6 +1,6 @@
 //! The same restitution at every approach speed.
 
-use super::Restitution;
+use super::normal_law::Restitution;
 use crate::invalid::Invalid;
 
 /// One coefficient for all speeds; [`Constant::ELASTIC`] is the elastic gas, so no law of its own exists for that.

@@ -1,6 +1,6 @@
 //! Viscoelastic strength from what particles are made of.
 
-use super::Viscoelastic;
+use super::viscoelastic::Viscoelastic;
 use crate::invalid::Invalid;
 
 /// The material of viscoelastic spheres.

@@ -6,28 +6,15 @@
 
 mod constant;
 mod material;
+mod normal_law;
 mod per_pair;
 mod viscoelastic;
 
-use std::fmt::Debug;
-
 pub use constant::Constant;
 pub use material::Material;
+pub use normal_law::Restitution;
 pub use per_pair::PerPair;
 pub use viscoelastic::Viscoelastic;
-
-/// Normal restitution as a function of the normal approach speed.
-pub trait Restitution: Clone + Debug + Send + Sync + 'static {
-    /// The coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
-    /// \[length/time\].
-    fn normal(&self, approach: f64) -> f64;
-
-    /// The same for a pair of the given species (see [`crate::Sizes::kind`]), where the law depends on them.
-    #[inline]
-    fn between(&self, _kinds: [u32; 2], approach: f64) -> f64 {
-        self.normal(approach)
-    }
-}
 
 /// Declares the laws that are chosen at run time: one line each.
 macro_rules! laws {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Restitution;
+use super::normal_law::Restitution;
 use crate::invalid::Invalid;
 
 /// One law of the same form for each unordered pair of species; cheap to clone, as replicas share the table.

@@ -1,6 +1,6 @@
 //! Restitution that falls with the approach speed.
 
-use super::Restitution;
+use super::normal_law::Restitution;
 use crate::invalid::Invalid;
 
 /// Viscoelastic spheres: restitution falls with the approach speed g as a function of

@@ -1,0 +1,54 @@
+//! Placed disks, or the reason why they cannot be placed.
+
+use nalgebra::Vector2;
+
+use crate::brief;
+
+/// Positions of placed disks, and the lattice they came from, if any.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// Centres of the disks.
+    pub positions: Vec<Vector2<f64>>,
+    /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without one.
+    pub reciprocal: Vec<[i32; 2]>,
+}
+
+/// Failure to place disks.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlacementError {
+    /// Disks of several sizes do not fit.
+    #[error(
+        "{count} disks of several sizes do not fit into a box of {} x {} when placed at random one by one, the large \
+         ones first; a lower packing fraction or a larger box may do",
+        brief(lengths[0]), brief(lengths[1])
+    )]
+    Jammed {
+        /// Number of disks.
+        count: usize,
+        /// Box.
+        lengths: [f64; 2],
+    },
+    /// The lattice that fits into the box is too tight.
+    #[error(
+        "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {} x {}: \
+         the closest lattice sites are {spacing} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
+        brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter), spacing = brief(*spacing))]
+    TooDense {
+        /// `square` or `hexagonal`.
+        lattice: &'static str,
+        /// Number of disks.
+        count: usize,
+        /// Their diameter.
+        diameter: f64,
+        /// Box.
+        lengths: [f64; 2],
+        /// Shortest distance of two sites.
+        spacing: f64,
+        /// Largest packing fraction that this lattice holds.
+        allowed: f64,
+    },
+    /// It was asked to end.
+    #[error("stopped")]
+    Interrupted,
+}

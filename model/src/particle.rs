@@ -1,0 +1,41 @@
+//! One particle, as engines show it to measurements and read it from a start.
+
+use nalgebra::Vector3;
+
+/// Particle, or simulator of a Monte Carlo gas. In the plane the third component of vectors is zero, and the spin is
+/// the third component of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle {
+    /// Position \[length\], inside the box; the origin in gases without positions.
+    pub position: Vector3<f64>,
+    /// Velocity \[length/time\].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity \[1/time\]; zero for smooth particles.
+    pub spin: Vector3<f64>,
+    /// Radius \[length\].
+    pub radius: f64,
+    /// Mass.
+    pub mass: f64,
+    /// Energy of rotation, I w^2/2.
+    pub spin_energy: f64,
+    /// Number of the species, from 0.
+    pub species: u32,
+    /// Number of particles that it stands for; 1 in exact dynamics.
+    pub weight: f64,
+}
+
+impl Particle {
+    /// A particle of a radius and mass at rest at the origin.
+    pub fn of(radius: f64, mass: f64) -> Self {
+        Self {
+            position: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+            radius,
+            mass,
+            spin_energy: 0.0,
+            species: 0,
+            weight: 1.0,
+        }
+    }
+}
