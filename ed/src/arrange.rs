@@ -4,9 +4,10 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 use stosszahl_model::{Domain, Field, Plane, memory};
 
-use crate::disk::{Disk, Disks};
-use crate::levels::Levels;
+use crate::disk::Disks;
+use crate::grid_hierarchy::GridHierarchy;
 use crate::motion::Motion;
+use crate::record::Disk;
 
 /// Fills an empty vector with what is made of each number below a count, by this thread or by all of the present pool.
 pub(crate) fn fill<T: Send>(
@@ -39,7 +40,7 @@ impl<F: Field<Plane>> Disks<F> {
             [0, 1].map(|axis| domain.is_periodic(axis)),
         );
         let (cells, coarse) =
-            Levels::grids(lengths, periodic, 2.0 * largest_radius, count, unequal);
+            GridHierarchy::grids(lengths, periodic, 2.0 * largest_radius, count, unequal);
         let place = |index: usize| {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32
@@ -69,7 +70,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
         let levels = (!coarse.is_empty()).then(|| {
             let radii = order.iter().map(|&(_, index)| body(index as usize).2);
-            Levels::new(coarse, &cells, radii)
+            GridHierarchy::new(coarse, &cells, radii)
         });
         let mut disks = Self {
             all: memory::reserved(count),

@@ -7,7 +7,7 @@ use std::hint::select_unpredictable;
 use binary_heap_plus::{BinaryHeap, MinComparator};
 use stosszahl_model::memory;
 
-use crate::foresight::{AHEAD, NAMES, Plan};
+use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 
 /// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ pub trait Agenda {
 
     /// The events of these disks come up in a number of buckets, the last of which ends at a time. The plan is kept for
     /// them until then; after a jump of the calendar it may be that of others.
-    fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut Plan) {}
+    fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut PrefetchPlan) {}
 
     /// The present bucket names this disk: its partner is needed next. The partner's number for a caller that wants to prefetch
     /// something else of it; beyond the disks if it has none.
@@ -176,7 +176,7 @@ pub struct Buckets {
     waiting: [(u64, u32); WAITING],
     waits: usize,
     /// For the next buckets, by their numbers in turn.
-    plans: [Plan; AHEAD],
+    plans: [PrefetchPlan; AHEAD],
     /// Disks named in the ring and the spill.
     near: usize,
     /// Events popped since the current bucket was that of number `since`.
@@ -486,7 +486,7 @@ impl Calendar for Buckets {
             far: Vec::new(),
             waiting: [(0, 0); WAITING],
             waits: 0,
-            plans: [Plan::NOTHING; AHEAD],
+            plans: [PrefetchPlan::NOTHING; AHEAD],
             near: 0,
             popped: 0,
             since: 0,

@@ -1,21 +1,21 @@
 //! The disks of several cells.
 
 use crate::cells::NONE;
-use crate::disk::Disk;
+use crate::record::Disk;
 
 /// More lists than are ever open at a time: those of four by four cells.
 const RING: usize = 16;
 
 /// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in a ring. One loop over
 /// all has one end to be foreseen. Two arrays, so that nothing has to be packed and unpacked.
-pub(crate) struct Lists {
+pub(crate) struct CellListWalk {
     disks: [u32; RING],
     cells: [u32; RING],
     begin: usize,
     end: usize,
 }
 
-impl Lists {
+impl CellListWalk {
     pub(crate) fn new() -> Self {
         Self {
             disks: [NONE; RING],

@@ -37,7 +37,7 @@ const CELLS_OF_A_CROSSING: usize = 512;
 
 /// Distinguishes progress from its lack. Times are the engine's own.
 #[derive(Clone)]
-pub(crate) struct Progress {
+pub(crate) struct CollapseDetector {
     /// When time last advanced noticeably.
     time: f64,
     /// Collisions at that time.
@@ -45,13 +45,13 @@ pub(crate) struct Progress {
     /// The last collisions: pair and time.
     recent: [([u32; 2], f64); RECENT],
     /// Collisions in a row with hardly any approach.
-    feeble: usize,
+    negligible: usize,
     /// Crossings since the last collision.
     idle: u64,
 }
 
 /// A contact, and the gas it happens in.
-pub(crate) struct Latest {
+pub(crate) struct ContactInfo {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
     /// The same in absolute time.
@@ -64,10 +64,10 @@ pub(crate) struct Latest {
     pub(crate) straight: bool,
 }
 
-impl Latest {
+impl ContactInfo {
     /// Whether the disks, or one and a wall, hardly approached at this speed for their diameter; `None` if there is no time to compare with.
     #[inline(always)]
-    pub(crate) fn is_feeble(&self, approach: f64, diameter: f64) -> Option<bool> {
+    pub(crate) fn is_negligible(&self, approach: f64, diameter: f64) -> Option<bool> {
         let way = approach.abs() * self.age.abs();
         (way > 0.0).then_some(way < FEEBLE * diameter)
     }
@@ -81,14 +81,14 @@ impl Latest {
     }
 }
 
-impl Progress {
+impl CollapseDetector {
     /// At the own time 0, with the number of collisions when time last advanced.
     pub(crate) fn new(collisions: u64) -> Self {
         Self {
             time: 0.0,
             collisions,
             recent: [([NONE; 2], f64::NEG_INFINITY); RECENT],
-            feeble: 0,
+            negligible: 0,
             idle: 0,
         }
     }
@@ -109,7 +109,7 @@ impl Progress {
     }
 
     /// Crossings count anew.
-    pub(crate) fn be_patient(&mut self) {
+    pub(crate) fn reset_idle(&mut self) {
         self.idle = 0;
     }
 
@@ -145,18 +145,22 @@ impl Progress {
         self.crossing(disks)
     }
 
-    /// One more contact of this many, [`Latest::is_feeble`] or not; true if that is a collapse. With a wall, the partner is [`NONE`].
+    /// One more contact of this many, [`ContactInfo::is_negligible`] or not; true if that is a collapse. With a wall, the partner is [`NONE`].
     #[inline(always)]
     pub(crate) fn collision(
         &mut self,
         number: u64,
-        latest: &Latest,
-        is_feeble: Option<bool>,
+        latest: &ContactInfo,
+        is_negligible: Option<bool>,
     ) -> bool {
         self.remember(number, latest);
-        if let Some(is_feeble) = is_feeble {
-            self.feeble = if is_feeble { self.feeble + 1 } else { 0 };
-            if self.feeble >= FEW {
+        if let Some(is_negligible) = is_negligible {
+            self.negligible = if is_negligible {
+                self.negligible + 1
+            } else {
+                0
+            };
+            if self.negligible >= FEW {
                 let before = self.recent[(number as usize + RECENT - FEW) % RECENT].1;
                 return latest.now - before <= latest.resolution();
             }
@@ -165,7 +169,7 @@ impl Progress {
     }
 
     /// The same for a contact that is not feeble, after others that were not. Of many in a row only [`Self::counts`] need be shown.
-    pub(crate) fn usual_collision(&mut self, number: u64, latest: &Latest) -> bool {
+    pub(crate) fn usual_collision(&mut self, number: u64, latest: &ContactInfo) -> bool {
         self.remember(number, latest);
         self.has_stopped(number, latest)
     }
@@ -178,7 +182,7 @@ impl Progress {
     }
 
     #[inline(always)]
-    fn remember(&mut self, number: u64, latest: &Latest) {
+    fn remember(&mut self, number: u64, latest: &ContactInfo) {
         if latest.pair[1] != NONE {
             self.idle = 0;
         }
@@ -187,7 +191,7 @@ impl Progress {
 
     /// Whether time has not advanced for too many contacts; looked at once in a while.
     #[inline(always)]
-    fn has_stopped(&mut self, number: u64, latest: &Latest) -> bool {
+    fn has_stopped(&mut self, number: u64, latest: &ContactInfo) -> bool {
         if !number.is_multiple_of(LOOK) {
             return false;
         }
@@ -198,8 +202,8 @@ impl Progress {
     }
 
     /// Whether the last contact was feeble.
-    pub(crate) fn is_feeble(&self) -> bool {
-        self.feeble > 0
+    pub(crate) fn is_negligible(&self) -> bool {
+        self.negligible > 0
     }
 
     /// The disks of the last collisions.
@@ -224,7 +228,7 @@ mod tests {
             (900, 1030),
             (1024, 5000),
         ] {
-            let latest = |number: u64| Latest {
+            let latest = |number: u64| ContactInfo {
                 pair: [number as u32, 7],
                 now: 1e-3 * number as f64,
                 age: 1.0,
@@ -233,13 +237,13 @@ mod tests {
                 straight: true,
             };
             let after = |numbers: Vec<u64>| {
-                let mut progress = Progress::new(0);
+                let mut progress = CollapseDetector::new(0);
                 for number in numbers {
                     assert!(!progress.usual_collision(number, &latest(number)));
                 }
                 (progress.time, progress.collisions, progress.recent)
             };
-            let some: Vec<u64> = Progress::counts(first, last).collect();
+            let some: Vec<u64> = CollapseDetector::counts(first, last).collect();
             assert!(some.len() <= RECENT + 5);
             assert!(
                 after(some) == after((first..=last).collect()),

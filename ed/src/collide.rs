@@ -2,15 +2,15 @@
 
 use nalgebra::Vector2;
 use stosszahl_model::{
-    Collision, Encounter, Field, Physics, Plane, Recorder, Restitution, Sizes, Surface, Vector,
+    CollidingPair, Collision, Field, Physics, Plane, Recorder, Restitution, Sizes, Surface, Vector,
     bounce, collide,
 };
 
 use crate::calendar::Calendar;
 use crate::checkpoint::Dissipation;
+use crate::collapse::ContactInfo;
 use crate::engine::Engine;
 use crate::error::EngineError;
-use crate::progress::Latest;
 
 impl<P, Q> Engine<P, Q>
 where
@@ -48,7 +48,7 @@ where
         let approach = -relative.dot(&line) / line.norm();
         let kinds = [first, second].map(|disk| sizes.kind(self.tags[disk as usize]));
         let law = self.restitution([first, second], kinds, approach * self.speed);
-        let mut pair = Encounter {
+        let mut pair = CollidingPair {
             velocities,
             spins: [self.spin(first), self.spin(second)],
             masses,
@@ -75,10 +75,10 @@ where
         }
         self.predict_both(first, second);
         let latest = self.latest([first, second], now);
-        let is_feeble = latest.is_feeble(approach, distance);
+        let is_negligible = latest.is_negligible(approach, distance);
         if self.window.is_some() {
-            self.log_contact(&latest, is_feeble);
-        } else if (self.progress).collision(self.tally.contacts(), &latest, is_feeble) {
+            self.log_contact(&latest, is_negligible);
+        } else if (self.progress).collision(self.tally.contacts(), &latest, is_negligible) {
             return Err(self.collapse(latest.pair));
         }
         Ok(())
@@ -86,8 +86,8 @@ where
 
     /// A contact at an own time.
     #[inline(always)]
-    pub(crate) fn latest(&self, pair: [u32; 2], now: f64) -> Latest {
-        Latest {
+    pub(crate) fn latest(&self, pair: [u32; 2], now: f64) -> ContactInfo {
+        ContactInfo {
             pair,
             now,
             age: self.epoch * self.speed + now,
@@ -179,7 +179,7 @@ where
 /// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
 /// square of that.
 #[cold]
-fn part<W: Copy>(pair: &mut Encounter<Vector2<f64>, W>) {
+fn part<W: Copy>(pair: &mut CollidingPair<Vector2<f64>, W>) {
     pair.velocities = bounce(pair, 1.0).velocities;
     let total = pair.masses[0] + pair.masses[1];
     let normal = pair.line.normalize();

@@ -7,74 +7,13 @@ use nalgebra::{Vector2, vector};
 use stosszahl_model::{Field, Plane, Sizes, memory};
 
 use crate::calendar::Agenda;
+use crate::cell_list_walk::CellListWalk;
 use crate::cells::{Cell, Cells, NONE, line_of};
 use crate::contact::Candidates;
-use crate::foresight::Plan;
-use crate::levels::{self, Levels, Nearby};
-use crate::lists::Lists;
+use crate::grid_hierarchy::{self, GridHierarchy, Nearby};
 use crate::motion::Motion;
-
-/// One disk in one cache line. Times and speeds are in the engine's own units.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(crate) struct Disk {
-    /// Position relative to the corner of the cell, at the time `clock`.
-    pub(crate) position: Vector2<f64>,
-    pub(crate) velocity: Vector2<f64>,
-    /// When position and velocity were last brought up to date.
-    pub(crate) clock: f64,
-    /// Predicted time of contact with `partner`; infinite without one.
-    pub(crate) contact: f64,
-    /// A disk, or, beyond their number, what else can be touched, or [`NONE`].
-    pub(crate) partner: u32,
-    /// The next disk of the same cell, or [`NONE`].
-    pub(crate) next: u32,
-    /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again since.
-    pub(crate) partner_count: u16,
-    /// Collisions of this disk, from [`FIRST`] to the largest number and from [`FIRST`] again.
-    pub(crate) count: u16,
-    /// Its cell.
-    pub(crate) home: Cell,
-}
-
-/// The count of no disk.
-pub(crate) const VOID: u16 = 0;
-
-/// The count of a disk that is simulated elsewhere, which no contact was predicted with.
-const ABSENT: u16 = VOID + 1;
-
-/// The first count of a disk.
-const FIRST: u16 = ABSENT + 1;
-
-impl Disk {
-    pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
-        Self {
-            position,
-            velocity,
-            clock: 0.0,
-            contact: f64::INFINITY,
-            partner: NONE,
-            next: NONE,
-            partner_count: VOID,
-            count: FIRST,
-            home,
-        }
-    }
-
-    /// In the place of a disk that is simulated elsewhere: nothing ever happens to it, and those that it has left behind look anew when they would
-    /// touch it.
-    pub(crate) fn absent() -> Self {
-        Self {
-            clock: f64::INFINITY,
-            count: ABSENT,
-            ..Self::new([0; 2], Vector2::zeros(), Vector2::zeros())
-        }
-    }
-
-    pub(crate) fn is_absent(&self) -> bool {
-        self.clock == f64::INFINITY
-    }
-}
+use crate::prefetch_plan::PrefetchPlan;
+use crate::record::{Disk, FIRST, VOID};
 
 /// All disks and the grid they are in.
 pub(crate) struct Disks<F> {
@@ -83,7 +22,7 @@ pub(crate) struct Disks<F> {
     pub(crate) motion: Motion<F>,
     pub(crate) cells: Cells,
     /// Coarser grids, if sizes differ much.
-    pub(crate) levels: Option<Levels>,
+    pub(crate) levels: Option<GridHierarchy>,
     /// How often a disk has begun to count anew.
     pub(crate) recounts: u64,
 }
@@ -116,7 +55,7 @@ impl<F: Field<Plane>> Disks<F> {
             Some(levels) if levels.of(who) > 0 => {
                 let level = levels.of(who);
                 let grid = levels.coarse_mut(level);
-                let place = grid.place(Levels::parent(home, level), 1, 1);
+                let place = grid.place(GridHierarchy::parent(home, level), 1, 1);
                 (grid, place)
             }
             _ => {
@@ -262,9 +201,9 @@ impl<F: Field<Plane>> Disks<F> {
     /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and cells
     /// by four times the row and the column.
     #[inline(always)]
-    pub(crate) fn open(&self, home: Cell) -> Lists {
+    pub(crate) fn open(&self, home: Cell) -> CellListWalk {
         let (x, y) = self.cells.around(home);
-        let mut lists = Lists::new();
+        let mut lists = CellListWalk::new();
         for (row, up) in y.into_iter().enumerate() {
             for (column, right) in x.into_iter().enumerate() {
                 let first = self.cells.first((right + up) as usize);
@@ -282,8 +221,8 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Opens the lists of the three of them that are one step along an axis, forward or backward.
     #[inline(always)]
-    fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool)) -> Lists {
-        let mut lists = Lists::new();
+    fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool)) -> CellListWalk {
+        let mut lists = CellListWalk::new();
         let [along, across] = if axis == 0 { [1, 4] } else { [4, 1] };
         let places = self.cells.across(home, axis, 1, forward);
         for (step, place) in places.into_iter().enumerate() {
@@ -417,7 +356,8 @@ impl<F: Field<Plane>> Disks<F> {
             let mut other = levels.grid(&self.cells, nearby.level).first(nearby.place);
             while other != NONE {
                 let disk = &self.all[other as usize];
-                let shift = levels::shift(&self.cells, home, self.home(other), nearby.boxes);
+                let shift =
+                    grid_hierarchy::shift(&self.cells, home, self.home(other), nearby.boxes);
                 visit(other, at - self.motion.at(disk, time) - shift);
                 other = disk.next;
             }
@@ -435,7 +375,7 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     fn earliest<S: Sizes>(
         &self,
-        lists: Lists,
+        lists: CellListWalk,
         candidates: &mut Candidates,
         who: u32,
         sizes: &S,
@@ -459,7 +399,7 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     pub(crate) fn gather<S: Sizes>(
         &self,
-        mut lists: Lists,
+        mut lists: CellListWalk,
         candidates: &mut Candidates,
         who: u32,
         sizes: &S,
@@ -527,7 +467,7 @@ impl<F: Field<Plane>> Disks<F> {
     pub(crate) fn bytes(&self) -> usize {
         self.all.capacity() * size_of::<Disk>()
             + self.cells.bytes()
-            + self.levels.as_ref().map_or(0, Levels::bytes)
+            + self.levels.as_ref().map_or(0, GridHierarchy::bytes)
     }
 }
 
@@ -553,8 +493,8 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
     }
 
     #[inline]
-    fn expect(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut Plan) {
-        self.foresee(disks, ahead, end, plan);
+    fn expect(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut PrefetchPlan) {
+        self.prefetch(disks, ahead, end, plan);
     }
 
     #[inline]
@@ -570,6 +510,7 @@ pub(crate) mod tests {
     use stosszahl_model::{Body, Constant, Domain, Free, Monodisperse, Scene, Smooth, State};
 
     use super::*;
+    use crate::record::ABSENT;
     use crate::{Calendar, Dissipation, Engine};
 
     pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;

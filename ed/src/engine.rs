@@ -6,22 +6,21 @@ use nalgebra::Vector2;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
-    Body, Domain, Field, Interrupt, Observer, Physics, Plane, Recorder, Sizes, SpinOf, State,
-    Surface,
+    Body, Domain, Field, Interrupt, Physics, Plane, Sizes, SpinOf, State, Surface,
 };
 
 use crate::arrange::fill;
 use crate::calendar::{Agenda, Buckets, Calendar};
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
+use crate::collapse::CollapseDetector;
 use crate::contact::Candidates;
 use crate::disk::Disks;
 use crate::error::EngineError;
+use crate::image_flags::{self, ImageFlags};
 use crate::motion::Motion;
-use crate::progress::Progress;
 use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
-use crate::strips::{Spread, Window};
+use crate::strip_log::StripLog;
 use crate::surroundings::{Boundaries, Surroundings, Units};
-use crate::windings::{self, Winding};
 
 /// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
 /// disks, which diffuse, are sorted in memory.
@@ -65,7 +64,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// By face, then by obstacle; empty where nothing can be touched.
     pub(crate) ledgers: Vec<Ledger<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless requested.
-    pub(crate) windings: Vec<Winding>,
+    pub(crate) windings: Vec<ImageFlags>,
     pub(crate) calendar: Q,
     /// Whether the calendar holds the events of all disks; else they are filed before the next one.
     pub(crate) knows_events: bool,
@@ -88,17 +87,15 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) refresh: u64,
     /// Own time at which it does.
     pub(crate) horizon: f64,
-    pub(crate) progress: Progress,
+    pub(crate) progress: CollapseDetector,
     /// Own time in which a typical disk moves by its diameter, since the last fresh start.
     pub(crate) unit: f64,
     /// Breaks an advance off.
     pub(crate) stop: Interruption,
-    /// How the gas is spread over threads.
-    pub(crate) spread: Spread,
-    /// Its strips, from one advance to the next; none once it has gone on alone.
-    pub(crate) strips: Vec<Self>,
-    /// The log, if this is a strip of another gas.
-    pub(crate) window: Option<Box<Window<P>>>,
+    /// Whether all threads of the present pool take part in fresh starts.
+    pub(crate) parallel: bool,
+    /// Log of events, if this is a strip of another gas.
+    pub(crate) window: Option<Box<StripLog<P>>>,
 }
 
 impl<P, Q> Engine<P, Q>
@@ -139,9 +136,8 @@ where
         )?;
         check_overlaps(&scene, &start.state, boundaries)?;
         let fresh = start.tally == Tally::default();
-        let spread = Spread::default();
         let boundaries = boundaries.clone();
-        let engine = Self::from_checkpoint(scene, dissipation, start, None, boundaries, spread)?;
+        let engine = Self::from_checkpoint(scene, dissipation, start, None, boundaries, false)?;
         // Contacts leave pairs apart by rounding, so only a start can have others.
         if fresh {
             engine.check_pairs(ROUNDING * diameter)?;
@@ -184,7 +180,7 @@ where
         start: Checkpoint<P>,
         which: Option<&[u32]>,
         boundaries: Boundaries,
-        spread: Spread,
+        shared: bool,
     ) -> Result<Self, EngineError> {
         let Checkpoint {
             state,
@@ -211,7 +207,6 @@ where
         let unequal = !P::Sizes::UNIFORM;
         let motion = Motion::new(scene.field(), speed);
         let largest = sizes.largest_radius();
-        let shared = spread.strips > 1;
         let (disks, order) =
             Disks::new(&state.domain, largest, count, body, unequal, motion, shared);
         let epoch = state.time;
@@ -241,7 +236,7 @@ where
             Dissipation::ContactTime(_) => order.iter().map(ages).collect(),
             _ => Vec::new(),
         };
-        let windings = windings::follow(&state, &windings, &order)?;
+        let windings = image_flags::follow(&state, &windings, &order)?;
         let unit = typical_time(&disks, diameter, pull / speed / speed);
         let spins = if P::Surface::ROUGH {
             let spin = |&index: &u32| scaled::<P>(state.bodies[index as usize].spin, 1.0 / speed);
@@ -275,48 +270,18 @@ where
             time: epoch,
             refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
             horizon: horizon(unit),
-            progress: Progress::new(tally.contacts().saturating_sub(stalled)),
+            progress: CollapseDetector::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
             stale: 0,
             rebounds,
             stop: Interruption::default(),
-            spread,
-            strips: Vec::new(),
+            parallel: shared,
             window: None,
         };
         engine.look_at_all();
         engine.tally.pushes += count as u64;
         Ok(engine)
-    }
-
-    /// Advances to the absolute time `until`, or until `most_collisions` have happened in this call.
-    /// True if the time was reached.
-    ///
-    /// # Errors
-    /// [`EngineError::InelasticCollapse`]; the engine then stands at the moment of collapse.
-    /// [`EngineError::NoCollisions`] and [`EngineError::BadTime`] if the time cannot be reached.
-    pub fn advance(
-        &mut self,
-        until: f64,
-        most_collisions: u64,
-        observer: &mut dyn Observer,
-    ) -> Result<bool, EngineError> {
-        if until.is_nan() {
-            return Err(EngineError::BadTime { until });
-        }
-        let mut recorder = Recorder::new(observer);
-        self.progress.be_patient();
-        let last = self.tally.collisions.saturating_add(most_collisions);
-        while self.tally.collisions < last && !self.stop.has_ended() {
-            if self.tally.collisions >= self.refresh || self.now >= self.horizon {
-                self.start_afresh(until)?;
-            }
-            if self.advance_afresh(until, last.min(self.refresh), &mut recorder)? {
-                return Ok(true);
-            }
-        }
-        Ok(false)
     }
 
     /// Breaks an advance off when this is raised, after some hundred events.
@@ -331,7 +296,7 @@ where
     }
 
     /// Goes on as a new engine from the present checkpoint.
-    fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
+    pub(crate) fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
         self.time = self.present(until);
         let (cells, disks) = (self.disks.cells.places(), self.disks.all.len());
         if let Some(crossings) = self.progress.fresh_start(cells, disks) {
@@ -348,9 +313,9 @@ where
         self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, motion, false).0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
-        let (stop, spread, stale) = (self.stop.clone(), self.spread(), self.stale);
+        let (stop, parallel, stale) = (self.stop.clone(), self.parallel, self.stale);
         let (dissipation, which) = (self.dissipation, Some(&names[..]));
-        *self = Self::from_checkpoint(scene, dissipation, checkpoint, which, boundaries, spread)?;
+        *self = Self::from_checkpoint(scene, dissipation, checkpoint, which, boundaries, parallel)?;
         self.progress = progress;
         (self.stop, self.stale) = (stop, stale);
         Ok(())
@@ -392,7 +357,7 @@ where
     ) -> Vec<T> {
         let mut all = Vec::new();
         match order {
-            Order::Memory => fill(&mut all, count, self.spread.strips > 1, of),
+            Order::Memory => fill(&mut all, count, self.parallel, of),
             Order::State => {
                 all.resize(count, nothing);
                 for disk in 0..count {
@@ -409,9 +374,8 @@ where
         self.state()
     }
 
-    /// Frees the calendar and strips, before something else needs memory.
+    /// Frees the calendar, before something else needs memory.
     pub(crate) fn forget_events(&mut self) {
-        self.strips.clear();
         self.calendar = Q::new(&NoEvents, 0.0);
         self.knows_events = false;
     }
@@ -438,7 +402,10 @@ where
         let winding = |disk: usize| {
             // Where the state wraps a position, the winding follows.
             let position = self.disks.place(disk as u32, self.now);
-            windings::add(self.windings[disk], windings::wound(&self.domain, position))
+            image_flags::add(
+                self.windings[disk],
+                image_flags::wound(&self.domain, position),
+            )
         };
         let rebounds = |disk: usize| self.rebounds[disk];
         Checkpoint {
@@ -502,12 +469,11 @@ where
     pub fn bytes(&self) -> usize {
         self.disks.bytes()
             + self.calendar.bytes()
-            + self.strips.iter().map(Self::bytes).sum::<usize>()
             + self.surroundings.bytes()
             + self.spins.capacity() * size_of::<SpinOf<P>>()
             + (self.names.capacity() + self.rebounds.capacity()) * 4
             + self.last_contact.capacity() * 8
-            + self.windings.capacity() * size_of::<Winding>()
+            + self.windings.capacity() * size_of::<ImageFlags>()
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
@@ -642,11 +608,11 @@ mod tests {
         let engine = |start| {
             Engine::<_>::between(scene.clone(), dissipation, start, &boundaries).expect("an engine")
         };
-        for strips in [1, 2] {
+        for parallel in [false, true] {
             let mut old = engine(start.clone());
             let disordered = old.advance(f64::INFINITY, 50_000, &mut ());
             assert!(!disordered.expect("time"));
-            old.spread_over(strips);
+            old.parallel = parallel;
             let new = engine(old.checkpoint());
             let names = old.names.clone();
             old.start_afresh(f64::INFINITY).expect("a fresh start");

@@ -1,6 +1,6 @@
 //! The loop over events, compiled twice: for any processor and for those with vector instructions of three operands.
 
-use stosszahl_model::{Physics, Plane, Recorder, Sizes};
+use stosszahl_model::{Observer, Physics, Plane, Recorder, Sizes};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
@@ -20,14 +20,77 @@ pub(crate) struct Goal {
     pub(crate) last: u64,
 }
 
+/// Advance of an engine by other means than event by event, with the same bytes.
+pub(crate) trait Leap<P: Physics, Q: Calendar> {
+    /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with fewer collisions than its last.
+    fn leap(&mut self, engine: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>)
+    -> bool;
+
+    /// Forgets what was kept for the next leap: the engine advances without it.
+    fn forget(&mut self);
+}
+
+/// No leaps: event by event.
+struct Alone;
+
+impl<P: Physics, Q: Calendar> Leap<P, Q> for Alone {
+    fn leap(&mut self, _: &mut Engine<P, Q>, _: &Goal, _: &mut Recorder<'_>) -> bool {
+        false
+    }
+
+    fn forget(&mut self) {}
+}
+
 impl<P, Q> Engine<P, Q>
 where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Advances to a time, or until there were `last` collisions in all. True if the time was reached.
-    pub(crate) fn advance_afresh(
+    /// Advances to the absolute time `until`, or until `most_collisions` have happened in this call.
+    /// True if the time was reached.
+    ///
+    /// # Errors
+    /// [`EngineError::InelasticCollapse`]; the engine then stands at the moment of collapse.
+    /// [`EngineError::NoCollisions`] and [`EngineError::BadTime`] if the time cannot be reached.
+    pub fn advance(
         &mut self,
+        until: f64,
+        most_collisions: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, EngineError> {
+        self.advance_with(&mut Alone, until, most_collisions, observer)
+    }
+
+    /// [`Self::advance`], with leaps where `leaps` makes them.
+    pub(crate) fn advance_with(
+        &mut self,
+        leaps: &mut impl Leap<P, Q>,
+        until: f64,
+        most_collisions: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, EngineError> {
+        if until.is_nan() {
+            return Err(EngineError::BadTime { until });
+        }
+        let mut recorder = Recorder::new(observer);
+        self.progress.reset_idle();
+        let last = self.tally.collisions.saturating_add(most_collisions);
+        while self.tally.collisions < last && !self.stop.has_ended() {
+            if self.tally.collisions >= self.refresh || self.now >= self.horizon {
+                leaps.forget();
+                self.start_afresh(until)?;
+            }
+            if self.advance_segment(leaps, until, last.min(self.refresh), &mut recorder)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Advances to a time, or until there were `last` collisions in all. True if the time was reached.
+    fn advance_segment(
+        &mut self,
+        leaps: &mut impl Leap<P, Q>,
         until: f64,
         last: u64,
         recorder: &mut Recorder<'_>,
@@ -37,8 +100,11 @@ where
             ends: until.is_finite(),
             last,
         };
-        let there = self.spread.strips > 1 && self.leap(&goal, recorder);
-        if there || self.run(&goal, recorder)? {
+        let there = leaps.leap(self, &goal, recorder) || {
+            leaps.forget();
+            self.run(&goal, recorder)?
+        };
+        if there {
             // A gas without events stays where it is rather than move for an infinite time.
             if goal.ends {
                 self.stop_at(until, goal.end)?;
@@ -57,7 +123,6 @@ where
         goal: &Goal,
         recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
-        self.strips.clear();
         self.recall_events();
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {

@@ -40,7 +40,7 @@ where
             (0..count as u32).for_each(|disk| self.look_around(disk));
             return;
         }
-        let shared = self.spread.strips > 1;
+        let shared = self.parallel;
         for first in (0..count).step_by(GROUP * GROUPS) {
             let last = count.min(first + GROUP * GROUPS);
             let mut groups = Vec::new();
@@ -152,9 +152,9 @@ mod tests {
             engine.look_around(disk);
         }
         let one_by_one = known(&engine);
-        for strips in [1, 2] {
+        for parallel in [false, true] {
             forget(&mut engine);
-            engine.spread_over(strips);
+            engine.parallel = parallel;
             engine.look_at_all();
             assert!(known(&engine) == one_by_one);
         }

@@ -27,7 +27,7 @@ const WORTH: f64 = 2.5;
 
 /// Coarser grids and who is in them.
 #[derive(Debug)]
-pub(crate) struct Levels {
+pub(crate) struct GridHierarchy {
     /// Grids of cells 2, 4, 8, ... times as wide as the finest.
     grids: Vec<Cells>,
     /// Level of each disk: 0 for the finest grid.
@@ -43,7 +43,7 @@ pub(crate) struct Nearby {
     pub(crate) boxes: [i32; 2],
 }
 
-impl Levels {
+impl GridHierarchy {
     /// The finest grid, and the coarser ones if sizes differ so much that they pay.
     pub(crate) fn grids(
         lengths: Vector2<f64>,

@@ -7,10 +7,10 @@ use crate::error::EngineError;
 
 /// How often a disk has left the box on the right and at the top, less how often on the left and at the
 /// bottom.
-pub(crate) type Winding = [i32; 2];
+pub(crate) type ImageFlags = [i32; 2];
 
 /// Sides of the box that [`Domain::wrap`] takes off a position.
-pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> Winding {
+pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> ImageFlags {
     let (inside, lengths) = (domain.wrap(position), domain.lengths());
     // A tiny negative position is wrapped to zero, which is no side of the box.
     [0, 1].map(|axis| ((position[axis] - inside[axis]) / lengths[axis]).round() as i32)
@@ -19,9 +19,9 @@ pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> Winding {
 /// The windings of a start by disk, for positions wrapped into the box.
 pub(crate) fn follow<P: Physics<Space = Plane>>(
     state: &State<P>,
-    windings: &[Winding],
+    windings: &[ImageFlags],
     order: &[u32],
-) -> Result<Vec<Winding>, EngineError> {
+) -> Result<Vec<ImageFlags>, EngineError> {
     if windings.is_empty() {
         return Ok(Vec::new());
     }
@@ -39,6 +39,6 @@ pub(crate) fn follow<P: Physics<Space = Plane>>(
     Ok(order.iter().map(winding).collect())
 }
 
-pub(crate) fn add(one: Winding, other: Winding) -> Winding {
+pub(crate) fn add(one: ImageFlags, other: ImageFlags) -> ImageFlags {
     [0, 1].map(|axis| one[axis].wrapping_add(other[axis]))
 }

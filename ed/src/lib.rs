@@ -30,10 +30,11 @@
 //! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
 
 mod arrange;
-mod both;
 mod calendar;
+mod cell_list_walk;
 mod cells;
 mod checkpoint;
+mod collapse;
 mod collide;
 mod contact;
 mod disk;
@@ -41,28 +42,31 @@ mod engine;
 mod error;
 mod events;
 mod first_contacts;
-mod foresight;
-mod levels;
-mod lists;
+mod grid_hierarchy;
+mod image_flags;
+mod logging;
 mod motion;
+mod pair_prediction;
 pub mod plain;
 mod predict;
-mod progress;
+mod prefetch;
+mod prefetch_plan;
 mod rebound;
+mod record;
 mod simulate;
 mod start;
+mod strip_log;
 mod strips;
 mod surroundings;
-mod windings;
 
 pub use calendar::{Agenda, Buckets, Calendar, Entry, Sorted};
 pub use checkpoint::{Checkpoint, Dissipation, Tally};
 pub use contact::time_to_contact;
 pub use engine::Engine;
 pub use error::{EngineError, Touchable};
-pub use foresight::Plan;
+pub use prefetch_plan::PrefetchPlan;
 pub use simulate::{resume, simulate, strips_for};
-pub use strips::Spread;
+pub use strips::{StripSettings, StripedEngine};
 pub use surroundings::Boundaries;
 
 /// Version of the statistics of this engine: one more with each change that moves means beyond their errors, under *Results changed* in

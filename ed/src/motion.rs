@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use stosszahl_model::walls::flight::time_to_plane;
 use stosszahl_model::{Field, Plane};
 
-use crate::disk::Disk;
+use crate::record::Disk;
 
 /// Straight lines or parabolas; what is straight pays nothing for what is not.
 #[derive(Debug)]

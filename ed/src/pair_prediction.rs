@@ -6,9 +6,9 @@ use nalgebra::Vector2;
 use stosszahl_model::{Field, Plane, Sizes, memory};
 use wide::f64x2;
 
+use crate::cell_list_walk::CellListWalk;
 use crate::cells::{NONE, line_of};
 use crate::disk::Disks;
-use crate::lists::Lists;
 
 /// Columns and rows around two cells that are next to each other.
 const SIDE: usize = 4;
@@ -25,7 +25,7 @@ impl<F: Field<Plane>> Disks<F> {
     /// so that they are looked up once, and moved to the present once, for the two lanes of a vector. What is around
     /// one only is for the other at a position that is not a number, and never touches.
     #[inline(always)]
-    pub(crate) fn search_both<S: Sizes>(
+    pub(crate) fn predict_pair<S: Sizes>(
         &mut self,
         first: u32,
         second: u32,
@@ -42,7 +42,7 @@ impl<F: Field<Plane>> Disks<F> {
         let other = AROUND_ONE << (right[1] + SIDE * up[1]);
         let (any, shared) = (one | other, one & other);
         let hidden = [self.hide(first), self.hide(second)];
-        let mut lists = Lists::new();
+        let mut lists = CellListWalk::new();
         for (row, up) in rows.into_iter().enumerate() {
             for (column, right) in columns.into_iter().enumerate() {
                 let cell = SIDE * row + column;

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
 use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
 use stosszahl_model::walls::{Hit, Touch, Walls};
-use stosszahl_model::{Encounter, Field, Physics, Plane, Restitution, Sizes, State, collide};
+use stosszahl_model::{CollidingPair, Field, Physics, Plane, Restitution, Sizes, State, collide};
 
 use crate::contact::time_to_contact;
 use crate::error::Touchable;
@@ -211,7 +211,7 @@ fn meet<P: Physics<Space = Plane>>(
     let restitution = scene.restitution().between(kinds, approach.max(0.0));
     let after = collide(
         scene,
-        &Encounter {
+        &CollidingPair {
             velocities,
             spins: [state.bodies[i].spin, state.bodies[j].spin],
             masses,

@@ -69,7 +69,7 @@ where
     pub(crate) fn predict(&mut self, who: u32) {
         // The search for two is faster even where it does the same for one twice.
         let sizes = self.scene.sizes();
-        if let Some(predictions) = self.disks.search_both(who, who, sizes, &self.tags) {
+        if let Some(predictions) = self.disks.predict_pair(who, who, sizes, &self.tags) {
             self.tally.predictions += predictions / 2;
             self.look_at_surroundings(who);
         } else {
@@ -82,7 +82,7 @@ where
     #[inline(always)]
     pub(crate) fn predict_both(&mut self, first: u32, second: u32) {
         let sizes = self.scene.sizes();
-        if let Some(predictions) = self.disks.search_both(first, second, sizes, &self.tags) {
+        if let Some(predictions) = self.disks.predict_pair(first, second, sizes, &self.tags) {
             self.tally.predictions += predictions;
             self.look_at_surroundings(first);
             self.look_at_surroundings(second);
@@ -224,7 +224,9 @@ mod tests {
             };
             forget(&mut engine);
             let sizes = engine.scene.sizes();
-            let found = engine.disks.search_both(first, second, sizes, &engine.tags);
+            let found = engine
+                .disks
+                .predict_pair(first, second, sizes, &engine.tags);
             assert!(found.is_some());
             let both = pair.map(|who| contact(&engine, who));
             for (who, both) in pair.into_iter().zip(both) {

@@ -5,52 +5,15 @@ use std::hint::select_unpredictable;
 use stosszahl_model::{Field, Plane, memory};
 
 use crate::cells::{Cell, line_of};
-use crate::disk::{Disk, Disks};
-
-/// Buckets ahead of their turn that disks are prefetched; [`Disks::foresee`] says what is done at each
-/// distance.
-pub(crate) const AHEAD: usize = 4;
-
-/// Disks that a bucket names at most.
-pub(crate) const NAMES: usize = 16;
-
-/// What the disks that a bucket names are about to do, as far as it is known before; each is listed once.
-///
-/// Contacts and crossings are listed apart: which of them comes up cannot be foreseen by the processor, and a wrong
-/// guess of it costs more than the sorting.
-#[derive(Clone, Copy, Debug)]
-pub struct Plan {
-    /// Disks that will touch others: the first `touching`.
-    contacts: [u32; NAMES],
-    touching: usize,
-    /// Places of the cells whose lists a disk will follow that goes into the next cell: the first `leaving`.
-    followed: [[u32; 4]; NAMES],
-    leaving: usize,
-}
-
-impl Plan {
-    /// Of a bucket that names no disk.
-    pub(crate) const NOTHING: Self = Self {
-        contacts: [0; NAMES],
-        touching: 0,
-        followed: [[0; 4]; NAMES],
-        leaving: 0,
-    };
-
-    fn contacts(&self) -> &[u32] {
-        &self.contacts[..self.touching.min(NAMES)]
-    }
-
-    fn followed(&self) -> &[[u32; 4]] {
-        &self.followed[..self.leaving.min(NAMES)]
-    }
-}
+use crate::disk::Disks;
+use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
+use crate::record::Disk;
 
 impl<F: Field<Plane>> Disks<F> {
     /// Looks ahead to the events of disks that come up in a number of buckets, the last of which ends at a time. First their
     /// records are prefetched; then partners and the cells around, which the records name; then the first disks of these.
     #[inline(always)]
-    pub(crate) fn foresee(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut Plan) {
+    pub(crate) fn prefetch(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut PrefetchPlan) {
         const { assert!(AHEAD == 4) };
         match ahead {
             4 => {
@@ -92,7 +55,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Sorts disks by whether they will touch others before a time, and looks up the cells that the rest will follow.
     #[inline(always)]
-    fn plan(&self, disks: &[u32], end: f64, plan: &mut Plan) {
+    fn plan(&self, disks: &[u32], end: f64, plan: &mut PrefetchPlan) {
         let mut crossings = [0; NAMES];
         (plan.touching, plan.leaving) = (0, 0);
         for &disk in disks {
@@ -217,9 +180,9 @@ mod tests {
             for periodic in [[true, true], [true, false], [false, false]] {
                 let mut disks = scattered(lengths, periodic);
                 for who in 0..disks.all.len() as u32 {
-                    let mut plan = Plan::NOTHING;
+                    let mut plan = PrefetchPlan::NOTHING;
                     for ahead in (1..=AHEAD).rev() {
-                        disks.foresee(&[who], ahead, f64::NEG_INFINITY, &mut plan);
+                        disks.prefetch(&[who], ahead, f64::NEG_INFINITY, &mut plan);
                     }
                     let disk = &disks.all[who as usize];
                     let (time, axis) = disks.motion.exit(disk, disks.cells.width());
@@ -248,8 +211,8 @@ mod tests {
     fn a_plan_tells_contacts_from_crossings() {
         let disks = lattice::<Buckets>(8).disks;
         let all: Vec<u32> = (0..NAMES as u32).collect();
-        let mut plan = Plan::NOTHING;
-        disks.foresee(&all, 3, 1.0, &mut plan);
+        let mut plan = PrefetchPlan::NOTHING;
+        disks.prefetch(&all, 3, 1.0, &mut plan);
         let (contacts, crossings): (Vec<u32>, Vec<u32>) =
             (all.iter()).partition(|&&disk| disks.all[disk as usize].contact < 1.0);
         assert!(!contacts.is_empty() && !crossings.is_empty());

@@ -10,7 +10,7 @@ use crate::cells::NONE;
 use crate::checkpoint::Dissipation;
 use crate::engine::Engine;
 use crate::error::{EngineError, Touchable};
-use crate::strips::Given;
+use crate::strip_log::WallImpulse;
 use crate::surroundings::Touched;
 
 /// Time, over the contact time of the TC model, for which a disk that a wall sends up against a field stays in the air at
@@ -59,7 +59,7 @@ where
             0.5 * mass * velocity.norm_squared() + spinning
         };
         let gained = energy(velocity, spin) - energy(before, spin_before);
-        let given = Given {
+        let given = WallImpulse {
             ledger: touched.ledger,
             momentum: (velocity - before) * mass,
             energy: gained,
@@ -71,9 +71,9 @@ where
         self.predict(who);
 
         let latest = self.latest([who, NONE], now);
-        let is_feeble = latest.is_feeble(approach / speed, 2.0 * radius);
+        let is_negligible = latest.is_negligible(approach / speed, 2.0 * radius);
         if self.window.is_some() {
-            self.log_rebound(&latest, is_feeble, ends, given);
+            self.log_rebound(&latest, is_negligible, ends, given);
             return Ok(());
         }
         self.account_for(&given);
@@ -84,14 +84,14 @@ where
                 crossings,
             });
         }
-        if (self.progress).collision(self.tally.contacts(), &latest, is_feeble) {
+        if (self.progress).collision(self.tally.contacts(), &latest, is_negligible) {
             return Err(self.wall_collapse(who, &touched));
         }
         Ok(())
     }
 
     /// Enters what a wall or an obstacle has given into its account.
-    pub(crate) fn account_for(&mut self, given: &Given) {
+    pub(crate) fn account_for(&mut self, given: &WallImpulse) {
         self.ledgers[given.ledger].enter(1.0, given.momentum, given.energy);
     }
 

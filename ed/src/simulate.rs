@@ -15,7 +15,7 @@ use stosszahl_model::{
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::engine::Engine;
 use crate::error::EngineError;
-use crate::strips::Spread;
+use crate::strips::{StripSettings, StripedEngine};
 use crate::surroundings::Boundaries;
 
 /// Collisions in one leg, for each disk, and at least: a new leg costs about as much as a tenth of a collision for each disk, and
@@ -155,7 +155,7 @@ impl Begin<'_> {
             present: OnceLock::new(),
             origin,
             bytes: 0,
-            spread: Spread::default(),
+            spread: StripSettings::default(),
             stop: Interruption::default(),
             pause: None,
         };
@@ -187,7 +187,7 @@ struct Disks<P: Physics<Space = Plane>> {
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
-    spread: Spread,
+    spread: StripSettings,
     stop: Interruption,
     pause: Option<Interrupt>,
 }
@@ -195,7 +195,7 @@ struct Disks<P: Physics<Space = Plane>> {
 /// Where the gas is kept.
 enum Stage<P: Physics<Space = Plane>> {
     Between(Box<Checkpoint<P>>),
-    Flying(Box<Engine<P>>, Option<Box<Leg<P>>>),
+    Flying(Box<StripedEngine<P>>, Option<Box<Leg<P>>>),
 }
 
 /// A leg that is under way.
@@ -216,7 +216,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     fn tally(&self) -> Tally {
         match &self.stage {
             Stage::Between(gas) => gas.tally,
-            Stage::Flying(engine, _) => engine.tally(),
+            Stage::Flying(striped, _) => striped.engine().tally(),
         }
     }
 
@@ -224,7 +224,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     fn state(&self) -> &State<P> {
         match &self.stage {
             Stage::Between(gas) => &gas.state,
-            Stage::Flying(engine, _) => self.present.get_or_init(|| engine.state()),
+            Stage::Flying(engine, _) => self.present.get_or_init(|| engine.engine().state()),
         }
     }
 
@@ -233,11 +233,10 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         self.present.take();
         if let Stage::Flying(engine, leg) = &mut self.stage {
             *leg = None;
-            // The checkpoint has use for their memory.
-            engine.strips.clear();
+            let gas = engine.land();
             self.bytes = engine.bytes();
-            self.spread = engine.spread();
-            self.stage = Stage::Between(Box::new(engine.checkpoint()));
+            self.spread = engine.settings().clone();
+            self.stage = Stage::Between(Box::new(gas));
         }
         match &mut self.stage {
             Stage::Between(gas) => gas,
@@ -246,7 +245,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     }
 
     /// Makes an engine of the checkpoint, which is kept for a leg.
-    fn take_off(&mut self, is_leg: bool) -> Result<&mut Engine<P>, EngineError> {
+    fn take_off(&mut self, is_leg: bool) -> Result<&mut StripedEngine<P>, EngineError> {
         self.present.take();
         if let Stage::Between(gas) = &mut self.stage {
             let leg = is_leg.then(|| {
@@ -257,8 +256,10 @@ impl<P: Physics<Space = Plane>> Disks<P> {
             let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
             let (dissipation, spread) = (self.dissipation, self.spread.clone());
+            let parallel = spread.strips > 1;
             let engine =
-                Engine::from_checkpoint(scene, dissipation, gas, None, boundaries, spread)?;
+                Engine::from_checkpoint(scene, dissipation, gas, None, boundaries, parallel)?;
+            let engine = StripedEngine::with_settings(engine, spread);
             self.stage = Stage::Flying(Box::new(engine), leg);
         }
         match &mut self.stage {
@@ -271,7 +272,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     fn now(&self) -> Cow<'_, Checkpoint<P>> {
         match &self.stage {
             Stage::Between(gas) => Cow::Borrowed(&**gas),
-            Stage::Flying(engine, _) => Cow::Owned(engine.checkpoint()),
+            Stage::Flying(engine, _) => Cow::Owned(engine.engine().checkpoint()),
         }
     }
 
@@ -296,11 +297,11 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
         let (left, stop) = (self.left_of_leg(), self.stop.clone());
         let engine = self.take_off(true)?;
-        engine.stop = stop;
+        engine.set_interruption(stop);
         for &until in &stops {
             engine.advance(until, left, &mut ())?;
         }
-        self.stop = engine.stop.clone();
+        self.stop = engine.engine().stop.clone();
         // Also where an interrupt has come in between: the checkpoint stays what it was.
         if let Stage::Flying(_, Some(leg)) = &mut self.stage {
             leg.stops = stops;
@@ -322,13 +323,13 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         };
         let (stop, pause) = (self.stop.clone(), self.pause.clone());
         let engine = self.take_off(budget == Budget::Leg)?;
-        engine.stop = stop;
+        engine.set_interruption(stop);
         let reached = in_slices(left, pause.as_ref(), |slice| {
             let reached = engine.advance(until, slice, observer);
-            let goes_on = matches!(reached, Ok(false)) && !engine.is_interrupted();
+            let goes_on = matches!(reached, Ok(false)) && !engine.engine().is_interrupted();
             (reached, goes_on)
         });
-        self.stop = engine.stop.clone();
+        self.stop = engine.engine().stop.clone();
         match (&reached, &mut self.stage) {
             (Ok(_), Stage::Flying(_, leg)) if budget != Budget::Leg => *leg = None,
             (Ok(true), Stage::Flying(_, Some(leg))) => leg.stops.push(until),
@@ -363,7 +364,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn time(&self) -> f64 {
         match &self.stage {
             Stage::Between(gas) => gas.state.time,
-            Stage::Flying(engine, _) => engine.time(),
+            Stage::Flying(engine, _) => engine.engine().time(),
         }
     }
 
@@ -374,7 +375,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn count(&self) -> usize {
         match &self.stage {
             Stage::Between(gas) => gas.state.bodies.len(),
-            Stage::Flying(engine, _) => engine.names.len(),
+            Stage::Flying(engine, _) => engine.engine().names.len(),
         }
     }
 
@@ -512,7 +513,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     fn boundaries(&self) -> Vec<BoundaryFlux> {
         let ledgers = match &self.stage {
             Stage::Between(gas) => &gas.ledgers[..],
-            Stage::Flying(engine, _) => engine.ledgers(),
+            Stage::Flying(engine, _) => engine.engine().ledgers(),
         };
         let faces = stosszahl_model::walls::FACES.iter().take(2).flatten();
         let names = faces

@@ -3,51 +3,22 @@
 //! A disk has the same number everywhere: each strip has room for all, of which it knows some. So disks and their lists are copied
 //! as they are.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 use stosszahl_model::{Field, Physics, Plane, SpinOf, memory};
 
-use super::window::{SEAM, Window};
 use crate::calendar::{Agenda, Calendar, Entry};
 use crate::cells::{NONE, line_of};
 use crate::checkpoint::Tally;
+use crate::collapse::CollapseDetector;
 use crate::contact::Candidates;
-use crate::disk::{Disk, Disks};
+use crate::disk::Disks;
 use crate::engine::Engine;
-use crate::progress::Progress;
-use crate::windings::Winding;
+use crate::image_flags::ImageFlags;
+use crate::record::Disk;
+use crate::strip_log::{SEAM, StripLog, StripRows};
 
 /// Rows in a halo at the least: the seam, and four that wrong events may come into.
 pub(super) const LEAST_HALO: i32 = 5;
-
-/// Where the rows of cells of a strip lie.
-#[derive(Clone, Debug)]
-pub(super) struct Place {
-    /// Rows that are its own.
-    pub(super) core: Range<i32>,
-    /// Rows that it simulates with them on each side where there is a neighbour.
-    pub(super) halo: i32,
-    /// Whether there is one below and above.
-    pub(super) neighbours: [bool; 2],
-    /// Rows in the box, if it is periodic across the strips.
-    pub(super) around: Option<i32>,
-}
-
-impl Place {
-    /// All its rows.
-    pub(super) fn rows(&self) -> impl Iterator<Item = u16> {
-        let beyond = |side: usize| i32::from(self.neighbours[side]) * self.halo;
-        let rows = self.core.start - beyond(0)..self.core.end + beyond(1);
-        let around = self.around;
-        rows.map(move |row| around.map_or(row, |rows| row.rem_euclid(rows)) as u16)
-    }
-
-    /// Whether a row is its own.
-    pub(super) fn owns(&self, row: u16) -> bool {
-        self.core.contains(&i32::from(row))
-    }
-}
 
 /// The boundaries of this many strips, equally high; `None` if the box has too few rows.
 pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
@@ -143,7 +114,7 @@ pub(super) struct Parcel<P: Physics> {
     spins: Vec<SpinOf<P>>,
     last_contact: Vec<f64>,
     rebounds: Vec<u32>,
-    windings: Vec<Winding>,
+    windings: Vec<ImageFlags>,
 }
 
 impl<P: Physics> Default for Parcel<P> {
@@ -219,7 +190,7 @@ fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
 /// Cuts a strip out of a gas. It goes on from an own time.
 pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &Engine<P, Q>,
-    place: &Place,
+    place: &StripRows,
     now: f64,
 ) -> Engine<P, Q> {
     let mut rows = vec![false; usize::from(whole.disks.cells.counts()[1])];
@@ -262,26 +233,25 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         stale: 0,
         refresh: u64::MAX,
         horizon: f64::INFINITY,
-        progress: Progress::new(0),
+        progress: CollapseDetector::new(0),
         unit: whole.unit,
         stop: whole.stop.clone(),
-        spread: super::Spread::default(),
-        strips: Vec::new(),
-        window: Some(Box::new(Window::new(place, rows.len()))),
+        parallel: false,
+        window: Some(Box::new(StripLog::new(place, rows.len()))),
     }
 }
 
 /// What each strip gets from each, in memory that serves one window after another.
-pub(super) type Parcels<P> = Vec<Vec<Parcel<P>>>;
+pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
 /// Gives new places to strips: of its old rows each keeps those of its core, and the others come from the strip in whose core they were.
 pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     strips: &mut [Engine<P, Q>],
-    places: &[Place],
-    parcels: &mut Parcels<P>,
+    places: &[StripRows],
+    parcels: &mut HaloExchange<P>,
 ) {
     let windows = strips.iter().filter_map(|strip| strip.window.as_ref());
-    let old: Vec<Place> = windows.map(|window| window.place.clone()).collect();
+    let old: Vec<StripRows> = windows.map(|window| window.place.clone()).collect();
     let from = &*strips;
     parcels.resize_with(places.len(), Vec::new);
     let parcels_of = parcels.par_iter_mut().zip(places).enumerate();

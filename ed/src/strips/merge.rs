@@ -5,11 +5,11 @@ use std::iter;
 use rayon::prelude::*;
 use stosszahl_model::{Collision, Physics, Plane, Recorder};
 
-use super::window::{Contact, Edge, SEAM, Window};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
+use crate::collapse::{CollapseDetector, PATIENCE};
 use crate::engine::Engine;
-use crate::progress::{PATIENCE, Progress};
+use crate::strip_log::{Edge, LoggedContact, SEAM, StripLog};
 
 /// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
@@ -25,19 +25,19 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
 const PART: usize = 512;
 
 /// A contact, and the strip in whose core it was.
-type Logged = (usize, Contact);
+type Logged = (usize, LoggedContact);
 
 /// The contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few of them are wanted, which are
 /// found without the others in between.
 struct Logs<'a> {
     /// What each strip has logged in each span of time; simultaneous contacts are in the same.
-    parts: Vec<Vec<&'a [Contact]>>,
+    parts: Vec<Vec<&'a [LoggedContact]>>,
     /// How many contacts come before each part, and how many there are.
     begins: Vec<usize>,
 }
 
 impl<'a> Logs<'a> {
-    fn new(logs: &[&'a [Contact]]) -> Self {
+    fn new(logs: &[&'a [LoggedContact]]) -> Self {
         let all: usize = logs.iter().map(|log| log.len()).sum();
         let longest = logs.iter().max_by_key(|log| log.len());
         let longest = longest.copied().unwrap_or_default();
@@ -48,7 +48,7 @@ impl<'a> Logs<'a> {
             .chain(iter::once(f64::INFINITY))
             .collect();
         let bounds = times.par_iter().map(|&time| {
-            let before = |log: &&[Contact]| log.partition_point(|its| its.now < time);
+            let before = |log: &&[LoggedContact]| log.partition_point(|its| its.now < time);
             logs.iter().map(before).collect()
         });
         let bounds: Vec<Vec<usize>> = bounds.collect();
@@ -71,7 +71,7 @@ impl<'a> Logs<'a> {
     }
 
     /// The contact that has so many before it.
-    fn nth(&self, index: usize) -> Contact {
+    fn nth(&self, index: usize) -> LoggedContact {
         let number = self.begins.partition_point(|begin| *begin <= index) - 1;
         let (part, index) = (&self.parts[number], index - self.begins[number]);
         let times = part.iter().copied().flatten().map(|its| its.now);
@@ -88,8 +88,9 @@ impl<'a> Logs<'a> {
     }
 
     /// The last contact that counts, with its strip.
-    fn last(&self, counts: impl Fn(&Contact) -> bool) -> Option<Logged> {
-        let has_some = |part: &&Vec<&[Contact]>| part.iter().any(|log| log.iter().any(&counts));
+    fn last(&self, counts: impl Fn(&LoggedContact) -> bool) -> Option<Logged> {
+        let has_some =
+            |part: &&Vec<&[LoggedContact]>| part.iter().any(|log| log.iter().any(&counts));
         let part = self.parts.iter().rev().find(has_some)?;
         let mut contacts = merged(part.clone()).into_iter().rev();
         contacts.find(|(_, contact)| counts(contact))
@@ -103,7 +104,7 @@ impl<'a> Logs<'a> {
 }
 
 /// Logs as one.
-fn merged(mut logs: Vec<&[Contact]>) -> Vec<Logged> {
+fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
     let mut all = Vec::with_capacity(logs.iter().map(|log| log.len()).sum());
     loop {
         let mut first: Option<Logged> = None;
@@ -127,79 +128,73 @@ fn merged(mut logs: Vec<&[Contact]>) -> Vec<Logged> {
     }
 }
 
-impl<P, Q> Engine<P, Q>
-where
-    P: Physics<Space = Plane>,
-    Q: Calendar,
-{
-    /// Takes over what strips have done, but for their disks. False, and nothing is changed, if an engine alone would have stopped.
-    pub(super) fn merge(
-        &mut self,
-        strips: &[Self],
-        observed: &[Vec<Collision>],
-        ends: bool,
-        recorder: &mut Recorder<'_>,
-    ) -> bool {
-        let windows: Vec<&Window<P>> = (strips.iter())
-            .filter_map(|strip| strip.window.as_deref())
-            .collect();
-        let idled: u64 = windows.iter().map(|window| window.idled).sum();
-        if self.progress.idle() + idled > PATIENCE {
+/// Takes over what strips have done, but for their disks. False, and nothing is changed, if an engine alone would have stopped.
+pub(super) fn merge<P: Physics<Space = Plane>, Q: Calendar>(
+    whole: &mut Engine<P, Q>,
+    strips: &[Engine<P, Q>],
+    observed: &[Vec<Collision>],
+    ends: bool,
+    recorder: &mut Recorder<'_>,
+) -> bool {
+    let windows: Vec<&StripLog<P>> = (strips.iter())
+        .filter_map(|strip| strip.window.as_deref())
+        .collect();
+    let idled: u64 = windows.iter().map(|window| window.idled).sum();
+    if whole.progress.idle() + idled > PATIENCE {
+        return false;
+    }
+    let logs: Vec<_> = windows.iter().map(|its| &its.contacts[..]).collect();
+    let logs = Logs::new(&logs);
+    let mut progress = whole.progress.clone();
+    let before = whole.tally.contacts();
+    let counts: Vec<u64> =
+        CollapseDetector::counts(before + 1, before + logs.len() as u64).collect();
+    let contact = |&number: &u64| (number, logs.nth((number - before - 1) as usize));
+    let counted: Vec<_> = counts.par_iter().map(contact).collect();
+    for (number, contact) in counted {
+        // What is feeble is left to an engine alone.
+        let latest = whole.latest(contact.pair, contact.now);
+        if progress.usual_collision(number, &latest) {
             return false;
         }
-        let logs: Vec<_> = windows.iter().map(|its| &its.contacts[..]).collect();
-        let logs = Logs::new(&logs);
-        let mut progress = self.progress.clone();
-        let before = self.tally.contacts();
-        let counts: Vec<u64> = Progress::counts(before + 1, before + logs.len() as u64).collect();
-        let contact = |&number: &u64| (number, logs.nth((number - before - 1) as usize));
-        let counted: Vec<_> = counts.par_iter().map(contact).collect();
-        for (number, contact) in counted {
-            // What is feeble is left to an engine alone.
-            let latest = self.latest(contact.pair, contact.now);
-            if progress.usual_collision(number, &latest) {
-                return false;
-            }
-        }
-        let last = logs.last(|contact| ends || contact.pair[1] != NONE);
-        let idle = windows.iter().enumerate().map(|(strip, window)| {
-            let counts = |time: &&f64| match last {
-                Some((its, _)) if its == strip => true,
-                Some((_, last)) => **time > last.now,
-                None => true,
-            };
-            window.idle.iter().filter(counts).count() as u64
-        });
-        let before = if last.is_some() { 0 } else { progress.idle() };
-        progress.set_idle(before + idle.sum::<u64>());
-        self.progress = progress;
-
-        let mut given: Vec<_> = windows.iter().map(|window| window.given.iter()).collect();
-        let gives = given.iter().any(|given| given.len() > 0);
-        if recorder.looks() || gives {
-            let contacts = logs.all();
-            let contacts = contacts.iter().flatten();
-            if recorder.looks() {
-                observe(contacts.clone(), observed, recorder);
-            }
-            for (strip, contact) in contacts {
-                if contact.pair[1] == NONE
-                    && let Some(given) = given[*strip].next()
-                {
-                    self.account_for(given);
-                }
-            }
-        }
-        for strip in strips {
-            self.tally.add(&strip.tally);
-            self.stale += strip.stale;
-        }
-        let latest = windows.iter().map(|window| window.latest);
-        self.now = latest.fold(self.now, f64::max);
-        true
     }
-}
+    let last = logs.last(|contact| ends || contact.pair[1] != NONE);
+    let idle = windows.iter().enumerate().map(|(strip, window)| {
+        let counts = |time: &&f64| match last {
+            Some((its, _)) if its == strip => true,
+            Some((_, last)) => **time > last.now,
+            None => true,
+        };
+        window.idle.iter().filter(counts).count() as u64
+    });
+    let before = if last.is_some() { 0 } else { progress.idle() };
+    progress.set_idle(before + idle.sum::<u64>());
+    whole.progress = progress;
 
+    let mut given: Vec<_> = windows.iter().map(|window| window.given.iter()).collect();
+    let gives = given.iter().any(|given| given.len() > 0);
+    if recorder.looks() || gives {
+        let contacts = logs.all();
+        let contacts = contacts.iter().flatten();
+        if recorder.looks() {
+            observe(contacts.clone(), observed, recorder);
+        }
+        for (strip, contact) in contacts {
+            if contact.pair[1] == NONE
+                && let Some(given) = given[*strip].next()
+            {
+                whole.account_for(given);
+            }
+        }
+    }
+    for strip in strips {
+        whole.tally.add(&strip.tally);
+        whole.stale += strip.stale;
+    }
+    let latest = windows.iter().map(|window| window.latest);
+    whole.now = latest.fold(whole.now, f64::max);
+    true
+}
 /// Shows the collisions of all strips to an observer.
 fn observe<'a>(
     contacts: impl Iterator<Item = &'a Logged>,
@@ -227,7 +222,7 @@ mod tests {
     fn contacts_are_found_where_merging_puts_them() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(11);
         for (strips, most, times) in [(1, 20, 5), (2, 5000, 400), (3, 2000, 9), (4, 3, 100)] {
-            let logs: Vec<Vec<Contact>> = (0..strips)
+            let logs: Vec<Vec<LoggedContact>> = (0..strips)
                 .map(|strip| {
                     let count = stream.random_range(0..most);
                     let mut times: Vec<u32> =
@@ -236,7 +231,7 @@ mod tests {
                     let contact = |(number, &time): (usize, &u32)| {
                         let disk = (strips * number + strip) as u32 ^ 1;
                         let partner = if time % 7 == 0 { disk } else { NONE };
-                        Contact {
+                        LoggedContact {
                             now: f64::from(time),
                             pair: [disk, partner],
                         }
@@ -244,7 +239,7 @@ mod tests {
                     times.iter().enumerate().map(contact).collect()
                 })
                 .collect();
-            let logs: Vec<&[Contact]> = logs.iter().map(Vec::as_slice).collect();
+            let logs: Vec<&[LoggedContact]> = logs.iter().map(Vec::as_slice).collect();
             let all = merged(logs.clone());
             let found = Logs::new(&logs);
             assert_eq!(found.len(), all.len());
@@ -252,7 +247,10 @@ mod tests {
             for (index, (_, contact)) in all.iter().enumerate() {
                 assert_eq!(found.nth(index), *contact);
             }
-            for counts in [|_: &Contact| true, |its: &Contact| its.pair[1] != NONE] {
+            for counts in [
+                |_: &LoggedContact| true,
+                |its: &LoggedContact| its.pair[1] != NONE,
+            ] {
                 let last = all.iter().rev().find(|(_, contact)| counts(contact));
                 assert_eq!(found.last(counts), last.copied());
             }

@@ -25,23 +25,23 @@ mod cut;
 mod merge;
 #[cfg(test)]
 mod tests;
-mod window;
 
 use std::iter;
 use std::time::Instant;
 
 use rayon::prelude::*;
+use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Collision, Observer, Physics, Plane, Recorder};
+use stosszahl_model::{Collision, Interrupt, Observer, Physics, Plane, Recorder};
 
-use crate::calendar::{Calendar, rate};
-use crate::checkpoint::Tally;
+use crate::calendar::{Buckets, Calendar, rate};
+use crate::checkpoint::{Checkpoint, Tally};
+use crate::collapse::CollapseDetector;
 use crate::engine::Engine;
-use crate::events::Goal;
-use crate::progress::Progress;
-use cut::{LEAST_HALO, Parcels, Place};
-use window::SEAM;
-pub(crate) use window::{Given, Window};
+use crate::error::EngineError;
+use crate::events::{Goal, Leap};
+use crate::strip_log::{SEAM, StripLog, StripRows};
+use cut::{HaloExchange, LEAST_HALO};
 
 /// Cost of a window, in collisions of each disk: halos, logs, and that threads wait for each other.
 const COST: f64 = 0.009;
@@ -79,9 +79,9 @@ const MOST_OBSERVED: f64 = 1.0;
 const AIM: f64 = 0.99;
 const DEVIATIONS: f64 = 5.0;
 
-/// How a gas is spread over threads, and what came of it. Nothing in a result depends on it.
+/// Strips of a gas that is spread over threads, and the work in them. No result depends on it.
 #[derive(Clone, Debug)]
-pub struct Spread {
+pub struct StripSettings {
     /// Strips, each for a thread; fewer than two are none.
     pub strips: usize,
     /// Windows that were kept.
@@ -104,7 +104,7 @@ pub struct Spread {
     cuts: Vec<i32>,
 }
 
-impl Default for Spread {
+impl Default for StripSettings {
     fn default() -> Self {
         Self {
             strips: 0,
@@ -122,16 +122,16 @@ impl Default for Spread {
 }
 
 /// Where the gas itself is, while its strips are ahead of it.
-struct Behind {
+struct CommittedState {
     /// The windows since then: the strips of each, and when it ended.
-    windows: Vec<(Vec<Place>, f64)>,
+    windows: Vec<(Vec<StripRows>, f64)>,
     now: f64,
     tally: Tally,
     ledgers: Vec<Ledger<Plane>>,
-    progress: Progress,
+    progress: CollapseDetector,
 }
 
-impl Behind {
+impl CommittedState {
     /// Strips are where the gas is, or there are none.
     fn new<P: Physics<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
         Self {
@@ -172,126 +172,132 @@ impl Observer for Keep {
     }
 }
 
-impl<P, Q> Engine<P, Q>
+/// Strips of a gas, each an engine with a thread of its own.
+struct Strips<P: Physics, Q: Calendar> {
+    settings: StripSettings,
+    /// Kept from one advance to the next; none once the gas has advanced alone.
+    strips: Vec<Engine<P, Q>>,
+}
+
+/// Engine whose gas may be spread over the threads of a pool in strips, with the bytes of an engine alone.
+pub struct StripedEngine<P: Physics, Q: Calendar = Buckets> {
+    engine: Engine<P, Q>,
+    strips: Strips<P, Q>,
+}
+
+impl<P, Q> StripedEngine<P, Q>
 where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Spreads the gas over this many strips, one for each thread of the present thread pool, if it is large enough. The bytes of
-    /// all results are those of one strip.
+    /// Spreads an engine over this many strips, one for each thread of the present pool, if its gas is large enough.
+    pub fn new(engine: Engine<P, Q>, strips: usize) -> Self {
+        let settings = StripSettings {
+            strips,
+            ..StripSettings::default()
+        };
+        Self::with_settings(engine, settings)
+    }
+
+    /// Spreads an engine as another gas was spread.
+    pub(crate) fn with_settings(mut engine: Engine<P, Q>, settings: StripSettings) -> Self {
+        engine.parallel = settings.strips > 1;
+        let strips = Vec::new();
+        Self {
+            engine,
+            strips: Strips { settings, strips },
+        }
+    }
+
+    /// Advances like [`Engine::advance`].
+    ///
+    /// # Errors
+    /// Those of [`Engine::advance`].
+    pub fn advance(
+        &mut self,
+        until: f64,
+        most_collisions: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, EngineError> {
+        let strips = &mut self.strips;
+        (self.engine).advance_with(strips, until, most_collisions, observer)
+    }
+
+    /// Spreads the gas over another number of strips.
     pub fn spread_over(&mut self, strips: usize) {
-        if strips != self.spread.strips {
-            self.spread.cuts.clear();
-            self.strips.clear();
+        if strips != self.strips.settings.strips {
+            self.strips.settings.cuts.clear();
+            self.strips.forget();
         }
-        self.spread.strips = strips;
+        self.strips.settings.strips = strips;
+        self.engine.parallel = strips > 1;
     }
 
-    /// What spreading has cost so far.
-    pub fn spread(&self) -> Spread {
-        self.spread.clone()
+    /// Strips and the work in them so far.
+    pub fn settings(&self) -> &StripSettings {
+        &self.strips.settings
     }
 
-    /// The rows of each strip between boundaries. The wider the halo, the longer a window may be, and the more is done twice: the
-    /// cost 2 h/H + c (v/(h - s))² of strips of H rows, with the depth v, is least at h = s + (c v² H)^(1/3).
-    fn places(&self, cuts: &[i32]) -> Vec<Place> {
-        let cells = &self.disks.cells;
-        let rows = i32::from(cells.counts()[1]);
-        let strips = cuts.len() - 1;
-        let height = f64::from(rows) / strips as f64;
-        let best = (COST * self.spread.depth.powi(2) * height).cbrt();
-        let widest = cut::widest_halo(cuts).unwrap_or(LEAST_HALO);
-        let halo = (SEAM + best.min(1e6) as i32).clamp(LEAST_HALO, widest);
-        let around = cells.is_periodic(1).then_some(rows);
-        let place = |number: usize| {
-            let has = |side: bool| around.is_some() || side;
-            Place {
-                core: cuts[number]..cuts[number + 1],
-                halo,
-                neighbours: [has(number > 0), has(number < strips - 1)],
-                around,
-            }
-        };
-        (0..strips).map(place).collect()
+    /// The engine of the whole gas. It advances only through [`Self::advance`].
+    pub fn engine(&self) -> &Engine<P, Q> {
+        &self.engine
     }
 
-    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else of half as many, and so on down to two. Strips that
-    /// are there keep theirs.
-    fn cuts(&self) -> Option<Vec<i32>> {
-        if !self.strips.is_empty() {
-            return Some(self.spread.cuts.clone());
-        }
-        let cells = &self.disks.cells;
-        if self.disks.hierarchical() || cells.narrow() {
-            return None;
-        }
-        let rows = i32::from(cells.counts()[1]);
-        let most = self.spread.strips.min(usize::from(u8::MAX));
-        let of = |strips: usize| {
-            let known = &self.spread.cuts;
-            if known.last() == Some(&rows) && known.len() == strips + 1 {
-                Some(known.clone())
-            } else {
-                cut::equal_cuts(rows, strips)
-            }
-        };
-        let numbers = iter::successors(Some(most), |&strips| cut::fewer(strips));
-        let pays = |cuts: &Vec<i32>| self.longest(&self.places(cuts)[0]) >= WORTH;
-        numbers.filter_map(of).find(pays)
+    /// The engine of the whole gas, which advances alone from now on.
+    pub fn into_engine(self) -> Engine<P, Q> {
+        self.engine
     }
 
-    /// Collisions of each disk in a window that wrong events do not come through.
-    fn longest(&self, place: &Place) -> f64 {
-        (f64::from(place.halo - SEAM) / self.spread.depth).powi(2)
+    /// Sets the interrupt that ends an advance, as [`Engine::stop_on`].
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.engine.stop_on(interrupt);
     }
 
-    /// Collisions of each disk in a window that there surely are before the last.
-    fn left(&self, last: u64) -> f64 {
-        let to_go = (last - self.tally.collisions) as f64;
-        AIM * (to_go - DEVIATIONS * to_go.sqrt()) / self.names.len() as f64
+    /// Sets the interruption of an advance, and what it knows.
+    pub(crate) fn set_interruption(&mut self, stop: Interruption) {
+        self.engine.stop = stop;
     }
 
+    /// Everything needed to go on from here; the memory of strips is freed before.
+    pub(crate) fn land(&mut self) -> Checkpoint<P> {
+        self.strips.forget();
+        self.engine.checkpoint()
+    }
+
+    /// Memory held \[bytes\].
+    pub fn bytes(&self) -> usize {
+        let strips = self.strips.strips.iter().map(Engine::bytes);
+        self.engine.bytes() + strips.sum::<usize>()
+    }
+}
+
+impl<P, Q> Leap<P, Q> for Strips<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
     /// Goes towards a goal in strips, as far as that pays. True if its time was reached, with fewer collisions than its last.
-    pub(crate) fn leap(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
-        let mut worth = WORTH_STRIPS * self.names.len() as f64;
-        if ((goal.last - self.tally.collisions) as f64) < worth {
-            return false;
-        }
-        // Whether feeble contacts are a collapse depends on their order.
-        if self.progress.is_feeble() {
-            return false;
-        }
-        let Some(mut cuts) = self.cuts() else {
+    fn leap(&mut self, whole: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
+        let Some((mut cuts, end)) = self.prepare(whole, goal) else {
             return false;
         };
-        let end = goal.end.min(self.horizon.next_down());
         let mut strips = std::mem::take(&mut self.strips);
-        if strips.is_empty() {
-            // It is known within a factor of two.
-            self.spread.rate = self.rate_to_come();
-            worth *= 0.5;
-        }
-        if (end - self.now) * self.spread.rate < worth {
-            return false;
-        }
-        for strip in &mut strips {
-            strip.stop = self.stop.clone();
-        }
-        let (mut now, mut retries) = (self.now, 0);
-        let mut behind = Behind::new(self);
+        let (mut now, mut retries) = (whole.now, 0);
+        let mut behind = CommittedState::new(whole);
         let mut parcels = Vec::new();
         while retries < MOST_RETRIES && now < end {
-            let places = self.places(&cuts);
-            let window = self.window(&places[0], goal.last, recorder);
+            let places = self.places(whole, &cuts);
+            let window = self.window(whole, &places[0], goal.last, recorder);
             let Some(window) = window else {
                 // Higher strips have room for wider halos.
-                let ends = self.longest(&places[0]) >= WORTH || self.left(goal.last) < WORTH;
+                let ends =
+                    self.longest(&places[0]) >= WORTH || Self::left(whole, goal.last) < WORTH;
                 let Some(fewer) = cut::fewer(cuts.len() - 1).filter(|_| !ends) else {
                     break;
                 };
                 if !behind.windows.is_empty() {
-                    cut::join(self, &strips);
-                    behind = Behind::new(self);
+                    cut::join(whole, &strips);
+                    behind = CommittedState::new(whole);
                 }
                 strips.clear();
                 cuts = cut::fewer_cuts(&cuts, fewer);
@@ -302,9 +308,9 @@ where
             } else {
                 end
             };
-            let left = goal.last - self.tally.collisions;
-            self.give_places(&mut strips, &places, &mut parcels, now);
-            let most = [self.most_events(places.len()), left];
+            let left = goal.last - whole.tally.collisions;
+            Self::give_places(whole, &mut strips, &places, &mut parcels, now);
+            let most = [Self::most_events(whole, places.len()), left];
             let to = Goal {
                 end: until,
                 ends: goal.ends,
@@ -316,53 +322,159 @@ where
             } else {
                 Outcome::Unusual
             };
-            self.learn(&outcome, &strips, [now, until], places[0].halo);
+            self.learn(
+                whole.names.len(),
+                &outcome,
+                &strips,
+                [now, until],
+                places[0].halo,
+            );
             match outcome {
-                Outcome::Kept(_) if self.merge(&strips, &observed, goal.ends, recorder) => {
+                Outcome::Kept(_)
+                    if merge::merge(whole, &strips, &observed, goal.ends, recorder) =>
+                {
                     behind.windows.push((places, until));
                     (now, retries) = (until, 0);
                     let work = strips.iter().filter_map(|strip| strip.window.as_ref());
                     let work: Vec<f64> = work.map(|window| window.seconds).collect();
                     cuts = cut::better_cuts(&cuts, &work);
                     if behind.windows.len() >= MOST_BEHIND {
-                        cut::join(self, &strips);
-                        behind = Behind::new(self);
+                        cut::join(whole, &strips);
+                        behind = CommittedState::new(whole);
                     }
                 }
                 outcome => {
                     strips.clear();
-                    strips = self.catch_up(behind, goal.ends);
-                    behind = Behind::new(self);
+                    strips = Self::catch_up(whole, behind, goal.ends);
+                    behind = CommittedState::new(whole);
                     retries += 1;
                     let again = matches!(outcome, Outcome::Wrong | Outcome::TooMany);
-                    if !again || self.stop.ends() {
+                    if !again || whole.stop.ends() {
                         break;
                     }
                 }
             }
         }
         if !behind.windows.is_empty() {
-            cut::join(self, &strips);
+            cut::join(whole, &strips);
         }
-        self.spread.cuts = cuts;
-        let there = now == goal.end && self.tally.collisions < goal.last;
+        self.settings.cuts = cuts;
+        let there = now == goal.end && whole.tally.collisions < goal.last;
         if there {
             self.strips = strips;
         }
         there
     }
 
+    fn forget(&mut self) {
+        self.strips.clear();
+    }
+}
+
+impl<P, Q> Strips<P, Q>
+where
+    P: Physics<Space = Plane>,
+    Q: Calendar,
+{
+    /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends at the latest; `None` if it does not pay.
+    fn prepare(&mut self, whole: &Engine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
+        if self.settings.strips < 2 {
+            return None;
+        }
+        let mut worth = WORTH_STRIPS * whole.names.len() as f64;
+        if ((goal.last - whole.tally.collisions) as f64) < worth {
+            return None;
+        }
+        // Whether feeble contacts are a collapse depends on their order.
+        if whole.progress.is_negligible() {
+            return None;
+        }
+        let cuts = self.cuts(whole)?;
+        let end = goal.end.min(whole.horizon.next_down());
+        if self.strips.is_empty() {
+            // It is known within a factor of two.
+            self.settings.rate = Self::rate_to_come(whole);
+            worth *= 0.5;
+        }
+        if (end - whole.now) * self.settings.rate < worth {
+            return None;
+        }
+        for strip in &mut self.strips {
+            strip.stop = whole.stop.clone();
+        }
+        Some((cuts, end))
+    }
+
+    /// The rows of each strip between boundaries. The wider the halo, the longer a window may be, and the more is done twice: the
+    /// cost 2 h/H + c (v/(h - s))² of strips of H rows, with the depth v, is least at h = s + (c v² H)^(1/3).
+    fn places(&self, whole: &Engine<P, Q>, cuts: &[i32]) -> Vec<StripRows> {
+        let cells = &whole.disks.cells;
+        let rows = i32::from(cells.counts()[1]);
+        let strips = cuts.len() - 1;
+        let height = f64::from(rows) / strips as f64;
+        let best = (COST * self.settings.depth.powi(2) * height).cbrt();
+        let widest = cut::widest_halo(cuts).unwrap_or(LEAST_HALO);
+        let halo = (SEAM + best.min(1e6) as i32).clamp(LEAST_HALO, widest);
+        let around = cells.is_periodic(1).then_some(rows);
+        let place = |number: usize| {
+            let has = |side: bool| around.is_some() || side;
+            StripRows {
+                core: cuts[number]..cuts[number + 1],
+                halo,
+                neighbours: [has(number > 0), has(number < strips - 1)],
+                around,
+            }
+        };
+        (0..strips).map(place).collect()
+    }
+
+    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else of half as many, and so on down to two. Strips that
+    /// are there keep theirs.
+    fn cuts(&self, whole: &Engine<P, Q>) -> Option<Vec<i32>> {
+        if !self.strips.is_empty() {
+            return Some(self.settings.cuts.clone());
+        }
+        let cells = &whole.disks.cells;
+        if whole.disks.hierarchical() || cells.narrow() {
+            return None;
+        }
+        let rows = i32::from(cells.counts()[1]);
+        let most = self.settings.strips.min(usize::from(u8::MAX));
+        let of = |strips: usize| {
+            let known = &self.settings.cuts;
+            if known.last() == Some(&rows) && known.len() == strips + 1 {
+                Some(known.clone())
+            } else {
+                cut::equal_cuts(rows, strips)
+            }
+        };
+        let numbers = iter::successors(Some(most), |&strips| cut::fewer(strips));
+        let pays = |cuts: &Vec<i32>| self.longest(&self.places(whole, cuts)[0]) >= WORTH;
+        numbers.filter_map(of).find(pays)
+    }
+
+    /// Collisions of each disk in a window that wrong events do not come through.
+    fn longest(&self, place: &StripRows) -> f64 {
+        (f64::from(place.halo - SEAM) / self.settings.depth).powi(2)
+    }
+
+    /// Collisions of each disk in a window that there surely are before the last.
+    fn left(whole: &Engine<P, Q>, last: u64) -> f64 {
+        let to_go = (last - whole.tally.collisions) as f64;
+        AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64
+    }
+
     /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
     fn give_places(
-        &mut self,
-        strips: &mut Vec<Self>,
-        places: &[Place],
-        parcels: &mut Parcels<P>,
+        whole: &mut Engine<P, Q>,
+        strips: &mut Vec<Engine<P, Q>>,
+        places: &[StripRows],
+        parcels: &mut HaloExchange<P>,
         now: f64,
     ) {
         if strips.is_empty() {
-            self.forget_events();
-            let whole = &*self;
+            whole.forget_events();
+            let whole = &*whole;
             let strip = |place| cut::strip(whole, place, now);
             places.par_iter().map(strip).collect_into_vec(strips);
         } else {
@@ -372,12 +484,12 @@ where
 
     /// Runs all strips to an own time, each on a thread. Whether they came there, and what an observer looks at.
     fn run_all(
-        strips: &mut [Self],
+        strips: &mut [Engine<P, Q>],
         goal: &Goal,
         most: [u64; 2],
         looks: bool,
     ) -> (bool, Vec<Vec<Collision>>) {
-        let run = |strip: &mut Self| {
+        let run = |strip: &mut Engine<P, Q>| {
             if let Some(window) = &mut strip.window {
                 window.most = most;
             }
@@ -400,7 +512,7 @@ where
     /// Does windows that are known to be right once more, in strips, with the same events: the gas is then where those were that have gone
     /// wrong since. The strips that it then has, if there were such windows. Who interrupts does not wait for that: the gas then is as it
     /// was some windows ago.
-    fn catch_up(&mut self, behind: Behind, ends: bool) -> Vec<Self> {
+    fn catch_up(whole: &mut Engine<P, Q>, behind: CommittedState, ends: bool) -> Vec<Engine<P, Q>> {
         let (mut strips, mut parcels) = (Vec::new(), Vec::new());
         let (mut now, mut contacts) = (behind.now, behind.tally.contacts());
         for (places, until) in &behind.windows {
@@ -409,39 +521,39 @@ where
                 ends,
                 last: u64::MAX,
             };
-            let is_done = !self.stop.ends() && {
-                self.give_places(&mut strips, places, &mut parcels, now);
+            let is_done = !whole.stop.ends() && {
+                Self::give_places(whole, &mut strips, places, &mut parcels, now);
                 // Observers have seen them all.
                 Self::run_all(&mut strips, &goal, [u64::MAX; 2], false).0
             };
             if !is_done {
-                debug_assert!(self.stop.ends(), "only an interrupt is in the way");
-                self.now = behind.now;
-                self.tally = behind.tally;
-                self.ledgers = behind.ledgers;
-                self.progress = behind.progress;
+                debug_assert!(whole.stop.ends(), "only an interrupt is in the way");
+                whole.now = behind.now;
+                whole.tally = behind.tally;
+                whole.ledgers = behind.ledgers;
+                whole.progress = behind.progress;
                 return Vec::new();
             }
             now = *until;
             contacts += strips.iter().map(|its| its.tally.contacts()).sum::<u64>();
         }
-        debug_assert_eq!(contacts, self.tally.contacts());
+        debug_assert_eq!(contacts, whole.tally.contacts());
         if !strips.is_empty() {
-            cut::join(self, &strips);
+            cut::join(whole, &strips);
         }
         strips
     }
 
     /// Events of a strip that are too many for a gas that goes on as usual.
-    fn most_events(&self, strips: usize) -> u64 {
-        200 * (self.names.len() / strips) as u64 + 1_000_000
+    fn most_events(whole: &Engine<P, Q>, strips: usize) -> u64 {
+        200 * (whole.names.len() / strips) as u64 + 1_000_000
     }
 
     /// Collisions in the unit of own time, within a factor of two, from the contacts that some disks know now.
-    fn rate_to_come(&self) -> f64 {
-        let every = 1 + self.disks.all.len() / ASKED;
-        let contacts = self.disks.all.iter().step_by(every);
-        let waits = contacts.map(|disk| disk.contact - self.now);
+    fn rate_to_come(whole: &Engine<P, Q>) -> f64 {
+        let every = 1 + whole.disks.all.len() / ASKED;
+        let contacts = whole.disks.all.iter().step_by(every);
+        let waits = contacts.map(|disk| disk.contact - whole.now);
         let waits: Vec<f64> = waits.filter(|wait| wait.is_finite()).collect();
         if waits.is_empty() {
             return 0.0;
@@ -452,29 +564,37 @@ where
 
     /// Length of the next window, in own time; `None` if it does not pay. What is left until an end may be less, but to leave that to the gas alone costs
     /// more.
-    fn window(&self, place: &Place, last: u64, recorder: &Recorder<'_>) -> Option<f64> {
-        let rate = self.spread.rate;
-        let disks = self.names.len() as f64;
+    fn window(
+        &self,
+        whole: &Engine<P, Q>,
+        place: &StripRows,
+        last: u64,
+        recorder: &Recorder<'_>,
+    ) -> Option<f64> {
+        let rate = self.settings.rate;
+        let disks = whole.names.len() as f64;
         let logged = if recorder.looks() {
             MOST_OBSERVED
         } else {
             MOST_LOGGED
         };
-        let collisions = (self.longest(place)).min(logged).min(self.left(last));
+        let collisions = (self.longest(place))
+            .min(logged)
+            .min(Self::left(whole, last));
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
     /// Compares the histories of neighbours.
-    fn examine(strips: &[Self], left: u64) -> Outcome {
-        let windows: Vec<&Window<P>> = strips
+    fn examine(strips: &[Engine<P, Q>], left: u64) -> Outcome {
+        let windows: Vec<&StripLog<P>> = strips
             .iter()
             .filter_map(|strip| strip.window.as_deref())
             .collect();
-        let recounts = |strip: &Self| strip.disks.recounts > 0;
-        if strips.iter().any(recounts) || windows.iter().any(|window| window.is_feeble) {
+        let recounts = |strip: &Engine<P, Q>| strip.disks.recounts > 0;
+        if strips.iter().any(recounts) || windows.iter().any(|window| window.is_negligible) {
             return Outcome::Unusual;
         }
-        if strips.iter().any(Self::has_most_contacts) {
+        if strips.iter().any(Engine::has_most_contacts) {
             return Outcome::TooMany;
         }
         let mut entered = 0.0_f64;
@@ -496,7 +616,14 @@ where
     }
 
     /// Chooses the next windows from the present one, and counts.
-    fn learn(&mut self, outcome: &Outcome, strips: &[Self], [begin, end]: [f64; 2], halo: i32) {
+    fn learn(
+        &mut self,
+        disks: usize,
+        outcome: &Outcome,
+        strips: &[Engine<P, Q>],
+        [begin, end]: [f64; 2],
+        halo: i32,
+    ) {
         let (mut events, mut twice, mut rate) = (0, 0, 0.0);
         for strip in strips {
             let Some(window) = &strip.window else {
@@ -511,36 +638,37 @@ where
             };
             rate += window.contacts.len() as f64 / (end - begin);
         }
-        let collisions = rate * (end - begin) / self.names.len() as f64;
+        let collisions = rate * (end - begin) / disks as f64;
         let rows = f64::from(halo - SEAM);
         // The last window before an end may be as short as can be.
         let root = collisions.max(WORTH).sqrt();
-        let spread = &mut self.spread;
+        let settings = &mut self.settings;
         match *outcome {
             Outcome::Kept(entered) => {
-                spread.windows += 1;
-                spread.events += events - twice;
-                spread.twice += twice;
+                settings.windows += 1;
+                settings.events += events - twice;
+                settings.twice += twice;
                 // A window that ended early tells little, unless wrong events came far.
-                if collisions >= 0.5 * (rows / spread.depth).powi(2) || entered > spread.entered {
-                    let depth = entered * rows / (spread.entered * root);
-                    spread.depth = depth.max(DECAY * spread.depth);
+                if collisions >= 0.5 * (rows / settings.depth).powi(2) || entered > settings.entered
+                {
+                    let depth = entered * rows / (settings.entered * root);
+                    settings.depth = depth.max(DECAY * settings.depth);
                 }
-                if spread.entered < ENTERED {
-                    spread.entered = ENTERED.min(ENTERED_GROWTH * spread.entered);
+                if settings.entered < ENTERED {
+                    settings.entered = ENTERED.min(ENTERED_GROWTH * settings.entered);
                 }
             }
             Outcome::Wrong => {
-                spread.retries += 1;
-                spread.lost += events;
-                let entered = spread.entered.min(ENTERED);
-                spread.depth = spread.depth.max(rows / root) / entered;
-                spread.entered = ENTERED_AFTER_WRONG * entered;
+                settings.retries += 1;
+                settings.lost += events;
+                let entered = settings.entered.min(ENTERED);
+                settings.depth = settings.depth.max(rows / root) / entered;
+                settings.entered = ENTERED_AFTER_WRONG * entered;
             }
-            Outcome::TooMany | Outcome::Unusual => spread.lost += events,
+            Outcome::TooMany | Outcome::Unusual => settings.lost += events,
         }
         if !matches!(outcome, Outcome::Unusual) {
-            spread.rate = rate;
+            settings.rate = rate;
         }
     }
 }

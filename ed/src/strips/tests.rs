@@ -32,18 +32,21 @@ fn wrong_windows_leave_no_trace() {
             let mut engine = cooling(100);
             let disordered = engine.advance(f64::INFINITY, 20_000 + 1_000 * start, &mut ());
             assert!(!disordered.expect("time"));
-            engine.spread_over(strips);
+            let mut engine = StripedEngine::new(engine, strips);
             let mut seen = Vec::new();
             let mut observer = EachCollision(|collision: &Collision| seen.push(*collision));
             for _ in 0..5 {
-                (engine.spread.entered, engine.spread.depth) = (10.0, 4.0);
+                let settings = &mut engine.strips.settings;
+                (settings.entered, settings.depth) = (10.0, 4.0);
                 engine
                     .advance(f64::INFINITY, 30_000, &mut observer)
                     .expect("time");
             }
-            windows += engine.spread.windows;
-            retries += engine.spread.retries;
-            fewer |= (2..strips).contains(&(engine.spread.cuts.len().saturating_sub(1)));
+            let settings = engine.settings();
+            windows += settings.windows;
+            retries += settings.retries;
+            fewer |= (2..strips).contains(&(settings.cuts.len().saturating_sub(1)));
+            let engine = engine.engine();
             assert!(engine.tally.elastic_contacts > 1000);
             let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
             (bytes, seen)
@@ -69,20 +72,20 @@ fn strips_stay_between_advances() {
         engine
             .advance(f64::INFINITY, 20_000, &mut ())
             .expect("disorder");
-        engine.spread_over(strips);
-        let (from, mut bytes, mut stay) = (engine.time(), Vec::new(), Vec::new());
+        let mut engine = StripedEngine::new(engine, strips);
+        let (from, mut bytes, mut stay) = (engine.engine().time(), Vec::new(), Vec::new());
         for (stage, most) in [u64::MAX, u64::MAX, 40, u64::MAX, u64::MAX]
             .into_iter()
             .enumerate()
         {
             let until = from + 0.3 * (stage + 1) as f64;
-            engine.spread.depth = depths[stage % 2];
+            engine.strips.settings.depth = depths[stage % 2];
             let there = engine.advance(until, most, &mut ()).expect("time");
             assert_eq!(there, most == u64::MAX);
-            bytes.push(postcard::to_stdvec(&engine.checkpoint()).expect("bytes"));
-            stay.push(engine.strips.len());
+            bytes.push(postcard::to_stdvec(&engine.engine().checkpoint()).expect("bytes"));
+            stay.push(engine.strips.strips.len());
         }
-        (bytes, stay, engine.spread())
+        (bytes, stay, engine.settings().clone())
     };
     let alone = stages(1, [FIRST_DEPTH; 2]);
     // Where wrong events go as deep as 60 rows, windows pay in three strips and not in twelve; where they go as deep as 20, in twelve too, but
@@ -107,28 +110,29 @@ fn strips_forget_the_events_of_disks_that_left() {
     engine
         .advance(f64::INFINITY, 80_000, &mut ())
         .expect("time");
-    engine.spread_over(4);
-    let mut cuts = engine.cuts().expect("enough rows");
+    let StripedEngine { mut engine, strips } = StripedEngine::new(engine, 4);
+    let settings = strips;
+    let mut cuts = settings.cuts(&engine).expect("enough rows");
     let (mut strips, mut parcels) = (Vec::new(), Vec::new());
     let mut now = engine.now;
-    let mut window = EACH / engine.rate_to_come();
+    let mut window = EACH / Strips::rate_to_come(&engine);
     let (mut stale, mut events) = (0, 0);
     for number in 0..40 {
         for cut in &mut cuts[1..4] {
             *cut += if number % 2 == 0 { 1 } else { -1 };
         }
-        let places = engine.places(&cuts);
-        engine.give_places(&mut strips, &places, &mut parcels, now);
+        let places = settings.places(&engine, &cuts);
+        Strips::give_places(&mut engine, &mut strips, &places, &mut parcels, now);
         now += window;
         let goal = Goal {
             end: now,
             ends: false,
             last: u64::MAX,
         };
-        let (ended, _) = Engine::run_all(&mut strips, &goal, [u64::MAX; 2], false);
+        let (ended, _) = Strips::run_all(&mut strips, &goal, [u64::MAX; 2], false);
         assert!(ended);
         assert!(matches!(
-            Engine::examine(&strips, u64::MAX),
+            Strips::examine(&strips, u64::MAX),
             Outcome::Kept(_)
         ));
         let mut contacts = 0;

@@ -2,7 +2,9 @@
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, Spread, simulate};
+use stosszahl_ed::{
+    Boundaries, Checkpoint, Dissipation, Engine, StripSettings, StripedEngine, simulate,
+};
 use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Outline, Wall};
@@ -72,18 +74,17 @@ fn run<P: Physics<Space = Plane>>(
     start: impl Into<Checkpoint<P>>,
     legs: &[(f64, u64)],
     strips: usize,
-) -> (Left, Spread) {
+) -> (Left, StripSettings) {
     let mut checkpoint = start.into();
     let mut collisions = Vec::new();
-    let mut spread = Spread::default();
+    let mut spread = StripSettings::default();
     for &(until, most) in legs {
-        let mut engine = Engine::<P>::between(scene.clone(), dissipation, checkpoint, boundaries)
-            .expect("an engine");
-        engine.spread_over(strips);
+        let engine = Engine::<P>::between(scene.clone(), dissipation, checkpoint, boundaries);
+        let mut engine = StripedEngine::new(engine.expect("an engine"), strips);
         let mut observer = EachCollision(|collision: &Collision| collisions.push(*collision));
         engine.advance(until, most, &mut observer).expect("time");
-        checkpoint = engine.checkpoint();
-        let its = engine.spread();
+        checkpoint = engine.engine().checkpoint();
+        let its = engine.settings();
         spread.windows += its.windows;
         spread.retries += its.retries;
         spread.events += its.events;
@@ -101,18 +102,17 @@ fn stay<P: Physics<Space = Plane>>(
     start: Checkpoint<P>,
     times: &[f64],
     strips: usize,
-) -> (Left, Spread) {
-    let mut engine =
-        Engine::<P>::between(scene.clone(), dissipation, start, boundaries).expect("an engine");
-    engine.spread_over(strips);
+) -> (Left, StripSettings) {
+    let engine = Engine::<P>::between(scene.clone(), dissipation, start, boundaries);
+    let mut engine = StripedEngine::new(engine.expect("an engine"), strips);
     let (mut bytes, mut collisions) = (Vec::new(), Vec::new());
     for &until in times {
         let mut observer = EachCollision(|collision: &Collision| collisions.push(*collision));
         let there = engine.advance(until, u64::MAX, &mut observer);
         assert!(there.expect("time"));
-        bytes.extend(postcard::to_stdvec(&engine.checkpoint()).expect("bytes"));
+        bytes.extend(postcard::to_stdvec(&engine.engine().checkpoint()).expect("bytes"));
     }
-    ((bytes, collisions), engine.spread())
+    ((bytes, collisions), engine.settings().clone())
 }
 
 /// Compares strips with one engine, and sees to it that there were strips.
@@ -277,12 +277,11 @@ fn a_collapse_is_that_of_one_engine() {
     let boundaries = Boundaries::periodic();
     let start = lattice(&scene, &boundaries, 20_000, 0.25, 1.0);
     let [alone, shared] = [1, 4].map(|strips| {
-        let mut engine =
-            Engine::<_>::new(scene.clone(), Dissipation::Scene, start.clone()).expect("an engine");
-        engine.spread_over(strips);
+        let engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, start.clone());
+        let mut engine = StripedEngine::new(engine.expect("an engine"), strips);
         let error = (engine.advance(FOREVER, u64::MAX, &mut ())).expect_err("a collapse");
-        assert_eq!(engine.spread().windows > 0, strips > 1);
-        let bytes = postcard::to_stdvec(&engine.checkpoint()).expect("bytes");
+        assert_eq!(engine.settings().windows > 0, strips > 1);
+        let bytes = postcard::to_stdvec(&engine.engine().checkpoint()).expect("bytes");
         (error.to_string(), bytes)
     });
     assert_eq!(alone.0, shared.0);
@@ -295,8 +294,8 @@ fn an_interrupt_ends_all_strips() {
     let scene = disks(1.0);
     let boundaries = Boundaries::periodic();
     let start = lattice(&scene, &boundaries, 20_000, 0.3, 1.0);
-    let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
-    engine.spread_over(4);
+    let engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
+    let mut engine = StripedEngine::new(engine, 4);
     let interrupt = Interrupt::default();
     engine.stop_on(&interrupt);
     let mut seen = 0_u64;
@@ -311,6 +310,6 @@ fn an_interrupt_ends_all_strips() {
             .advance(FOREVER, u64::MAX, &mut observer)
             .expect("an end")
     );
-    assert!(engine.is_interrupted());
-    assert!(engine.spread().windows > 0);
+    assert!(engine.engine().is_interrupted());
+    assert!(engine.settings().windows > 0);
 }

@@ -1,7 +1,7 @@
 //! Event-driven disks.
 
 use clap::{Args, ValueEnum};
-use stosszahl_ed::{Checkpoint, Dissipation, Engine};
+use stosszahl_ed::{Checkpoint, Dissipation, Engine, StripedEngine};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::{Invalid, State, kinetic};
 
@@ -107,14 +107,15 @@ impl Work for BenchEd {
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
         let (engine, seconds, cpu) = timed(|| -> Result<_, Trouble> {
-            let mut engine = Engine::<Disks>::new(scene, Dissipation::Scene, start)?;
-            engine.spread_over(threads);
+            let engine = Engine::<Disks>::new(scene, Dissipation::Scene, start)?;
+            let mut engine = StripedEngine::new(engine, threads);
             pool.install(|| engine.advance(until, collisions, &mut ()))?;
             Ok(engine)
         });
         let engine = engine?;
-        let (tally, spread, stale) = (engine.tally(), engine.spread(), engine.stale());
-        let (done, bytes) = (tally.collisions, engine.bytes());
+        let (spread, bytes) = (engine.settings(), engine.bytes());
+        let (tally, stale) = (engine.engine().tally(), engine.engine().stale());
+        let done = tally.collisions;
         let per_event = 1.0 / spread.events.max(1) as f64;
         let each = |count: u64| count as f64 / done.max(1) as f64;
         Ok(Speed(vec![
