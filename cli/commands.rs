@@ -4,14 +4,13 @@ use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
-use std::time::Duration;
 
 use crate::case::CaseFile;
 use crate::case::format::share;
 use crate::model::Interrupt;
 use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{
-    Existing, Manifest, ResultsError, Verdict, VerdictKind, headlines, quantity_title, write_file,
+    Existing, Manifest, Verdict, VerdictKind, headlines, quantity_title, write_file,
 };
 use crate::study::crew::Crew;
 use crate::study::frontier::{self, FrontierError, frontier};

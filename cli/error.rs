@@ -1,7 +1,7 @@
 //! Failures of commands and their exit codes.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::bundled;
 use crate::case::{CaseError, nearest};
