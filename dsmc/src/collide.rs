@@ -372,15 +372,7 @@ pub(crate) fn nearest_image<P: Physics>(
     grid: &Grid<P::Space>,
     difference: VectorOf<P>,
 ) -> VectorOf<P> {
-    let lengths = grid.images();
-    P::Space::vector(|axis| {
-        let (x, length) = (difference[axis], lengths[axis]);
-        if x.abs() > 0.5 * length {
-            x - length * (x / length).round()
-        } else {
-            x
-        }
-    })
+    grid.domain().images().nearest_of_near(difference)
 }
 
 /// A whole number with the given mean, one of the two next to it.

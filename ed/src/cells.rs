@@ -1,7 +1,7 @@
 //! The grid of cells. Beyond a wall there is a column or row that stays empty.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_model::memory;
+use stosszahl_model::{images, memory};
 
 /// No disk.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -308,7 +308,7 @@ impl Cells {
         for axis in 0..2 {
             let length = self.lengths[axis];
             if self.periodic[axis] {
-                nearest[axis] -= length * (separation[axis] / length).round();
+                nearest[axis] = images::nearest(separation[axis], length);
             }
         }
         let approach = |line: &Vector2<f64>| relative.dot(line) / line.norm();

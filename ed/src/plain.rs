@@ -107,7 +107,6 @@ struct Next {
 /// The first contact of two disks. A field that is the same for all does not show in their relative motion.
 fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<Next> {
     let sizes = scene.sizes();
-    let lengths = state.domain.lengths();
     let reach = [0, 1].map(|axis| {
         let boxes = 1 + (40 / state.bodies.len().max(1)) as i32;
         if state.domain.is_periodic(axis) {
@@ -123,9 +122,8 @@ fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<N
             let nearest = state.domain.displacement(one.position, other.position);
             for column in -reach[0]..=reach[0] {
                 for row in -reach[1]..=reach[1] {
-                    let image =
-                        Vector2::new(f64::from(column) * lengths[0], f64::from(row) * lengths[1]);
-                    let separation = nearest + image;
+                    let boxes = [f64::from(column), f64::from(row), 0.0];
+                    let separation = nearest + state.domain.images().image(boxes).position;
                     let limit = next.map_or(f64::INFINITY, |known| known.wait);
                     let relative = one.velocity - other.velocity;
                     if let Some(wait) =

@@ -198,8 +198,8 @@ impl Surroundings {
                         let known = images.iter().find(|image| image.0 == boxes);
                         let part = known.map_or(self.parts.len() as u32, |image| image.1);
                         if known.is_none() {
-                            let away = Vector2::from(boxes.map(f64::from));
-                            let shift = -lengths.component_mul(&away);
+                            let [x, y] = boxes.map(f64::from);
+                            let shift = -domain.images().image([x, y, 0.0]).position;
                             images.push((boxes, part));
                             self.parts.push(Part {
                                 obstacle: obstacle as u32,
@@ -364,7 +364,7 @@ pub(crate) fn images(
     domain: &Domain<Plane>,
     place: Vector2<f64>,
 ) -> impl Iterator<Item = Vector2<f64>> {
-    let lengths = domain.lengths();
+    let map = *domain.images();
     let steps = [0, 1].map(|axis| {
         let all: &'static [f64] = if domain.is_periodic(axis) {
             &[0.0, -1.0, 1.0]
@@ -374,7 +374,7 @@ pub(crate) fn images(
         all
     });
     steps[0].iter().flat_map(move |&right| {
-        let shift = move |&up: &f64| Vector2::new(right, up).component_mul(&lengths);
+        let shift = move |&up: &f64| map.image([right, up, 0.0]).position;
         steps[1].iter().map(move |up| place + shift(up))
     })
 }

@@ -2,19 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::images::{Images, Shear};
 use crate::invalid::Invalid;
 use crate::space::{Space, Vector};
 
 /// A rectangular box from the origin to `lengths`, periodic along some of its axes, or all.
 ///
-/// All wrapping and all minimum images of the project go through this type. What stands at the faces of the
+/// Where periodic images are, and how fast they move, is known to [`Images`]. What stands at the faces of the
 /// other axes is described by [`crate::walls::Walls`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Domain<S: Space> {
-    lengths: S::Vector,
-    /// By axis; beyond the dimension, true.
-    periodic: [bool; 3],
+    images: Images<S>,
 }
 
 impl<S: Space> Domain<S> {
@@ -31,51 +30,62 @@ impl<S: Space> Domain<S> {
         for axis in 0..S::DIMENSION {
             Invalid::unless_positive("side of the box", lengths[axis])?;
         }
-        Ok(Self { lengths, periodic })
+        let images = Images::new(lengths, periodic);
+        Ok(Self { images })
+    }
+
+    /// The same box in uniform shear flow.
+    ///
+    /// # Errors
+    /// [`Invalid`] unless the box is periodic along the flow and its gradient.
+    pub fn sheared(self, shear: Option<Shear>) -> Result<Self, Invalid> {
+        if let Some(shear) = shear {
+            let is_periodic = self.is_periodic(0) && self.is_periodic(1);
+            let allowed = "in a box that is periodic along the first two axes";
+            Invalid::unless(is_periodic, "shear rate", shear.rate, allowed)?;
+        }
+        let images = self.images.sheared(shear);
+        Ok(Self { images })
+    }
+
+    /// The map of periodic images.
+    #[inline]
+    pub fn images(&self) -> &Images<S> {
+        &self.images
+    }
+
+    /// Moves the images by a time: the boxes above and below slide under shear.
+    pub fn advance(&mut self, duration: f64) {
+        self.images.advance(duration);
     }
 
     /// Whether the box is periodic along an axis.
     #[inline]
     pub fn is_periodic(&self, axis: usize) -> bool {
-        self.periodic[axis]
+        self.images.is_periodic(axis)
     }
 
     /// Side lengths \[length\].
+    #[inline]
     pub fn lengths(&self) -> S::Vector {
-        self.lengths
+        self.images.lengths()
     }
 
     /// Area or volume \[length^D\].
     pub fn volume(&self) -> f64 {
-        (0..S::DIMENSION).map(|axis| self.lengths[axis]).product()
+        (0..S::DIMENSION).map(|axis| self.lengths()[axis]).product()
     }
 
     /// The image of a position with every component in `[0, length)`, along the axes that are periodic.
     #[inline]
-    pub fn wrap(&self, mut position: S::Vector) -> S::Vector {
-        for axis in 0..S::DIMENSION {
-            let length = self.lengths[axis];
-            let x = position[axis];
-            if !(0.0..length).contains(&x) && self.periodic[axis] {
-                let inside = x.rem_euclid(length);
-                // A tiny negative x rounds to the length itself, which is the origin's image.
-                position[axis] = if inside < length { inside } else { 0.0 };
-            }
-        }
-        position
+    pub fn wrap(&self, position: S::Vector) -> S::Vector {
+        self.images.wrap(position)
     }
 
     /// The shortest vector from the second position to the first, over all periodic images.
     #[inline]
     pub fn displacement(&self, first: S::Vector, second: S::Vector) -> S::Vector {
-        let mut difference = first - second;
-        for axis in 0..S::DIMENSION {
-            let length = self.lengths[axis];
-            if self.periodic[axis] {
-                difference[axis] -= length * (difference[axis] / length).round();
-            }
-        }
-        difference
+        self.images.nearest(first - second)
     }
 
     /// The distance between two positions, over all periodic images.

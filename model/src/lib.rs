@@ -2,7 +2,7 @@
 //!
 //! The event-driven and the Monte Carlo engine must agree on everything but the one question under
 //! study: *who collides with whom, and with which impact parameter*. So the collision law
-//! ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]) and its walls ([`walls`]), the initial states
+//! ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]) and its images ([`images`]), its walls ([`walls`]), the initial states
 //! ([`initial`]), the drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
 //! theory that both are measured against ([`kinetic`], [`transport`]) live here, once, and so do hints about [`memory`].
 //!
@@ -28,6 +28,7 @@ pub mod drive;
 pub mod exact;
 pub mod field;
 pub mod grains;
+pub mod images;
 pub mod initial;
 pub mod interrupt;
 pub mod invalid;
@@ -58,6 +59,7 @@ pub use drive::Drive;
 pub use exact::Exact;
 pub use field::{Field, Free, Gravity};
 pub use grains::{GrainSizes, Grains};
+pub use images::{Image, Images, Shear};
 pub use interrupt::Interrupt;
 pub use invalid::Invalid;
 pub use observer::{EachCollision, Observer, Recorder};

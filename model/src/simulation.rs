@@ -13,13 +13,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
+use crate::images::Images;
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::particle::Particle;
 use crate::physics::Physics;
 use crate::sizes::Sizes as _;
 use crate::snapshot::Fingerprint;
-use crate::space::{Space, Vector as _};
+use crate::space::{Space, Vector as _, Volume};
 use crate::state::State;
 use crate::sum::{Adds, Sum};
 use crate::walls::Ledger;
@@ -52,6 +53,12 @@ impl Particles {
             Adds::add(&mut moments, particle);
         }
         moments
+    }
+
+    /// The map of periodic images; there are none along axes without a length.
+    pub fn images(&self) -> Images<Volume> {
+        let periodic = [0, 1, 2].map(|axis| self.periodic[axis] && self.lengths[axis] > 0.0);
+        Images::new(self.lengths.into(), periodic)
     }
 
     /// Area or volume of the box \[length^D\].

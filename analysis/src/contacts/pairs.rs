@@ -37,6 +37,7 @@ pub(super) fn each_pair(
             _ => 0,
         })
     };
+    let images = particles.images();
     let number = |at: [usize; 3]| at[0] + cells[0] * (at[1] + cells[1] * at[2]);
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (who, one) in particles.all.iter().enumerate() {
@@ -60,13 +61,7 @@ pub(super) fn each_pair(
             seen.push(cell);
             for &j in members.get(&cell).into_iter().flatten().filter(|&&j| j < i) {
                 let other = &particles.all[j];
-                let mut line = one.position - other.position;
-                for axis in 0..dimension {
-                    let length = particles.lengths[axis];
-                    if particles.periodic[axis] && length > 0.0 {
-                        line[axis] -= length * (line[axis] / length).round();
-                    }
-                }
+                let line = images.nearest(one.position - other.position);
                 let contact = one.radius + other.radius;
                 let square = line.norm_squared();
                 if square >= contact * contact && square < (reach * contact).powi(2) {

@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use nalgebra::SVector;
-use stosszahl_model::Interrupt;
+use stosszahl_model::{Interrupt, images};
 
 use crate::Error;
 
@@ -62,9 +62,8 @@ impl<const D: usize> Histogram<D> {
                 let here = points.places[axis][one];
                 for (square, there) in squares.iter_mut().zip(&points.places[axis][from..to]) {
                     let apart = here - there;
-                    let image = if apart > half { length } else { 0.0 };
-                    let image = if apart < -half { -length } else { image };
-                    *square += (apart - image) * (apart - image);
+                    let nearest = images::nearest_inside(apart, length, half);
+                    *square += nearest * nearest;
                 }
             }
             let mut bins = [0; TOGETHER];
@@ -109,7 +108,8 @@ impl<const D: usize> ByCell<D> {
         let sides = sides(points.len(), lengths, range);
         let cell_of = |place: &SVector<f64, D>| {
             (0..D).rev().fold(0, |cell, axis| {
-                let at = fold(place[axis], lengths[axis]) / lengths[axis] * sides[axis] as f64;
+                let at = images::wrapped_or_edge(place[axis], lengths[axis]) / lengths[axis]
+                    * sides[axis] as f64;
                 // The far edge of the box is the near one.
                 cell * sides[axis] + at as usize % sides[axis]
             })
@@ -129,7 +129,7 @@ impl<const D: usize> ByCell<D> {
         for (&cell, &(place, is_centre)) in cells.iter().zip(points) {
             let next = &mut next[cell];
             for axis in 0..D {
-                places[axis][*next] = fold(place[axis], lengths[axis]);
+                places[axis][*next] = images::wrapped_or_edge(place[axis], lengths[axis]);
             }
             are_centres[*next] = is_centre;
             *next += 1;
@@ -147,15 +147,6 @@ impl<const D: usize> ByCell<D> {
         let begin = line * self.sides[0];
         self.starts[begin + cells.start]..self.starts[begin + cells.end]
     }
-}
-
-/// A coordinate as it is in the box, the far edge included.
-fn fold(x: f64, length: f64) -> f64 {
-    if (0.0..=length).contains(&x) {
-        return x;
-    }
-    let inside = x - length * (x / length).floor();
-    if inside < length { inside } else { 0.0 }
 }
 
 /// Cells along each axis, for so many points in a box.

@@ -474,18 +474,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         if !patch.is_narrow() {
             return (position - point).square();
         }
-        let lengths = self.grid.images();
-        let mut square = 0.0;
-        for axis in 0..P::Space::DIMENSION {
-            let (apart, length) = (position[axis] - point[axis], lengths[axis]);
-            let apart = if length.is_finite() {
-                apart - length * (apart / length).round()
-            } else {
-                apart
-            };
-            square += apart * apart;
-        }
-        square
+        let images = self.grid.domain().images();
+        images.nearest(position - point).square()
     }
 
     /// The simulator with this number in the runs.

@@ -174,7 +174,7 @@ impl<P: Physics> Patch<P> {
         grid: &Grid<P::Space>,
         [y, z]: [usize; 2],
     ) {
-        let lengths = grid.domain().lengths();
+        let images = grid.domain().images();
         // The cell in the box that is seen there, and how many boxes away.
         let (first, counts) = (self.first, self.counts);
         let seen = |axis: usize, at: usize| {
@@ -210,7 +210,7 @@ impl<P: Physics> Patch<P> {
             }
             let starts = &tile.starts[local..=local + length];
             let source = starts[0] as usize..starts[length] as usize;
-            let shift = P::Space::vector(|axis| there[axis].1 * lengths[axis]);
+            let shift = images.image(there.map(|one| one.1)).position;
             let members = &tile.simulators[source];
             for axis in 0..P::Space::DIMENSION {
                 self.positions[axis].extend(

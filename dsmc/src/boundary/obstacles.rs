@@ -53,7 +53,11 @@ impl Standing {
             let [least, most] = obstacle.bounds();
             for x in shifts(0) {
                 for y in shifts(1) {
-                    let by = vector![f64::from(x) * lengths[0], f64::from(y) * lengths[1]];
+                    let by = domain
+                        .images()
+                        .image([f64::from(x), f64::from(y), 0.0])
+                        .position;
+                    let by = vector![by[0], by[1]];
                     let wide = [least + by.add_scalar(-reach), most + by.add_scalar(reach)];
                     let meets =
                         |axis: usize| wide[1][axis] >= 0.0 && wide[0][axis] <= lengths[axis];

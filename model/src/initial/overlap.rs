@@ -30,7 +30,6 @@ pub fn first_overlap(
     domain: &Domain<Plane>,
     tolerance: f64,
 ) -> Option<Overlap> {
-    let lengths = domain.lengths();
     let around = |centre: Vector2<f64>, radius: f64| {
         let reach = Vector::new(radius, radius);
         let centre: Vector = centre.into();
@@ -69,7 +68,7 @@ pub fn first_overlap(
         // Images beyond one box length matter only to disks wider than the box.
         for shift_x in [-1.0, 0.0, 1.0] {
             for shift_y in [-1.0, 0.0, 1.0] {
-                let shifted = centre + Vector2::new(shift_x * lengths[0], shift_y * lengths[1]);
+                let shifted = centre + domain.images().image([shift_x, shift_y, 0.0]).position;
                 let image = shift_x != 0.0 || shift_y != 0.0;
                 if !image && !is_inside {
                     continue;

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{Fields as Sums, Grid};
 use stosszahl_case::Kind;
-use stosszahl_model::{Collision, Observer};
+use stosszahl_model::{Collision, Observer, images};
 use stosszahl_results::{Table, Verdict};
 
 use super::course::{self, Course, Looking, Sample, Window};
@@ -203,10 +203,8 @@ impl Observer for Watch {
         for collision in batch {
             let at = [0, 1].map(|axis| {
                 let (x, length) = (collision.position[axis], self.lengths[axis]);
-                if self.periodic[axis] && !(0.0..length).contains(&x) {
-                    let inside = x.rem_euclid(length);
-                    // A tiny negative number rounds to the length itself, which is the image of the origin.
-                    if inside < length { inside } else { 0.0 }
+                if self.periodic[axis] {
+                    images::wrapped(x, length)
                 } else {
                     x
                 }
