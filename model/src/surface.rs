@@ -295,7 +295,7 @@ mod tests {
         vector
     }
 
-    fn encounter<S: Space>(stream: &mut Stream) -> CollidingPair<S::Vector, S::Spin> {
+    fn pair_of<S: Space>(stream: &mut Stream) -> CollidingPair<S::Vector, S::Spin> {
         let mut positive = || stream.random_range(0.3..2.0);
         let (masses, radii) = ([positive(), positive()], [positive(), positive()]);
         CollidingPair {
@@ -325,7 +325,7 @@ mod tests {
     fn check<S: Space>() {
         let stream = &mut Stream::seed_from_u64(2);
         for round in 0..10_000 {
-            let pair = colliding_pair::<S>(stream);
+            let pair = pair_of::<S>(stream);
             let restitution: f64 = stream.random();
             let elastic = round % 2 == 0;
             let beta = match round % 4 {
@@ -388,7 +388,7 @@ mod tests {
     fn walls_are_heavy<S: Space>() {
         let stream = &mut Stream::seed_from_u64(3);
         for _ in 0..1000 {
-            let mut pair = colliding_pair::<S>(stream);
+            let mut pair = pair_of::<S>(stream);
             pair.masses[1] = 1e12;
             pair.velocities[1] = S::Vector::default();
             pair.spins[1] = S::Spin::default();
