@@ -95,7 +95,8 @@ pub enum Command {
     /// Measure error against cost of the engines around a case, and recommend the cheapest setting for a target error.
     ///
     /// Writes frontier.csv, orders.csv, recommendation.md and frontier.html. Numbers are the same for the same case, seed
-    /// and budget, but for timings and what follows from them.
+    /// and budget, but for timings and what follows from them. Each run is kept in the results folder as soon as it is done: the same command goes
+    /// on after a stop, and another target or budget begins with what is there.
     #[command(
         after_help = "Begin with:\n  stosszahl frontier cases/quick.toml --budget 2m\n  \
                       stosszahl frontier cases/quick.toml --set gas.number=10000 --until 10 --target-error 1%"
@@ -298,7 +299,7 @@ pub struct FrontierArguments {
     /// Most times that a recommendation is tested on fresh seeds.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub tests: u64,
-    /// Replace the tables of a folder that is not empty.
+    /// Make all runs anew, in place of those that are kept in the results folder.
     #[arg(long)]
     pub force: bool,
 }

@@ -8,9 +8,9 @@ use std::slice;
 use crate::case::CaseFile;
 use crate::case::format::share;
 use crate::model::Interrupt;
-use crate::report::{Listed, Listing, ReportError, listing, write_report};
+use crate::report::{Listed, Listing, ReportError, listing, write_held_report, write_report};
 use crate::results::{
-    Existing, Manifest, Verdict, VerdictKind, headlines, quantity_title, write_file,
+    Existing, Manifest, Verdict, VerdictKind, changed_files, headlines, quantity_title, write_file,
 };
 use crate::study::crew::Crew;
 use crate::study::frontier::{self, FrontierError, frontier};
@@ -43,9 +43,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Check { case, guess } => outline(&case, guess),
         Command::Cases { name } => cases(name.as_deref()),
         Command::Init(arguments) => init(&arguments),
-        Command::Report { folder } => write_report(&folder)
-            .map_err(CommandError::from)
-            .and_then(|path| Ok(say(&path.display().to_string())?)),
+        Command::Report { folder } => rebuild_report(&folder),
         Command::Schema => schema(),
         Command::Completions { shell } => completions(shell),
         Command::Reference { folders } => print_reference(&folders),
@@ -168,6 +166,18 @@ fn print_reference(folders: &[PathBuf]) -> Result<(), CommandError> {
 fn manual(folder: &Path) -> Result<(), CommandError> {
     std::fs::create_dir_all(folder)?;
     Ok(clap_mangen::generate_to(Arguments::command(), folder)?)
+}
+
+/// Makes the report of a folder anew, and names the files in it that are not those of the manifest.
+fn rebuild_report(folder: &Path) -> Result<(), CommandError> {
+    let page = write_report(folder)?;
+    for file in changed_files(folder)? {
+        note(&format!(
+            "warning: {} is not the file that the run wrote, and the report shows it as it is; `stosszahl run CASE --resume` makes it again",
+            file.display()
+        ));
+    }
+    Ok(say(&page.display().to_string())?)
 }
 
 fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
@@ -333,7 +343,7 @@ pub fn run(
             return Err(error.into());
         }
     };
-    let page = write_report(&summary.folder)?.display().to_string();
+    let page = write_held_report(&summary.held)?.display().to_string();
     if arguments.printed.json {
         return Ok(say(&as_json(&summary.points, &page))?);
     }
@@ -427,7 +437,7 @@ pub fn measure_frontier(
         [] => vec![frontier::Kind::Energy],
         asked => asked.to_vec(),
     };
-    let stop = listen("stopped");
+    let stop = listen("stopped; the same command goes on with the runs that are kept");
     let options = frontier::Options {
         interrupt: &stop,
         crew,
@@ -444,11 +454,11 @@ pub fn measure_frontier(
         tell: &note,
     };
     let found = frontier(file, &options)?;
-    show(&found, &options.folder)
+    show(&found)
 }
 
 /// Prints what a frontier says, and writes its page.
-fn show(found: &frontier::Frontier, folder: &Path) -> Result<(), CommandError> {
+fn show(found: &frontier::Frontier) -> Result<(), CommandError> {
     say(&found.headline)?;
     for sentence in &found.conclusions {
         say(sentence)?;
@@ -469,7 +479,8 @@ fn show(found: &frontier::Frontier, folder: &Path) -> Result<(), CommandError> {
         ],
         lists: &lists,
     });
-    let path = folder.join("frontier.html");
-    write_file(&path, page.as_bytes())?;
+    const PAGE: &str = "frontier.html";
+    found.held.write(PAGE, page.as_bytes())?;
+    let path = found.held.path().join(PAGE);
     Ok(say(&format!("report: {}", path.display()))?)
 }

@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
+use atomic_write_file::AtomicWriteFile;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -47,11 +48,21 @@ pub enum SnapshotError {
         /// What belongs there.
         expected: &'static str,
     },
-    /// A snapshot of another case, seed or version.
-    #[error("{}: the snapshot belongs to another run (case, seed or version differ)", path.display())]
+    /// A snapshot of another case, point of a sweep, seed or version.
+    #[error("{}: the snapshot belongs to another run (case, point, seed or version differ)", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
+    },
+    /// A snapshot of the same run that was written for another place in it.
+    #[error("{}: holds {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
+    Misplaced {
+        /// The file.
+        path: PathBuf,
+        /// Replica, engine, point and seed that the file was written for.
+        found: String,
+        /// Those that belong under its name.
+        expected: String,
     },
 }
 
@@ -76,27 +87,16 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     })
 }
 
-/// Has a file written that appears under its name only when it is complete.
+/// Has a file written that appears under its name only when it is complete. The folder is opened once, at the beginning, so that the
+/// file ends where it was begun, also if the folder is moved meanwhile.
 fn when_complete<T>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<T, SnapshotError>,
 ) -> Result<T, SnapshotError> {
     let failed = |source| SnapshotError::of_file(path, source);
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    let partial = PathBuf::from(partial);
-    // What a kill left; and never through a link into a file of somebody else's, or into a pipe that nobody reads.
-    match fs::remove_file(&partial) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            return Err(SnapshotError::of_file(&partial, error));
-        }
-        _ => {}
-    }
-    let mut file =
-        File::create_new(&partial).map_err(|error| SnapshotError::of_file(&partial, error))?;
-    let written = write(&mut file)?;
-    file.sync_data().map_err(failed)?;
-    fs::rename(&partial, path).map_err(failed)?;
+    let mut file = AtomicWriteFile::open(path).map_err(failed)?;
+    let written = write(file.as_file_mut())?;
+    file.commit().map_err(failed)?;
     Ok(written)
 }
 
@@ -349,15 +349,32 @@ mod tests {
         assert!(said.to_string().contains("expected a file"), "{said}");
     }
 
-    /// Nothing is written through a link that stands where the new file is to be made.
+    /// A snapshot that is being written when its folder is moved ends in the moved folder, not in the one that took its name.
+    #[cfg(unix)]
+    #[test]
+    fn a_snapshot_stays_in_a_folder_that_is_moved() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [here, moved] = ["here", "moved"].map(|name| folder.path().join(name));
+        fs::create_dir(&here).expect("a folder");
+        when_complete(&here.join("a"), |file| {
+            fs::rename(&here, &moved).expect("moved");
+            fs::create_dir(&here).expect("a folder");
+            file.write_all(b"first").expect("written");
+            Ok(())
+        })
+        .expect("written");
+        assert_eq!(fs::read(moved.join("a")).expect("bytes"), b"first");
+        assert!(!here.join("a").exists());
+    }
+
+    /// Nothing is written through a link that stands where the file is to be.
     #[cfg(unix)]
     #[test]
     fn a_link_in_the_way_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let [path, other] = ["a.snapshot", "other"].map(|name| folder.path().join(name));
         fs::write(&other, "of somebody else").expect("written");
-        std::os::unix::fs::symlink(&other, folder.path().join("a.snapshot.partial"))
-            .expect("a link");
+        std::os::unix::fs::symlink(&other, &path).expect("a link");
         write(&path, &[7; 32], &1_u64).expect("written");
         assert_eq!(fs::read(&other).expect("bytes"), b"of somebody else");
         assert!(!path.is_symlink());

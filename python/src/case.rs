@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use stosszahl_case::CaseFile;
-use stosszahl_report::{ReportError, write_report};
+use stosszahl_report::{ReportError, write_held_report, write_report};
 use stosszahl_results::{Existing, Manifest, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
 use stosszahl_study::{Gauge, Options, Progress, format, run_case};
@@ -179,7 +179,7 @@ pub fn run(
         }
     })?;
     tell(py)?;
-    write_report(&summary.folder).map_err(Raise::raise)?;
+    write_held_report(&summary.held).map_err(Raise::raise)?;
     Ok((summary.folder, summary.is_sweep))
 }
 

@@ -155,7 +155,7 @@ fn what_cannot_be_swept_is_refused() {
     let path = case(folder.path(), CASE);
     let done = stosszahl(&["frontier", text(&path), "--out", text(&full)]);
     assert_eq!(done.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&done.stderr).contains("is not empty"));
+    assert!(String::from_utf8_lossy(&done.stderr).contains("is no results folder"));
 }
 
 /// Cells of two diameters at packing 0.25 hold 1.27 disks and are almost three mean free paths wide: the budget says so, and

@@ -3,6 +3,7 @@
 mod book;
 mod cases;
 mod command_line;
+mod folders;
 mod frontier;
 mod fuzz;
 mod init;

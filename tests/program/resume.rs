@@ -49,7 +49,13 @@ impl Progress for Legs {
 }
 
 /// Runs a case until a number of legs are done; whether it ended before, and the legs that it did.
-fn run(file: &CaseFile, out: &Path, existing: Existing, threads: usize, legs: i64) -> (bool, i64) {
+pub(crate) fn run(
+    file: &CaseFile,
+    out: &Path,
+    existing: Existing,
+    threads: usize,
+    legs: i64,
+) -> (bool, i64) {
     let progress = Legs::new(legs);
     let options = Options {
         out: Some(out.to_owned()),

@@ -41,7 +41,9 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use stosszahl_model::initial::FileError;
-use stosszahl_results::{Figure, REPORT_FILE, ResultsError, Stored, Sweep, Table, write_file};
+use stosszahl_results::{
+    Figure, Folder, REPORT_FILE, ResultsError, Stored, Sweep, Table, write_file,
+};
 
 pub use listing::{Listed, Listing, listing};
 pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_anchor, figure_name, paper};
@@ -92,15 +94,29 @@ struct Report {
 }
 
 impl Report {
-    /// Writes all of it, the page last.
-    fn write(&self, folder: &Path) -> Result<PathBuf, ReportError> {
+    /// Writes all of it, the page last; `guard` is asked before each file.
+    fn write(&self, folder: &Path, guard: Guard<'_>) -> Result<PathBuf, ReportError> {
         for (name, bytes) in &self.beside {
+            guard()?;
             write_file(&folder.join(name), bytes)?;
         }
+        guard()?;
         let path = folder.join(REPORT_FILE);
         write_file(&path, self.page.as_bytes())?;
         Ok(path)
     }
+}
+
+/// Says whether files may still be written into the folder.
+type Guard<'a> = &'a dyn Fn() -> Result<(), ResultsError>;
+
+/// Writes the report of a results folder that this process holds, as [`write_report`] does; nothing is written if the folder was moved
+/// or replaced meanwhile.
+///
+/// # Errors
+/// As [`write_report`], and [`ResultsError::Moved`].
+pub fn write_held_report(folder: &Folder) -> Result<PathBuf, ReportError> {
+    write_guarded(folder.path(), &|| folder.require_same())
 }
 
 /// Rebuilds `report.html` and the drawings of a results folder or of a sweep folder and returns the path of the page. In a
@@ -109,8 +125,12 @@ impl Report {
 /// # Errors
 /// The folder holds no finished run and no sweep, a table or snapshot is damaged, or a file cannot be written.
 pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
+    write_guarded(folder, &|| Ok(()))
+}
+
+fn write_guarded(folder: &Path, guard: Guard<'_>) -> Result<PathBuf, ReportError> {
     let report = if let Some(sweep) = Sweep::read(folder)? {
-        sweep::build(folder, &sweep)?
+        sweep::build(folder, &sweep, guard)?
     } else if let Some(stored) = Stored::read(folder)? {
         run::build(folder, &stored)?
     } else {
@@ -118,5 +138,5 @@ pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
             folder: folder.to_owned(),
         });
     };
-    report.write(folder)
+    report.write(folder, guard)
 }

@@ -16,7 +16,7 @@ use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::sheet::sheet;
 use crate::words::number;
-use crate::{Report, ReportError, run, summary};
+use crate::{Guard, Report, ReportError, run, summary};
 
 /// The table in which engines are compared.
 const QUOTIENTS: &str = "comparison";
@@ -24,13 +24,13 @@ const QUOTIENTS: &str = "comparison";
 const POINT: &str = "point";
 
 /// Builds the page of a sweep and rewrites the reports of its finished points.
-pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError> {
+pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Report, ReportError> {
     let mut points = Vec::new();
     for point in &sweep.points {
         let inside = folder.join(&point.name);
         let stored = Stored::read(&inside)?;
         if let Some(stored) = &stored {
-            run::build(&inside, stored)?.write(&inside)?;
+            run::build(&inside, stored)?.write(&inside, guard)?;
         }
         points.push(stored);
     }
@@ -64,6 +64,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep) -> Result<Report, ReportError>
     let content = html! {
         h1 { (sweep.title) }
         p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
+        (page::warnings(&changed(sweep, &points)))
         (tally(&points))
         @for ((_, drawn, figure, file), _) in &first { (next(drawn, figure, file.clone())) }
         (overview(sweep, &points, &keys))
@@ -138,6 +139,16 @@ pub(crate) fn text(value: Option<&Value>) -> String {
 /// The conclusion of a point that comes first.
 fn conclusion(stored: &Stored) -> Option<&Verdict> {
     headlines(&stored.manifest.verdicts).first().copied()
+}
+
+/// Warnings of the tables of points that are not those of their manifests.
+fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
+    let both = sweep.points.iter().zip(points);
+    let files = both.flat_map(|(point, stored)| {
+        let files = stored.iter().flat_map(|stored| &stored.changed);
+        files.map(|file| html! { code { (point.name) "/" (file) } " is not the file that the run wrote." })
+    });
+    files.collect()
 }
 
 /// At how many points the first conclusion is of each kind.

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use stosszahl_report::{figure_anchor, paper, write_report};
+use stosszahl_report::{figure_anchor, paper, write_held_report};
 use stosszahl_results::{Existing, write_file};
 use stosszahl_study::{Options, run_case};
 
@@ -92,7 +92,7 @@ impl Reproduction<'_> {
                 ..*options
             };
             let done = run_case(case, &options)?;
-            write_report(&done.folder)?;
+            write_held_report(&done.held)?;
         }
         Ok(())
     }

@@ -65,6 +65,34 @@ pub enum ResultsError {
         /// The folder.
         path: PathBuf,
     },
+    /// The folder is not the one that was locked.
+    #[error("{}: this is no longer the folder that the run began in: it, or its run.files, was moved, removed or replaced; stopped, nothing more is written; a folder that was moved goes on with --resume --out", path.display())]
+    Moved {
+        /// Where the folder was.
+        path: PathBuf,
+    },
+    /// The file system, or the system, cannot make the links that claims are.
+    #[error("{}: cannot be linked: {source}; processes that work in one folder need a file system with hard links; without, use --part and merge", path.display())]
+    Links {
+        /// The claim.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another process has taken over a task of this one.
+    #[error("{}: {task} was taken over by another process, as nothing was heard of this one", path.display())]
+    TakenOver {
+        /// The folder.
+        path: PathBuf,
+        /// The task.
+        task: String,
+    },
+    /// A finished run whose files are not those of its manifest, which several processes cannot mend together.
+    #[error("{}: files of the finished run are missing or changed; run it once with --resume", path.display())]
+    Unsound {
+        /// The folder of the run or point.
+        path: PathBuf,
+    },
     /// Files that the run has written are gone.
     #[error("{}: {}, which this run has written; use --force to run it again", path.display(), absent(files))]
     Lost {
@@ -170,6 +198,7 @@ impl ResultsError {
             ReadOnlyFilesystem,
         ];
         match self {
+            Self::Moved { .. } | Self::TakenOver { .. } => true,
             // A folder that cannot be made, as below /proc, is not found.
             Self::System { source, action, .. } => {
                 let absent = *action == "written" && source.kind() == io::ErrorKind::NotFound;

@@ -7,17 +7,20 @@
 //! | `manifest.json` | written last: a run is finished if all files that it names are there with their checksums |
 //!
 //! Only files in `run.files` are ever removed, so what a user puts into the folder stays. The lock is on a file of its own,
-//! which is never replaced: a lock on `run.json` would be lost with each atomic write of it. Files appear under their
+//! which is never replaced: a lock on `run.json` would be lost with each atomic write of it. Before each write the list at the path
+//! is compared with the open one, so that a run whose folder was moved or removed stops, and writes into no other. Files appear under their
 //! names only when they are complete (the crate `atomic-write-file`).
 
 use std::fs;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use atomic_write_file::AtomicWriteFile;
 use serde::Serialize;
 
+use crate::claims::{self, CLAIMS, FolderWorker};
 use crate::error::ResultsError;
 use crate::identity::{Mark, RUN_FILE, RunId, differences};
 use crate::list::{LIST_FILE, List, half_written, is_inside};
@@ -30,6 +33,9 @@ use crate::table::Table;
 pub const CHECKPOINTS: &str = "checkpoints";
 /// Name of the folder of snapshots inside that of a run.
 pub const SNAPSHOTS: &str = "snapshots";
+
+/// Time after which a process that shares a folder counts as lost to one that wants it alone.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What to do with a folder that exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +53,12 @@ pub enum Existing {
 pub struct Folder {
     path: PathBuf,
     runs: Vec<RunId>,
+    /// Hash of the numbers and the name of each run.
+    fingerprints: Vec<[u8; 32]>,
     list: Mutex<List>,
     warning: Option<String>,
+    /// This process among those that work in the folder; `None` if it works alone.
+    worker: Option<FolderWorker>,
 }
 
 /// The place of one run: the folder, or the subfolder of a point of a sweep.
@@ -56,6 +66,7 @@ pub struct Folder {
 pub struct Place<'a> {
     folder: &'a Folder,
     run: &'a RunId,
+    fingerprint: &'a [u8; 32],
 }
 
 /// Writes a file, in a folder that is made if need be, so that it appears under its name only when it is complete.
@@ -93,19 +104,18 @@ impl Folder {
         inputs: &[&Path],
         runs: Vec<RunId>,
     ) -> Result<Self, ResultsError> {
-        if let Some(run) = runs
-            .iter()
-            .find(|run| !run.name.is_empty() && !is_inside(&run.name))
-        {
-            return Err(ResultsError::Name {
-                name: run.name.clone(),
-            });
-        }
+        require_names(&runs)?;
         admit(path, existing, inputs, &runs)?;
         fs::create_dir_all(path).map_err(ResultsError::system(path, "written"))?;
-        let (mut list, warning) = List::lock(path)?;
+        let (mut list, warning) = List::lock(path, false)?;
         // Another process may have come between.
         let known = admit(path, existing, inputs, &runs)?;
+        if path.join(CLAIMS).exists() {
+            require_nobody(path)?;
+            list.take_over(&claims::lists(path))
+                .map_err(ResultsError::system(path, "written"))?;
+            claims::remove_workers(path);
+        }
         if known && existing == Existing::Replace {
             list.remove(path, |_| true)?;
             list.file
@@ -115,12 +125,82 @@ impl Folder {
         }
         let file = path.join(RUN_FILE);
         write_file(&file, &json(&file, &Mark::new(&runs))?)?;
-        Ok(Self {
+        Ok(Self::of(path, runs, list, warning, None))
+    }
+
+    /// Makes the results folder of some runs, or finds the one that other processes work in, and joins them until the value is
+    /// dropped. A process of which nothing is heard for `patience` is lost.
+    ///
+    /// # Errors
+    /// [`ResultsError`], also if a process works there that does not share the folder.
+    pub fn join(
+        path: &Path,
+        inputs: &[&Path],
+        runs: Vec<RunId>,
+        patience: Duration,
+    ) -> Result<Self, ResultsError> {
+        require_names(&runs)?;
+        let is_marked = || Ok::<bool, ResultsError>(Mark::read(path)?.is_some());
+        if !is_marked()? {
+            admit(path, Existing::Refuse, inputs, &runs)?;
+            fs::create_dir_all(path).map_err(ResultsError::system(path, "written"))?;
+        }
+        let (mut list, warning) = List::lock(path, true)?;
+        let file = path.join(RUN_FILE);
+        if !is_marked()? {
+            // Whoever is first; all others find the mark, and compare.
+            write_new(&file, &json(&file, &Mark::new(&runs))?)?;
+        }
+        admit(path, Existing::Resume, inputs, &runs)?;
+        let worker = FolderWorker::register(path, patience)?;
+        list.note_in(&worker.list_path())
+            .map_err(ResultsError::system(path, "written"))?;
+        Ok(Self::of(path, runs, list, warning, Some(worker)))
+    }
+
+    fn of(
+        path: &Path,
+        runs: Vec<RunId>,
+        list: List,
+        warning: Option<String>,
+        worker: Option<FolderWorker>,
+    ) -> Self {
+        let fingerprint = |run: &RunId| {
+            let mut hash = blake3::Hasher::new();
+            hash.update(&run.numbers).update(run.name.as_bytes());
+            hash.finalize().into()
+        };
+        Self {
             path: path.to_owned(),
+            fingerprints: runs.iter().map(fingerprint).collect(),
             runs,
             list: Mutex::new(list),
             warning,
-        })
+            worker,
+        }
+    }
+
+    /// This process among those that work in the folder; `None` if it works alone.
+    pub fn worker(&self) -> Option<&FolderWorker> {
+        self.worker.as_ref()
+    }
+
+    /// The folder of claims of tasks that are of no point.
+    pub fn claims(&self) -> PathBuf {
+        self.path.join(CLAIMS)
+    }
+
+    /// Takes the lists of files of all processes into the common one, and removes all claims, when all points are finished.
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if the lists cannot be read or written.
+    pub fn settle_claims(&self) -> Result<(), ResultsError> {
+        let mut list = self.list.lock().unwrap_or_else(PoisonError::into_inner);
+        self.require_list(&list)?;
+        list.take_over(&claims::lists(&self.path))
+            .map_err(ResultsError::system(&self.path, "written"))?;
+        claims::remove_claims(&self.claims());
+        Ok(())
     }
 
     /// Where it is.
@@ -135,7 +215,37 @@ impl Folder {
 
     /// The places of the runs, in the order in which they were named.
     pub fn places(&self) -> impl Iterator<Item = Place<'_>> {
-        self.runs.iter().map(|run| Place { folder: self, run })
+        let both = self.runs.iter().zip(&self.fingerprints);
+        both.map(|(run, fingerprint)| Place {
+            folder: self,
+            run,
+            fingerprint,
+        })
+    }
+
+    /// Checks that the path still leads to the folder that was locked. To be called before anything is written or removed by its path.
+    ///
+    /// # Errors
+    /// [`ResultsError::Moved`] if the folder, or its list of files, was moved, removed or replaced.
+    pub fn require_same(&self) -> Result<(), ResultsError> {
+        let list = self.list.lock().unwrap_or_else(PoisonError::into_inner);
+        self.require_list(&list)
+    }
+
+    fn require_list(&self, list: &List) -> Result<(), ResultsError> {
+        list.is_of(&self.path)
+            .then_some(())
+            .ok_or_else(|| ResultsError::Moved {
+                path: self.path.clone(),
+            })
+    }
+
+    /// Claims a file and writes it, as a whole.
+    ///
+    /// # Errors
+    /// As [`Place::claim`].
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
+        write_file(&self.claim(name)?, bytes)
     }
 
     /// Writes the index of a sweep.
@@ -149,8 +259,11 @@ impl Folder {
         write_file(&path, &json(&path, sweep)?)
     }
 
-    /// Notes that a file belongs to the run, and makes its folder.
-    fn claim(&self, name: &str) -> Result<PathBuf, ResultsError> {
+    /// Notes that a file belongs to the run, so that `--force` removes it, makes its folder, and returns its path.
+    ///
+    /// # Errors
+    /// As [`Place::claim`].
+    pub fn claim(&self, name: &str) -> Result<PathBuf, ResultsError> {
         if !is_inside(name) {
             return Err(ResultsError::Name {
                 name: name.to_owned(),
@@ -158,11 +271,51 @@ impl Folder {
         }
         let path = self.path.join(name);
         let mut list = self.list.lock().unwrap_or_else(PoisonError::into_inner);
+        self.require_list(&list)?;
         list.note(name)
             .map_err(ResultsError::system(&self.path, "written"))?;
         let parent = path.parent().unwrap_or(&self.path);
         fs::create_dir_all(parent).map_err(ResultsError::system(parent, "written"))?;
         Ok(path)
+    }
+}
+
+/// Refuses names of points that lead out of the folder.
+fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
+    let bad = |run: &&RunId| !run.name.is_empty() && !is_inside(&run.name);
+    match runs.iter().find(bad) {
+        Some(run) => Err(ResultsError::Name {
+            name: run.name.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a folder in which a process is alive that shares it, where the lock does not tell.
+fn require_nobody(path: &Path) -> Result<(), ResultsError> {
+    let visitor = FolderWorker::register(path, PATIENCE)?;
+    if visitor.find_other()? {
+        return Err(ResultsError::Locked {
+            path: path.to_owned(),
+        });
+    }
+    Ok(())
+}
+
+/// Writes a file as a whole if there is none of its name.
+fn write_new(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
+    let failed = |source| ResultsError::system(path, "written")(source);
+    let name = format!(".{RUN_FILE}.{:06x}", std::process::id() % (1 << 24));
+    let hidden = path.with_file_name(name);
+    write_file(&hidden, bytes)?;
+    let linked = fs::hard_link(&hidden, path);
+    fs::remove_file(&hidden).map_err(failed)?;
+    match linked {
+        Err(error) if error.kind() != ErrorKind::AlreadyExists => Err(ResultsError::Links {
+            path: path.to_owned(),
+            source: error,
+        }),
+        _ => Ok(()),
     }
 }
 
@@ -178,8 +331,9 @@ fn admit(
         if existing == Existing::Resume {
             return Err(ResultsError::NothingToResume { path: owned() });
         }
-        let ours =
-            |name: &str| name == LIST_FILE || half_written(name).as_deref() == Some(RUN_FILE);
+        let ours = |name: &str| {
+            name == LIST_FILE || name == CLAIMS || half_written(name).as_deref() == Some(RUN_FILE)
+        };
         let mut entries = fs::read_dir(path).into_iter().flatten().flatten();
         if entries.any(|entry| !entry.file_name().to_str().is_some_and(ours)) {
             return Err(ResultsError::NotResults { path: owned() });
@@ -223,7 +377,12 @@ fn admit(
     }
 }
 
-impl Place<'_> {
+impl<'a> Place<'a> {
+    /// The results folder that it is in.
+    pub fn folder(&self) -> &'a Folder {
+        self.folder
+    }
+
     /// Where it is.
     pub fn path(&self) -> PathBuf {
         if self.run.name.is_empty() {
@@ -237,9 +396,24 @@ impl Place<'_> {
         &self.run.name
     }
 
-    /// Hash of all that decides the numbers, for checkpoints.
-    pub fn fingerprint(&self) -> &[u8; 32] {
-        &self.run.numbers
+    /// Hash of all that decides the numbers, and of the name of the point, for checkpoints.
+    pub fn fingerprint(&self) -> &'a [u8; 32] {
+        self.fingerprint
+    }
+
+    /// The folder of claims of its tasks.
+    pub fn claims(&self) -> PathBuf {
+        self.path().join(CLAIMS)
+    }
+
+    /// Removes the claims of its tasks. To be called when it is finished.
+    pub fn remove_claims(&self) {
+        claims::remove_claims(&self.claims());
+    }
+
+    /// Returns `true` if the run has a manifest: it was finished.
+    pub fn has_manifest(&self) -> bool {
+        self.path().join(MANIFEST_FILE).exists()
     }
 
     fn inside(&self, name: &str) -> String {
@@ -263,7 +437,7 @@ impl Place<'_> {
     /// # Errors
     /// As [`Self::claim`].
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
-        write_file(&self.claim(name)?, bytes)
+        self.folder.write(&self.inside(name), bytes)
     }
 
     /// Whether the run is finished but for its report: its manifest is of this run, and each file that it names is there
@@ -329,7 +503,11 @@ impl Place<'_> {
     /// [`ResultsError::System`] names what could not be removed.
     pub fn remove_checkpoints(&self) -> Result<(), ResultsError> {
         let list = &self.folder.list;
-        let list = list.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
+        self.folder.require_list(&list)?;
+        if self.folder.worker.is_some() {
+            list.read_others(&claims::lists(&self.folder.path));
+        }
         let within = self.inside(CHECKPOINTS);
         let of_run = |name: &str| {
             let rest = name.strip_prefix(&within);

@@ -7,6 +7,7 @@
 //! A run opens its [`Folder`], which no other process can write into meanwhile, claims each file before it is written, and
 //! ends with [`Place::finish`]. Readers start from [`Stored::read`].
 
+mod claims;
 mod csv_file;
 mod engines;
 mod error;
@@ -20,14 +21,16 @@ mod table;
 mod verdict;
 mod words;
 
+pub use claims::{CLAIMS, FolderWorker, TaskClaim, TaskStates};
 pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
 pub use error::ResultsError;
 pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, write_file};
 pub use identity::{Keys, RunId};
+pub use list::half_written;
 pub use manifest::{
     Derived, EngineWork, FORMAT, Fingerprint, FramesEntry, MANIFEST_FILE, Machine, Manifest,
     Program, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Snapshot, Start, StartTest, Stored, Sweep,
-    SweepPoint, TableEntry, TimeUnit,
+    SweepPoint, TableEntry, TimeUnit, changed_files,
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
 pub use verdict::{Verdict, VerdictKind, headlines};

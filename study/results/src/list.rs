@@ -3,23 +3,43 @@
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read as _, Write as _};
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use crate::error::ResultsError;
 
 /// Lists the files of the runs, and is locked while one writes.
 pub(crate) const LIST_FILE: &str = "run.files";
 
+/// Most times that the list is opened anew, as another process removed it between opening and locking.
+const MOST_TRIES: usize = 100;
+
 /// The open and locked list of files.
 #[derive(Debug)]
 pub(crate) struct List {
     pub(crate) file: File,
     pub(crate) known: BTreeSet<String>,
+    /// Where names are noted, if other processes work in the folder too: appending is not atomic on network file systems.
+    own: Option<File>,
 }
 
 impl List {
-    /// Opens and locks the list of a folder; the words are a warning.
-    pub(crate) fn lock(folder: &Path) -> Result<(Self, Option<String>), ResultsError> {
+    /// Opens and locks the list of a folder, for this process alone or, if `shared`, for all that share it; the words are a warning.
+    pub(crate) fn lock(
+        folder: &Path,
+        shared: bool,
+    ) -> Result<(Self, Option<String>), ResultsError> {
+        for _ in 0..MOST_TRIES {
+            let (list, warning) = Self::lock_once(folder, shared)?;
+            if list.is_of(folder) {
+                return Ok((list, warning));
+            }
+        }
+        Err(ResultsError::Locked {
+            path: folder.to_owned(),
+        })
+    }
+
+    fn lock_once(folder: &Path, shared: bool) -> Result<(Self, Option<String>), ResultsError> {
         let path = folder.join(LIST_FILE);
         let failed = |source| ResultsError::system(folder, "written")(source);
         let mut file = OpenOptions::new()
@@ -28,7 +48,12 @@ impl List {
             .create(true)
             .open(&path)
             .map_err(failed)?;
-        let warning = match file.try_lock() {
+        let locked = if shared {
+            file.try_lock_shared()
+        } else {
+            file.try_lock()
+        };
+        let warning = match locked {
             Ok(()) => None,
             Err(TryLockError::WouldBlock) => {
                 return Err(ResultsError::Locked {
@@ -45,26 +70,58 @@ impl List {
         };
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(failed)?;
-        // What follows the last line end was being noted when the process was killed: nothing was written under it.
-        let whole = text
-            .iter()
-            .rposition(|&byte| byte == b'\n')
-            .map_or(0, |last| last + 1);
-        file.set_len(whole as u64).map_err(failed)?;
-        let text = String::from_utf8_lossy(&text[..whole]);
-        let known = text
-            .lines()
-            .filter(|name| is_inside(name))
-            .map(str::to_owned)
-            .collect();
-        Ok((Self { file, known }, warning))
+        let (known, whole) = names(&text);
+        if !shared {
+            file.set_len(whole as u64).map_err(failed)?;
+        }
+        let own = None;
+        Ok((Self { file, known, own }, warning))
+    }
+
+    /// Notes names in a list of this process alone from now on.
+    pub(crate) fn note_in(&mut self, path: &Path) -> std::io::Result<()> {
+        self.own = Some(File::create_new(path)?);
+        Ok(())
+    }
+
+    /// Reads the names that other processes have noted.
+    pub(crate) fn read_others(&mut self, lists: &[PathBuf]) {
+        for list in lists {
+            // One that is gone was taken into the common list.
+            let text = fs::read(list).unwrap_or_else(|_| Vec::new());
+            self.known.extend(names(&text).0);
+        }
+    }
+
+    /// Takes the names that processes have noted into the list, and removes theirs.
+    pub(crate) fn take_over(&mut self, lists: &[PathBuf]) -> std::io::Result<()> {
+        let mut text = Vec::new();
+        for list in lists {
+            text.extend(names(&fs::read(list)?).0);
+        }
+        self.own = None;
+        let lines = text.iter().map(|name| format!("{name}\n"));
+        let lines: String = lines.collect();
+        self.file.write_all(lines.as_bytes())?;
+        self.known.extend(text);
+        lists.iter().try_for_each(fs::remove_file)
+    }
+
+    /// Returns `true` if the list in the folder of this path is still the open one: the folder was not moved, removed or replaced, and
+    /// neither was the list. An inode is not used again while it is open.
+    pub(crate) fn is_of(&self, folder: &Path) -> bool {
+        match (self.file.metadata(), fs::metadata(folder.join(LIST_FILE))) {
+            (Ok(open), Ok(there)) => is_same_file(&open, &there),
+            _ => false,
+        }
     }
 
     pub(crate) fn note(&mut self, name: &str) -> std::io::Result<()> {
         if self.known.contains(name) {
             return Ok(());
         }
-        self.file.write_all(format!("{name}\n").as_bytes())?;
+        let file = self.own.as_mut().unwrap_or(&mut self.file);
+        file.write_all(format!("{name}\n").as_bytes())?;
         self.known.insert(name.to_owned());
         Ok(())
     }
@@ -112,15 +169,32 @@ impl Drop for List {
     }
 }
 
-/// The file that a half-written one was to become, by its name.
-pub(crate) fn half_written(name: &str) -> Option<String> {
-    let hidden = || {
-        let (target, random) = name.strip_prefix('.')?.rsplit_once('.')?;
-        (random.len() == 6).then_some(target)
-    };
-    name.strip_suffix(".partial")
-        .or_else(hidden)
-        .map(str::to_owned)
+/// The names in the text of a list, and its length up to the last line end. What follows was being noted when the process was killed:
+/// nothing was written under it.
+fn names(text: &[u8]) -> (BTreeSet<String>, usize) {
+    let last = text.iter().rposition(|&byte| byte == b'\n');
+    let whole = last.map_or(0, |last| last + 1);
+    let lines = String::from_utf8_lossy(&text[..whole]);
+    let known = lines.lines().filter(|name| is_inside(name));
+    (known.map(str::to_owned).collect(), whole)
+}
+
+#[cfg(unix)]
+pub(crate) fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// Systems that are not Unix keep a file that is open from being moved or removed.
+#[cfg(not(unix))]
+pub(crate) fn is_same_file(_: &fs::Metadata, _: &fs::Metadata) -> bool {
+    true
+}
+
+/// Returns the name of the file that a half-written one was to become.
+pub fn half_written(name: &str) -> Option<String> {
+    let (target, random) = name.strip_prefix('.')?.rsplit_once('.')?;
+    (random.len() == 6).then(|| target.to_owned())
 }
 
 /// Whether a name stays inside the folder that it is relative to, and fits in a line.
@@ -146,14 +220,14 @@ mod tests {
     #[test]
     fn a_copy_of_the_open_list_keeps_no_lock() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (list, _) = List::lock(folder.path()).expect("free");
+        let (list, _) = List::lock(folder.path(), false).expect("free");
         let copy = list.file.try_clone().expect("a copy");
         assert!(matches!(
-            List::lock(folder.path()),
+            List::lock(folder.path(), true),
             Err(ResultsError::Locked { .. })
         ));
         drop(list);
-        List::lock(folder.path()).expect("free again");
+        List::lock(folder.path(), false).expect("free again");
         drop(copy);
     }
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -422,6 +422,26 @@ impl Stored {
             changed,
         }))
     }
+}
+
+/// Finds the files of a finished run, or of the finished points of a sweep, that have other bytes than the run wrote.
+///
+/// # Errors
+/// A manifest, the index of the sweep or a file cannot be read.
+pub fn changed_files(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
+    let points = match Sweep::read(folder)? {
+        Some(sweep) => sweep.points,
+        None => vec![SweepPoint::default()],
+    };
+    let mut all = Vec::new();
+    for point in points {
+        let inside = folder.join(&point.name);
+        if let Some(manifest) = Manifest::read(&inside)? {
+            let (_, changed) = manifest.damage(&inside)?;
+            all.extend(changed.into_iter().map(|file| inside.join(file)));
+        }
+    }
+    Ok(all)
 }
 
 /// The hash of a file; `None` where there is none.

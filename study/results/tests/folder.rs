@@ -125,6 +125,69 @@ fn a_second_process_is_refused_while_one_writes() {
     assert!(open(Existing::Resume).is_ok());
 }
 
+/// A folder that was moved, removed or replaced while it is written is noticed before each write, and what took its place is left alone.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_was_moved_or_removed_is_not_written() {
+    type Change = fn(&Path);
+    let aside = |path: &Path| path.with_file_name("aside");
+    let moved: Change = |path| fs::rename(path, path.with_file_name("aside")).unwrap();
+    let removed: Change = |path| fs::remove_dir_all(path).unwrap();
+    let list_removed: Change = |path| fs::remove_file(path.join("run.files")).unwrap();
+    for (change, replaced) in [
+        (moved, false),
+        (moved, true),
+        (removed, false),
+        (removed, true),
+        (list_removed, false),
+        (list_removed, true),
+    ] {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("results");
+        let first = Folder::open(&path, Existing::Refuse, &[], id(&case(7, "a"))).unwrap();
+        let run_place = first.places().next().unwrap();
+        run_place
+            .write("checkpoints/replica-0-ed.snapshot", b"state")
+            .unwrap();
+        run_place.write("snapshots/ed-0.xyz", b"7").unwrap();
+        first.require_same().unwrap();
+        change(&path);
+        let second = replaced.then(|| {
+            let seed = if path.exists() { 7 } else { 8 };
+            let existing = [Existing::Refuse, Existing::Resume][usize::from(path.exists())];
+            let second = Folder::open(&path, existing, &[], id(&case(seed, "a"))).unwrap();
+            let place = second.places().next().unwrap();
+            place
+                .write("checkpoints/replica-0-ed.snapshot", b"other")
+                .unwrap();
+            second
+        });
+        let before = path.exists().then(|| names(&path));
+        let is_moved = |done: Result<(), ResultsError>| {
+            let error = done.unwrap_err();
+            assert!(
+                matches!(error, ResultsError::Moved { .. }) && error.is_system(),
+                "{error}"
+            );
+        };
+        is_moved(first.require_same());
+        is_moved(run_place.write("energy.csv", b"first"));
+        is_moved(run_place.claim("figures/a.svg").map(drop));
+        is_moved(run_place.remove_checkpoints());
+        is_moved(run_place.finish(Manifest::default(), &[table(7)]).map(drop));
+        assert_eq!(path.exists().then(|| names(&path)), before);
+        if second.is_some() {
+            let there = fs::read(path.join("checkpoints/replica-0-ed.snapshot")).unwrap();
+            assert_eq!(there, b"other");
+        }
+        if aside(&path).exists() {
+            drop((first, second));
+            let found = Folder::open(&aside(&path), Existing::Resume, &[], id(&case(7, "a")));
+            found.expect("the moved folder goes on");
+        }
+    }
+}
+
 #[test]
 fn another_seed_is_another_run_and_the_message_names_it() {
     let place = tempfile::tempdir().unwrap();
@@ -187,7 +250,7 @@ fn force_removes_what_the_run_wrote_and_nothing_else() {
     run(path, Existing::Refuse, 7, "a", false).unwrap();
     for ours in [
         "checkpoints/replica-0-ed.stopped.xyz",
-        "checkpoints/replica-0-ed.snapshot.partial",
+        "checkpoints/.replica-0-ed.snapshot.x0Y1z2",
         "snapshots/.ed-0.xyz.a1b2c3",
     ] {
         fs::write(path.join(ours), "x").unwrap();
@@ -195,8 +258,8 @@ fn force_removes_what_the_run_wrote_and_nothing_else() {
     for theirs in [
         "species.csv",
         "snapshots/mine.xyz",
-        "snapshots/mine.xyz.partial",
-        "notes.partial",
+        "snapshots/.mine.xyz.a1b2c3",
+        ".notes.a1b2c3",
     ] {
         fs::write(path.join(theirs), "x").unwrap();
     }
@@ -204,7 +267,7 @@ fn force_removes_what_the_run_wrote_and_nothing_else() {
     assert_eq!(
         names(path),
         [
-            "notes.partial",
+            ".notes.a1b2c3",
             "run.files",
             "run.json",
             "snapshots",
@@ -213,7 +276,7 @@ fn force_removes_what_the_run_wrote_and_nothing_else() {
     );
     assert_eq!(
         names(&path.join("snapshots")),
-        ["mine.xyz", "mine.xyz.partial"]
+        [".mine.xyz.a1b2c3", "mine.xyz"]
     );
 }
 

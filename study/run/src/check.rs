@@ -1,5 +1,6 @@
 //! What a case means before it is run, as data.
 
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
@@ -81,15 +82,56 @@ impl<'a> Planned<'a> {
         let plan = Plan::within(case, folder, free).map_err(|error| refused(point, &error))?;
         accuracy::check(&plan).map_err(|error| refused(point, &error))?;
         let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
-        Ok(Self {
+        let planned = Self {
             point,
             plan,
             measures,
-        })
+        };
+        planned
+            .require_own_tables()
+            .map_err(|error| refused(point, &error))?;
+        Ok(planned)
+    }
+
+    /// Refuses two measures of which each would write the table of the other.
+    fn require_own_tables(&self) -> Result<(), PlanError> {
+        let mut owners: BTreeMap<String, &str> = BTreeMap::new();
+        for (measure, table) in self.tables_of_measures() {
+            let name = measure.name();
+            let file = table.file();
+            let Some(other) = owners.insert(file.clone(), name) else {
+                continue;
+            };
+            // The one that the case asks for is where it can be mended.
+            let asked = |name: &str| self.plan.case.measure.contains_key(name);
+            let (here, there) = if asked(name) {
+                (name, other)
+            } else {
+                (other, name)
+            };
+            let default = if asked(there) {
+                ""
+            } else {
+                ", which is made in this case without being named"
+            };
+            return Err(PlanError::new(
+                format!("measure.{here}"),
+                "",
+                format!(
+                    "not together with measure.{there}{default}: both write {file}; leave one out"
+                ),
+            ));
+        }
+        Ok(())
     }
 
     /// The tables that a run will have, without rows. No theory is solved for them.
     pub fn tables(&self) -> Vec<Table> {
+        let all = self.tables_of_measures().into_iter();
+        all.map(|(_, table)| table).collect()
+    }
+
+    fn tables_of_measures(&self) -> Vec<(&'static dyn Measure, Table)> {
         let mut plan = self.plan.clone();
         plan.case.verdict.sonine_orders = Some(1);
         let unsolved = Invalid::new("replicas", 0.0, "at least 1");
@@ -101,11 +143,12 @@ impl<'a> Planned<'a> {
                 level: 1.0,
                 finished: &none,
             };
-            one.tables(&plan, &runs)
+            let tables = one.tables(&plan, &runs).into_iter();
+            tables.map(move |table| (one, table))
         });
-        each.map(|table| Table {
-            rows: Vec::new(),
-            ..table
+        each.map(|(measure, table)| {
+            let rows = Vec::new();
+            (*measure, Table { rows, ..table })
         })
         .collect()
     }

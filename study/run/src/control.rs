@@ -4,13 +4,14 @@ use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use std::{fs, io};
+use std::{fmt, fs, io};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::Beside;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
+use stosszahl_results::{Folder, half_written};
 
 use crate::gauge::Gauge;
 
@@ -72,11 +73,44 @@ impl Set {
     }
 }
 
+/// Place in a run that a checkpoint was written for. Two checkpoints of one run differ in it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CheckpointOrigin {
+    /// Replica, from 0.
+    pub replica: u64,
+    /// `start`, or the name of the engine.
+    pub part: String,
+    /// Seed of the case.
+    pub seed: u64,
+}
+
+impl fmt::Display for CheckpointOrigin {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            replica,
+            part,
+            seed,
+        } = self;
+        write!(to, "{part} of replica {replica}, seed {seed}")
+    }
+}
+
+/// File of the checkpoint of one part of a run.
+pub struct CheckpointFile<'a> {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Hash of all that decides the numbers, and of the point.
+    pub run: Fingerprint,
+    /// Place in the run.
+    pub origin: CheckpointOrigin,
+    /// Results folder that must be at its path when the file is written; `None` if another process holds the folder.
+    pub folder: Option<&'a Folder>,
+}
+
 /// Saves, stops and tells about one part of one replica. `T` is what is saved.
 pub struct Control<'a, T> {
     /// The checkpoint; none if nothing is kept.
-    path: Option<PathBuf>,
-    fingerprint: Fingerprint,
+    file: Option<CheckpointFile<'a>>,
     interval: Duration,
     last: Mutex<Instant>,
     stop: &'a Interrupt,
@@ -112,18 +146,29 @@ impl<T> Default for Rollback<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
+#[cfg(test)]
+impl CheckpointFile<'_> {
+    /// A checkpoint outside of a results folder.
+    pub(crate) fn alone(path: PathBuf) -> Self {
+        Self {
+            path,
+            run: [1; 32],
+            origin: CheckpointOrigin::default(),
+            folder: None,
+        }
+    }
+}
+
 impl<'a, T: Content> Control<'a, T> {
     /// The control of a part, with `seconds` of computing between two checkpoints.
     pub fn new(
-        path: Option<PathBuf>,
-        fingerprint: Fingerprint,
+        file: Option<CheckpointFile<'a>>,
         seconds: f64,
         stop: &'a Interrupt,
         tell: &'a (dyn Fn(f64, u64) + Sync),
     ) -> Self {
         Self {
-            path,
-            fingerprint,
+            file,
             interval: Duration::from_secs_f64(seconds.clamp(0.0, 1e9)),
             last: Mutex::new(Instant::now()),
             stop,
@@ -140,13 +185,18 @@ impl<'a, T: Content> Control<'a, T> {
     /// The last checkpoint, if there is one.
     ///
     /// # Errors
-    /// [`SnapshotError`] if it is damaged or of another run.
+    /// [`SnapshotError`] if it is damaged, or of another run, replica or engine.
     pub fn load(&self) -> Result<Option<T>, SnapshotError> {
-        let Some(path) = &self.path else {
+        let Some(file) = &self.file else {
             return Ok(None);
         };
-        match snapshot::read(path, &self.fingerprint) {
-            Ok(content) => Ok(Some(content)),
+        match snapshot::read::<(CheckpointOrigin, T)>(&file.path, &file.run) {
+            Ok((origin, content)) if origin == file.origin => Ok(Some(content)),
+            Ok((origin, _)) => Err(SnapshotError::Misplaced {
+                path: file.path.clone(),
+                found: format!("a checkpoint of {origin}"),
+                expected: format!("one of {}", file.origin),
+            }),
             Err(SnapshotError::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 Ok(None)
             }
@@ -159,10 +209,15 @@ impl<'a, T: Content> Control<'a, T> {
     /// # Errors
     /// [`SnapshotError`] if it cannot.
     pub fn save(&self, content: &T) -> Result<(), SnapshotError> {
-        let Some(path) = &self.path else {
+        let Some(file) = &self.file else {
             return Ok(());
         };
-        snapshot::write(path, &self.fingerprint, content)?;
+        let path = &file.path;
+        if let Some(folder) = file.folder {
+            let moved = |error| SnapshotError::of_file(path, io::Error::other(error));
+            folder.require_same().map_err(moved)?;
+        }
+        snapshot::write(path, &file.run, &(&file.origin, content))?;
         remove_shards(path, content.set());
         Ok(())
     }
@@ -186,17 +241,17 @@ impl<'a, T: Content> Control<'a, T> {
     /// Of a gas that several processes hold: how the names of its shards begin, of a set, and the run that they are of; none if nothing
     /// is kept.
     pub fn shards(&self, set: Set) -> Option<(PathBuf, &Fingerprint)> {
-        let path = self.path.as_ref()?;
-        let name = path.file_name()?.to_str()?;
-        Some((path.with_file_name(set.stem(name)), &self.fingerprint))
+        let file = self.file.as_ref()?;
+        let name = file.path.file_name()?.to_str()?;
+        Some((file.path.with_file_name(set.stem(name)), &file.run))
     }
 
     /// Where the shards of the last checkpoint are.
     pub fn beside(&self) -> Option<Beside> {
-        let path = self.path.as_ref()?;
+        let file = self.file.as_ref()?;
         Some(Beside {
-            folder: std::path::absolute(path).ok()?.parent()?.to_owned(),
-            run: self.fingerprint,
+            folder: std::path::absolute(&file.path).ok()?.parent()?.to_owned(),
+            run: file.run,
         })
     }
 
@@ -217,7 +272,7 @@ impl<'a, T: Content> Control<'a, T> {
         gather: impl FnOnce() -> Result<T, E>,
     ) -> Result<(), E> {
         let due = ROLLBACK_SECONDS.max(rollback.cost / ROLLBACK_SHARE);
-        if self.path.is_none() || rollback.since.elapsed().as_secs_f64() < due {
+        if self.file.is_none() || rollback.since.elapsed().as_secs_f64() < due {
             return Ok(());
         }
         // Never two at a time.
@@ -267,7 +322,7 @@ impl<'a, T: Content> Control<'a, T> {
             }
             due
         };
-        if self.path.is_some() && (stop || due) {
+        if self.file.is_some() && (stop || due) {
             let _hold = self.stop.hold();
             *rollback = Rollback::default();
             self.save(&gather()?)?;
@@ -290,7 +345,8 @@ fn remove_shards(checkpoint: &Path, kept: Option<Set>) {
     let stems: Vec<String> = old.map(|set| set.stem(&name.to_string_lossy())).collect();
     let ours = |name: &str| {
         // A kill may have left one that is not whole.
-        let name = name.strip_suffix(".partial").unwrap_or(name);
+        let whole = half_written(name);
+        let name = whole.as_deref().unwrap_or(name);
         stems.iter().any(|stem| {
             let rank = name.strip_prefix(stem.as_str());
             let rank = rank.and_then(|rest| rest.strip_suffix(".shard"));
@@ -315,7 +371,8 @@ mod tests {
     fn what_was_kept_before_a_leg_becomes_the_checkpoint() {
         let folder = tempfile::tempdir().expect("a folder");
         let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
-        let control: Control<'_, u64> = Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
+        let file = CheckpointFile::alone(path);
+        let control: Control<'_, u64> = Control::new(Some(file), 1e9, &stop, &|_, _| {});
         let gather = |number| move || Ok::<u64, SnapshotError>(number);
         let long_ago = Instant::now().checked_sub(Duration::from_secs(5));
         let mut rollback = Rollback {
@@ -340,6 +397,43 @@ mod tests {
         assert_eq!(control.load().expect("read"), Some(2));
     }
 
+    /// A checkpoint of another replica, part or seed under the name of one is refused with both.
+    #[test]
+    fn a_checkpoint_of_another_replica_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
+        let origin = |replica, part: &str, seed| CheckpointOrigin {
+            replica,
+            part: part.to_owned(),
+            seed,
+        };
+        let control = |origin| {
+            let file = CheckpointFile {
+                origin,
+                ..CheckpointFile::alone(path.clone())
+            };
+            Control::<u64>::new(Some(file), 1e9, &stop, &|_, _| {})
+        };
+        let own = origin(1, "ed", 5);
+        control(own.clone()).save(&7).expect("saved");
+        assert_eq!(control(own).load().expect("read"), Some(7));
+        for (other, found) in [
+            (origin(0, "ed", 5), "one of ed of replica 0, seed 5"),
+            (
+                origin(1, "dsmc-enskog", 5),
+                "one of dsmc-enskog of replica 1, seed 5",
+            ),
+            (origin(1, "ed", 6), "one of ed of replica 1, seed 6"),
+        ] {
+            let said = control(other).load().expect_err("refused").to_string();
+            assert!(
+                said.contains("holds a checkpoint of ed of replica 1, seed 5"),
+                "{said}"
+            );
+            assert!(said.contains(found), "{said}");
+        }
+    }
+
     #[derive(Serialize, Deserialize)]
     struct InShards(Option<Set>);
 
@@ -354,13 +448,13 @@ mod tests {
     fn a_checkpoint_removes_the_shards_of_others() {
         let folder = tempfile::tempdir().expect("a folder");
         let (path, stop) = (folder.path().join("part.snapshot"), Interrupt::default());
-        let control: Control<'_, InShards> =
-            Control::new(Some(path), [1; 32], 1e9, &stop, &|_, _| {});
+        let file = CheckpointFile::alone(path);
+        let control: Control<'_, InShards> = Control::new(Some(file), 1e9, &stop, &|_, _| {});
         let all = [
             "part.snapshot.a-0.shard",
             "part.snapshot.a-12.shard",
             "part.snapshot.b-0.shard",
-            "part.snapshot.b-3.shard.partial",
+            ".part.snapshot.b-3.shard.a1b2c3",
             "other.snapshot.a-0.shard",
             "part.snapshot.a-mine.shard",
         ];

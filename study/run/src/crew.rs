@@ -318,6 +318,7 @@ impl<'a> Assistant<'a> {
         Desk {
             planned: &self.planned[order.piece.point],
             folder: &order.folder,
+            held: None,
             fingerprint: &order.fingerprint,
             number: order.piece.point,
             stop: self.options.stop,

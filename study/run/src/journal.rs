@@ -1,9 +1,9 @@
 //! The replicas of a point that are finished: one file, to which each is added, so that thousands of short replicas are not thousands
 //! of files.
 //!
-//! Layout, little-endian: 8 bytes magic, fingerprint of the run (32 bytes); then for each replica the length of what it left (u64), its
-//! number (u64), BLAKE3 hash of both and of what it left (32 bytes), what it left. A kill may cut the last one short: that replica is done
-//! again.
+//! Layout, little-endian: 8 bytes magic, fingerprint of the run and point (32 bytes); then for each replica the length of what it left (u64),
+//! its number (u64), the seed (u64), the fingerprint again, BLAKE3 hash of all these and of what it left (32 bytes), what it left. A kill may
+//! cut the last one short: that replica is done again.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -14,10 +14,21 @@ use std::time::{Duration, Instant};
 use stosszahl_model::snapshot::{Fingerprint, SnapshotError};
 use stosszahl_results::CHECKPOINTS;
 
-const MAGIC: &[u8; 8] = b"STOSSZJ1";
+const MAGIC: &[u8; 8] = b"STOSSZJ2";
 const HEADER: usize = 8 + 32;
 /// Before what a replica left.
-const FRAME: usize = 8 + 8 + 32;
+const FRAME: usize = HASHED + 32;
+/// The part of that which the hash covers.
+const HASHED: usize = 8 + 8 + 8 + 32;
+
+/// The run that a journal belongs to. Each entry repeats it, so that none is taken from the journal of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct JournalOwner {
+    /// Hash of all that decides the numbers, and of the point.
+    pub run: Fingerprint,
+    /// Seed of the case.
+    pub seed: u64,
+}
 
 /// Its name in the folder of a point.
 pub(crate) fn name() -> String {
@@ -30,6 +41,7 @@ pub(crate) type Entry = (u64, Vec<u8>);
 /// The journal of a point, open to be added to.
 pub(crate) struct Journal {
     path: PathBuf,
+    owner: JournalOwner,
     file: Mutex<Open>,
     /// Between two moments at which the system must have written it.
     interval: Duration,
@@ -43,18 +55,20 @@ struct Open {
 }
 
 /// Hash of a replica, and what stands before it.
-fn frame(replica: u64, left: &[u8]) -> [u8; FRAME] {
+fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
     let mut frame = [0; FRAME];
-    frame[..8].copy_from_slice(&(left.len() as u64).to_le_bytes());
-    frame[8..16].copy_from_slice(&replica.to_le_bytes());
+    for (place, word) in [left.len() as u64, replica, owner.seed].iter().enumerate() {
+        frame[8 * place..8 * place + 8].copy_from_slice(&word.to_le_bytes());
+    }
+    frame[24..HASHED].copy_from_slice(&owner.run);
     let mut hash = blake3::Hasher::new();
-    hash.update(&frame[..16]).update(left);
-    frame[16..].copy_from_slice(hash.finalize().as_bytes());
+    hash.update(&frame[..HASHED]).update(left);
+    frame[HASHED..].copy_from_slice(hash.finalize().as_bytes());
     frame
 }
 
 /// The entries of a file, and where the last whole one ends; or what is wrong.
-fn entries(bytes: &[u8], run: &Fingerprint) -> Result<(Vec<Entry>, usize), Wrong> {
+fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
     let mut all = Vec::new();
     // A kill may have cut the header short.
     if bytes.len() < HEADER {
@@ -63,7 +77,7 @@ fn entries(bytes: &[u8], run: &Fingerprint) -> Result<(Vec<Entry>, usize), Wrong
     if &bytes[..8] != MAGIC {
         return Err(Wrong::Mark);
     }
-    if &bytes[8..HEADER] != run {
+    if bytes[8..HEADER] != owner.run {
         return Err(Wrong::Run);
     }
     let mut end = HEADER;
@@ -74,8 +88,15 @@ fn entries(bytes: &[u8], run: &Fingerprint) -> Result<(Vec<Entry>, usize), Wrong
             break;
         };
         let replica = word(8);
-        if head != frame(replica, left) {
+        let found = JournalOwner {
+            seed: word(16),
+            run: std::array::from_fn(|byte| head[24 + byte]),
+        };
+        if head != frame(found, replica, left) {
             return Err(Wrong::Hash(all.len()));
+        }
+        if found != owner {
+            return Err(Wrong::Entry(all.len()));
         }
         all.push((replica, left.to_vec()));
         end += FRAME + length;
@@ -89,6 +110,7 @@ enum Wrong {
     Mark,
     Run,
     Hash(usize),
+    Entry(usize),
 }
 
 impl Journal {
@@ -98,7 +120,7 @@ impl Journal {
     /// [`SnapshotError`] if the file cannot be read or written, is damaged, or of another run.
     pub(crate) fn open(
         path: &Path,
-        run: &Fingerprint,
+        owner: JournalOwner,
         interval: f64,
     ) -> Result<(Self, Vec<Entry>), SnapshotError> {
         let failed = |source| SnapshotError::of_file(path, source);
@@ -116,7 +138,7 @@ impl Journal {
         let mut file = open.map_err(failed)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
-        let (all, end) = entries(&bytes, run).map_err(|wrong| match wrong {
+        let (all, end) = entries(&bytes, owner).map_err(|wrong| match wrong {
             Wrong::Mark => damaged(
                 format!("{} bytes without its mark", bytes.len()),
                 "finished replicas",
@@ -128,15 +150,20 @@ impl Journal {
                 format!("another hash of entry {number}, from 0"),
                 "unchanged entries",
             ),
+            Wrong::Entry(number) => damaged(
+                format!("entry {number}, from 0, of another run, point or seed"),
+                "entries of one run",
+            ),
         })?;
         file.set_len(end as u64).map_err(failed)?;
         if end == 0 {
             file.rewind().map_err(failed)?;
-            let header = [MAGIC, &run[..]].concat();
+            let header = [MAGIC, &owner.run[..]].concat();
             file.write_all(&header).map_err(failed)?;
         }
         let journal = Self {
             path: path.to_owned(),
+            owner,
             file: Mutex::new(Open {
                 file,
                 end: end.max(HEADER) as u64,
@@ -152,7 +179,7 @@ impl Journal {
     /// # Errors
     /// [`SnapshotError::File`].
     pub(crate) fn add(&self, replica: u64, left: &[u8]) -> Result<(), SnapshotError> {
-        let bytes = [&frame(replica, left), left].concat();
+        let bytes = [&frame(self.owner, replica, left), left].concat();
         let mut open = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         // Not behind half of one, which a full disk may have left.
         let place = SeekFrom::Start(open.end);
@@ -175,14 +202,17 @@ mod tests {
 
     use super::*;
 
-    const RUN: Fingerprint = [7; 32];
+    const RUN: JournalOwner = JournalOwner {
+        run: [7; 32],
+        seed: 5,
+    };
 
     /// What was added comes back, also when the file is cut anywhere: then all that were whole.
     #[test]
     fn a_cut_loses_the_last_replica_only() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.journal");
-        let (journal, before) = Journal::open(&path, &RUN, 1e9).expect("made");
+        let (journal, before) = Journal::open(&path, RUN, 1e9).expect("made");
         assert!(before.is_empty());
         let wanted: Vec<Entry> = vec![(3, vec![1; 5]), (0, Vec::new()), (9, vec![2; 90])];
         let mut ends = vec![HEADER];
@@ -194,7 +224,7 @@ mod tests {
         let whole = fs::read(&path).expect("bytes");
         for cut in 0..=whole.len() {
             fs::write(&path, &whole[..cut]).expect("written");
-            let (journal, found) = Journal::open(&path, &RUN, 1e9).expect("opened");
+            let (journal, found) = Journal::open(&path, RUN, 1e9).expect("opened");
             let kept = ends[1..].iter().filter(|&&end| end <= cut).count();
             assert_eq!(found, wanted[..kept], "{cut}");
             // And it is whole again.
@@ -211,7 +241,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.journal");
         let wanted: Vec<Entry> = vec![(3, vec![1; 5]), (4, vec![2; 7])];
-        let (journal, _) = Journal::open(&path, &RUN, 0.0).expect("made");
+        let (journal, _) = Journal::open(&path, RUN, 0.0).expect("made");
         for (replica, left) in &wanted {
             journal.add(*replica, left).expect("added");
         }
@@ -220,7 +250,7 @@ mod tests {
         for bit in 0..8 * whole.len() {
             let mut bytes = whole.clone();
             bytes[bit / 8] ^= 1 << (bit % 8);
-            match entries(&bytes, &RUN) {
+            match entries(&bytes, RUN) {
                 Err(_) => named += 1,
                 Ok((found, _)) => assert!(
                     found.len() < wanted.len() && found == wanted[..found.len()],
@@ -230,10 +260,40 @@ mod tests {
         }
         // All but those of the two lengths that lead beyond the end.
         assert!(named > 8 * (whole.len() - 16), "{named}");
-        let other = Journal::open(&path, &[8; 32], 0.0).err();
+        let foreign = JournalOwner {
+            run: [8; 32],
+            ..RUN
+        };
+        let other = Journal::open(&path, foreign, 0.0).err();
         assert!(
             matches!(other, Some(SnapshotError::Foreign { .. })),
             "{other:?}"
         );
+    }
+
+    /// An entry of the journal of another run or seed is not taken, although it is whole.
+    #[test]
+    fn an_entry_of_another_run_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [here, there] = ["a", "b"].map(|name| folder.path().join(name));
+        let (journal, _) = Journal::open(&here, RUN, 1e9).expect("made");
+        journal.add(0, b"own").expect("added");
+        let own = fs::read(&here).expect("bytes");
+        for other in [
+            JournalOwner { seed: 6, ..RUN },
+            JournalOwner {
+                run: [8; 32],
+                ..RUN
+            },
+        ] {
+            let _ = fs::remove_file(&there);
+            let (journal, _) = Journal::open(&there, other, 1e9).expect("made");
+            journal.add(1, b"foreign").expect("added");
+            let foreign = fs::read(&there).expect("bytes");
+            fs::write(&here, [&own[..], &foreign[HEADER..]].concat()).expect("written");
+            let said = Journal::open(&here, RUN, 1e9).err().map(|e| e.to_string());
+            let said = said.expect("refused");
+            assert!(said.contains("entry 1, from 0, of another run"), "{said}");
+        }
     }
 }

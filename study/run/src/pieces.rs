@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::shard_name;
 use stosszahl_model::Interrupt;
 use stosszahl_model::Particles;
-use stosszahl_results::{CHECKPOINTS, Place, ResultsError};
+use stosszahl_results::{CHECKPOINTS, Folder, Place, ResultsError};
 
 use crate::check::Planned;
-use crate::control::{Content, Control, Progress, Set};
+use crate::control::{CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set};
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
 use crate::holders::Holders;
 use crate::measure::Finished;
@@ -45,7 +45,9 @@ pub(crate) struct Desk<'a> {
     pub planned: &'a Planned<'a>,
     /// Its folder.
     pub folder: &'a Path,
-    /// Hash of all that decides the numbers.
+    /// The results folder; `None` if another process holds it.
+    pub held: Option<&'a Folder>,
+    /// Hash of all that decides the numbers, and of the point.
     pub fingerprint: &'a [u8; 32],
     /// Its number, for the progress.
     pub number: usize,
@@ -218,13 +220,18 @@ impl Desk<'_> {
         part: &str,
         tell: &'c (dyn Fn(f64, u64) + Sync),
     ) -> Control<'c, T> {
-        Control::new(
-            Some(self.checkpoint(piece, part)),
-            *self.fingerprint,
-            self.planned.plan.case.run.checkpoint_seconds,
-            self.stop,
-            tell,
-        )
+        let case = &self.planned.plan.case;
+        let file = CheckpointFile {
+            path: self.checkpoint(piece, part),
+            run: *self.fingerprint,
+            origin: CheckpointOrigin {
+                replica: piece.replica,
+                part: part.to_owned(),
+                seed: case.seed,
+            },
+            folder: self.held,
+        };
+        Control::new(Some(file), case.run.checkpoint_seconds, self.stop, tell)
     }
 
     /// The start of a replica, equilibrated.

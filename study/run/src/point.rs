@@ -17,7 +17,7 @@ use stosszahl_results::{
 use crate::check::Planned;
 use crate::follow::PartError;
 use crate::gauge::Gauge;
-use crate::journal::{self, Journal};
+use crate::journal::{self, Journal, JournalOwner};
 use crate::judge;
 use crate::measure::{Finished, Runs};
 use crate::pieces::{self, Desk, Piece, Replica};
@@ -82,6 +82,7 @@ impl Job<'_> {
         Desk {
             planned: self.planned,
             folder,
+            held: Some(self.place.folder()),
             fingerprint: self.place.fingerprint(),
             number: self.number,
             stop: self.options.stop,
@@ -157,7 +158,11 @@ impl Job<'_> {
         let plan = &self.planned.plan;
         let path = self.place.claim(&journal::name())?;
         let interval = plan.case.run.checkpoint_seconds;
-        let (journal, entries) = Journal::open(&path, self.place.fingerprint(), interval)?;
+        let owner = JournalOwner {
+            run: *self.place.fingerprint(),
+            seed: plan.case.seed,
+        };
+        let (journal, entries) = Journal::open(&path, owner, interval)?;
         let folder = self.place.path();
         let desk = self.desk(&folder);
         let mut there = BTreeMap::new();
@@ -188,6 +193,7 @@ impl Job<'_> {
         if left.is_ok() {
             let bytes = pieces::record(left)
                 .map_err(|error| RunError::Crew(format!("the record of a piece: {error}")))?;
+            self.place.folder().require_same()?;
             journal.add(piece.replica, &bytes)?;
             pieces::forget(&self.place.path(), &self.planned.plan, piece);
         }

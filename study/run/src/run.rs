@@ -1,6 +1,7 @@
 //! All points, replicas and engines of a case, side by side, into a results folder.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use stosszahl_case::format::Placement;
@@ -59,6 +60,8 @@ pub struct Summary {
     pub is_sweep: bool,
     /// The points, in the order of the case.
     pub points: Vec<PointSummary>,
+    /// The results folder, which no other process writes into until this is dropped: the report is to be written before.
+    pub held: Arc<Folder>,
 }
 
 /// One point of a run.
@@ -208,7 +211,7 @@ pub(crate) fn require_memory(needed: f64, options: &Options<'_>) -> Result<(), R
 
 /// The results folder of a run, open.
 pub(crate) struct Opened {
-    folder: Folder,
+    folder: Arc<Folder>,
     is_sweep: bool,
 }
 
@@ -244,7 +247,10 @@ impl Opened {
         if is_sweep {
             folder.write_sweep(&index(file))?;
         }
-        Ok(Self { folder, is_sweep })
+        Ok(Self {
+            folder: Arc::new(folder),
+            is_sweep,
+        })
     }
 
     /// The points, each with its place.
@@ -273,12 +279,13 @@ impl Opened {
             folder: self.folder.path().to_owned(),
             is_sweep: self.is_sweep,
             points,
+            held: self.folder.clone(),
         }
     }
 }
 
 /// The start file of a case.
-fn start_file(plan: &Plan) -> Option<PathBuf> {
+pub(crate) fn start_file(plan: &Plan) -> Option<PathBuf> {
     let from_file = plan.case.start.placement == Placement::File;
     let name = plan.case.start.file.as_ref().filter(|_| from_file)?;
     Some(plan.folder.join(name))

@@ -1,6 +1,6 @@
 //! A run that is stopped after every leg goes on to the same bytes, and plans have the numbers of the literature.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
@@ -8,7 +8,7 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Collision, Interrupt, Observer};
 use stosszahl_results::{Existing, VerdictKind};
 
-use crate::control::Control;
+use crate::control::{CheckpointFile, Control};
 use crate::engines::{self, From};
 use crate::follow::{Part, PartError};
 use crate::judge;
@@ -120,7 +120,7 @@ fn assert_resumes(text: &str) {
             start: start.as_ref(),
         };
         let whole = part
-            .run(&Control::new(None, [0; 32], 1e9, &never, &|_, _| {}))
+            .run(&Control::new(None, 1e9, &never, &|_, _| {}))
             .expect("a run");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("part.snapshot");
@@ -128,7 +128,8 @@ fn assert_resumes(text: &str) {
         let stopped = loop {
             let after_leg = Interrupt::default();
             let tell = |_: f64, _: u64| after_leg.raise();
-            let control = Control::new(Some(path.clone()), [1; 32], 1e9, &after_leg, &tell);
+            let file = CheckpointFile::alone(path.clone());
+            let control = Control::new(Some(file), 1e9, &after_leg, &tell);
             match part.run(&control) {
                 Ok(finished) => break finished,
                 Err(PartError::Interrupted) => stops += 1,
@@ -176,7 +177,7 @@ fn scaled_disks_have_no_drift() {
         replica: 0,
         start: Some(&start),
     };
-    let control = Control::new(None, [0; 32], 1e9, &never, &|_, _| {});
+    let control = Control::new(None, 1e9, &never, &|_, _| {});
     let finished = part.run(&control).expect("a run");
     let record = finished.probes[0].record().downcast_ref::<Vec<f64>>();
     let drift = record.and_then(|all| all.last()).expect("a sample");
@@ -221,7 +222,7 @@ fn scaled_disks_go_the_ways_of_those_that_cool() {
             replica: 0,
             start: Some(&start),
         };
-        let control = Control::new(None, [0; 32], 1e9, &never, &|_, _| {});
+        let control = Control::new(None, 1e9, &never, &|_, _| {});
         let finished = part.run(&control).expect("a run");
         let far = seen(&finished).samples.last().copied().expect("a sample");
         let passed = plan.cooling_logarithm(until, false).expect("it cools");
@@ -400,7 +401,7 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
         .expect("a start")
         .0;
     for engine in &plan.engines {
-        let run = |measures: &[&'static dyn Measure], path, stop: &Interrupt| {
+        let run = |measures: &[&'static dyn Measure], path: Option<PathBuf>, stop: &Interrupt| {
             let part = Part {
                 plan: &plan,
                 engine,
@@ -408,7 +409,8 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
                 replica: 0,
                 start: Some(&start),
             };
-            part.run(&Control::new(path, [1; 32], 1e9, stop, &|_, _| {}))
+            let file = path.map(CheckpointFile::alone);
+            part.run(&Control::new(file, 1e9, stop, &|_, _| {}))
         };
         let whole = run(&[&Everything], None, &never).expect("a run");
         let folder = tempfile::tempdir().expect("a folder");
@@ -472,8 +474,8 @@ fn a_measurement_that_is_broken_off_is_made_again() {
             replica: 0,
             start: Some(&start),
         };
-        let path = Some(path.to_owned());
-        part.run(&Control::new(path, [1; 32], 1e9, stop, &|_, _| {}))
+        let file = CheckpointFile::alone(path.to_owned());
+        part.run(&Control::new(Some(file), 1e9, stop, &|_, _| {}))
     };
     let folder = tempfile::tempdir().expect("a folder");
     let eager = |interrupt: &Interrupt| Box::leak(Box::new(Eager(interrupt.clone(), 0)));

@@ -3,7 +3,7 @@
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::windows::{Window, Windows};
 use stosszahl_case::Case;
-use stosszahl_model::{Interrupt, Particles, kinetic, snapshot::Fingerprint};
+use stosszahl_model::{Interrupt, Particles, kinetic};
 
 use crate::control::Control;
 use crate::follow::{Part, PartError, prepare};
@@ -27,7 +27,7 @@ pub(crate) struct Unsaved<'a> {
 impl Unsaved<'_> {
     /// The start that all engines share.
     pub(crate) fn start(&self) -> Result<Particles, PartError> {
-        let control = Control::new(None, Fingerprint::default(), 1e9, self.stop, &|_, _| {});
+        let control = Control::new(None, 1e9, self.stop, &|_, _| {});
         Ok(prepare(self.plan, self.replica, &control)?.1)
     }
 
@@ -44,7 +44,7 @@ impl Unsaved<'_> {
             replica: self.replica,
             start: Some(start),
         };
-        let control = Control::new(None, Fingerprint::default(), 1e9, self.stop, &|_, _| {});
+        let control = Control::new(None, 1e9, self.stop, &|_, _| {});
         part.run(&control)
     }
 }

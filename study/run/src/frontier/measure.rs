@@ -16,6 +16,7 @@ use stosszahl_case::CaseFile;
 use stosszahl_model::{Interrupt, Particle, Particles};
 
 use super::FrontierError;
+use super::kept_runs::{KeptRuns, RunKey};
 use super::quantity::{MEASURES, observe};
 use super::setting::{Setting, engine};
 use super::sweep::check;
@@ -60,6 +61,8 @@ pub(crate) type Outcome = Result<Vec<Sample>, String>;
 pub(crate) struct Workshop<'a> {
     /// The measured case.
     pub plan: &'a Plan,
+    /// Runs that are kept in the results folder.
+    pub kept: &'a KeptRuns,
     /// What makes runs in this process.
     pub runner: Runner<'a>,
     /// What connects it with others that make some too.
@@ -78,6 +81,10 @@ impl Workshop<'_> {
     /// CPU time so far \[s\].
     pub(crate) fn spent(&self) -> f64 {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn spend(&self, seconds: f64) {
+        *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += seconds;
     }
 
     /// Does all tasks, cheap ones first; outcomes are in the order of the tasks.
@@ -131,6 +138,15 @@ impl Workshop<'_> {
                 .map(move |replica| (task, replica))
         };
         let jobs: Vec<(usize, u64)> = order.iter().flat_map(all).collect();
+        let mut done: Vec<Option<Found>> = Vec::new();
+        for &(task, replica) in &jobs {
+            let kept = self.kept.find(&key(&tasks[task].setting, replica));
+            if let Some(record) = &kept {
+                self.spend(record.spent);
+            }
+            done.push(kept.map(|record| record.found));
+        }
+        let missing = |job: &usize| done[*job].is_none();
         let bench = Bench {
             workshop: self,
             tasks,
@@ -138,9 +154,9 @@ impl Workshop<'_> {
             shared,
             group: self.groups.fetch_add(1, Ordering::Relaxed),
             state: Mutex::new(State {
-                waiting: (0..jobs.len()).collect(),
+                waiting: (0..jobs.len()).filter(missing).collect(),
                 held: 0,
-                done: vec![None; jobs.len()],
+                done,
                 failure: None,
             }),
         };
@@ -180,7 +196,7 @@ struct State {
     /// How many are being done.
     held: usize,
     done: Vec<Option<Found>>,
-    failure: Option<String>,
+    failure: Option<FrontierError>,
 }
 
 impl Bench<'_> {
@@ -210,7 +226,7 @@ impl Bench<'_> {
         }
         let state = self.state.into_inner();
         let State { done, failure, .. } = state.unwrap_or_else(PoisonError::into_inner);
-        failure.map_or(Ok(done), |why| Err(FrontierError::Crew(why)))
+        failure.map_or(Ok(done), Err)
     }
 
     /// Whether no run is to be begun any more.
@@ -226,6 +242,9 @@ impl Work for Bench<'_> {
             return None;
         }
         let mut state = self.state();
+        if state.failure.is_some() {
+            return None;
+        }
         let job = state.waiting.pop_front()?;
         state.held += 1;
         let (task, replica) = self.jobs[job];
@@ -252,18 +271,23 @@ impl Work for Bench<'_> {
         let Ok(Order { job, .. }) = postcard::from_bytes(order) else {
             return;
         };
-        let read = postcard::from_bytes::<Record>(record);
-        let record = read.unwrap_or_else(|error| Record {
+        let read = postcard::from_bytes::<RunRecord>(record);
+        let record = read.unwrap_or_else(|error| RunRecord {
             found: Err(format!("what a run left: {error}")),
             spent: 0.0,
         });
         let workshop = self.workshop;
-        *workshop
-            .spent
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner) += record.spent;
+        workshop.spend(record.spent);
+        let (task, replica) = self.jobs[job];
+        // A run that failed because it was to stop says nothing.
+        let is_kept = record.found.is_ok() || !workshop.runner.interrupt.is_raised();
+        let key = key(&self.tasks[task].setting, replica);
+        let kept = is_kept.then(|| workshop.kept.add(replica, key, record.clone()));
         let mut state = self.state();
         state.held -= 1;
+        if let Some(Err(error)) = kept {
+            state.failure.get_or_insert(error);
+        }
         state.done[job] = Some(record.found);
         drop(state);
         if job.is_multiple_of(16) {
@@ -274,7 +298,8 @@ impl Work for Bench<'_> {
     }
 
     fn fail(&self, why: String) {
-        self.state().failure.get_or_insert(why);
+        let mut state = self.state();
+        state.failure.get_or_insert(FrontierError::Crew(why));
     }
 
     fn is_finished(&self) -> bool {
@@ -302,12 +327,17 @@ struct Order {
     shares: bool,
 }
 
-/// What it left.
-#[derive(Serialize, Deserialize)]
-struct Record {
+/// What one run left, and what it cost.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct RunRecord {
     found: Found,
     /// CPU time \[s\].
     spent: f64,
+}
+
+/// The key under which a run is kept: all that its values depend on beside the case.
+fn key(setting: &Setting, replica: u64) -> RunKey {
+    write(&(&setting.engine.kind, setting.disks, replica))
 }
 
 /// A start that several settings share, with the CPU and wall time it took.
@@ -381,10 +411,10 @@ impl<'a> Runner<'a> {
         Ok((plan, order.shares.then(start)))
     }
 
-    fn run(&self, order: &Order) -> Record {
+    fn run(&self, order: &Order) -> RunRecord {
         let mut spent = 0.0;
         let found = self.sample(order, &mut spent);
-        Record { found, spent }
+        RunRecord { found, spent }
     }
 
     fn sample(&self, order: &Order, spent: &mut f64) -> Found {

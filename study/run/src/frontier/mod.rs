@@ -6,6 +6,7 @@
 //! | `quantity` | what is measured of a run, and where theory is exact |
 //! | `budget` | how a budget is shared out, by counts of work |
 //! | `measure` | runs on all cores, each on one thread |
+//! | `kept_runs` | the results folder, and the runs that are kept in it |
 //! | `reference` | the ensemble of exact dynamics, kept on disk |
 //! | `front` | bias, noise, cost, and the Pareto front |
 //! | `orders` | whether errors fall as theory says |
@@ -17,6 +18,7 @@
 
 mod budget;
 mod front;
+mod kept_runs;
 mod measure;
 mod orders;
 mod quantity;
@@ -26,11 +28,12 @@ mod setting;
 mod sweep;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use stosszahl_case::{CaseError, CaseFile};
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
-use stosszahl_results::{ResultsError, Table, write_file};
+use stosszahl_results::{Folder, ResultsError, Table};
 
 use crate::crew::Crew;
 use crate::plan::PlanError;
@@ -46,7 +49,7 @@ pub struct Options<'a> {
     pub target: f64,
     /// Core time for the whole sweep, planned at nominal speeds \[s\].
     pub budget: f64,
-    /// Results folder.
+    /// Results folder; the runs that a frontier of the same case left there are not made again.
     pub folder: PathBuf,
     /// Folder of kept references.
     pub cache: PathBuf,
@@ -54,11 +57,11 @@ pub struct Options<'a> {
     pub threads: usize,
     /// Most times that a recommendation is tested on fresh seeds.
     pub tests: u64,
-    /// Replaces the tables of a folder that is not empty.
+    /// Replaces a results folder, with the runs that are kept in it.
     pub force: bool,
     /// Told now and then which run has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Raised to stop within a second; the runs of the reference are kept.
+    /// Raised to stop within a second; the runs that are done are kept.
     pub interrupt: &'a Interrupt,
     /// What connects this process with others that make runs too: they call [`assist`] with the same case.
     pub crew: Option<&'a dyn Crew>,
@@ -81,6 +84,8 @@ pub struct Frontier {
     pub figure: Table,
     /// What a page lists.
     pub lists: Vec<List>,
+    /// The results folder, which no other process writes into until this is dropped: the page is to be written before.
+    pub held: Arc<Folder>,
 }
 
 /// A table in words.
@@ -118,8 +123,8 @@ pub enum FrontierError {
     /// Another process cannot do its part.
     #[error("{0}")]
     Crew(String),
-    /// The kept ensemble is not usable.
-    #[error("{0}; remove the file, or name another folder with --cache")]
+    /// The kept ensemble or the journal of kept runs is not usable.
+    #[error("{0}; remove the file to make its runs anew")]
     Kept(#[source] SnapshotError),
     /// Runs of the reference, or of a recommendation, failed.
     #[error("{what}: {reason}")]
@@ -128,12 +133,6 @@ pub enum FrontierError {
         what: &'static str,
         /// Why.
         reason: String,
-    },
-    /// There are results already.
-    #[error("{} exists and is not empty; use --force to replace its tables, or --out for another folder", path.display())]
-    Exists {
-        /// The folder.
-        path: PathBuf,
     },
     /// A folder cannot be made.
     #[error("{}: {source}", path.display())]
@@ -144,7 +143,7 @@ pub enum FrontierError {
         source: std::io::Error,
     },
     /// It was asked to stop.
-    #[error("stopped; the same command goes on with the runs of the reference that are kept")]
+    #[error("stopped; the same command goes on with the runs that are kept")]
     Interrupted,
     /// A file cannot be written.
     #[error(transparent)]
@@ -157,14 +156,11 @@ pub enum FrontierError {
 impl FrontierError {
     /// Whether what was asked for is at fault, and not the system or a run.
     pub fn is_refusal(&self) -> bool {
-        matches!(
-            self,
-            Self::Invalid(_)
-                | Self::Case { .. }
-                | Self::Plan(_)
-                | Self::Kept(_)
-                | Self::Exists { .. }
-        )
+        match self {
+            Self::Invalid(_) | Self::Case { .. } | Self::Plan(_) | Self::Kept(_) => true,
+            Self::Results(error) => !error.is_system(),
+            _ => false,
+        }
     }
 }
 
@@ -176,9 +172,9 @@ impl FrontierError {
 pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
     let (found, tables) = sweep::sweep(file, options)?;
     for table in &tables {
-        write_file(&options.folder.join(table.file()), &table.to_csv()?)?;
+        found.held.write(&table.file(), &table.to_csv()?)?;
     }
     let words = sweep::markdown(&found);
-    write_file(&options.folder.join("recommendation.md"), words.as_bytes())?;
+    found.held.write("recommendation.md", words.as_bytes())?;
     Ok(found)
 }

@@ -115,6 +115,7 @@ pub(crate) fn find(
             };
             let more = workshop.one(task)?;
             runs.extend(more.map_err(failed)?);
+            workshop.kept.require_same()?;
             snapshot::write(&cache.path, &cache.fingerprint, &runs)?;
         }
         // As many as asked for, whatever is kept: the same sweep gives the same table.

@@ -1,7 +1,6 @@
 //! A whole frontier: reference, settings, front, orders, recommendations, and the words for them.
 
 use std::fs;
-use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
 
@@ -12,6 +11,7 @@ use stosszahl_results::{Axis, Cell, Figure, Mark, Table};
 
 use super::budget::{PATIENCE, TESTS, shared};
 use super::front::{self, Measured, Row, largest, rows};
+use super::kept_runs::KeptRuns;
 use super::measure::{Runner, Task, Workshop};
 use super::orders::{self, OrderRow, Verdict, orders};
 use super::quantity::{Kind, Quantity, measured as measured_case, quantities};
@@ -43,23 +43,14 @@ pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
     Ok(Plan::new(&measured_case(&plan.case), &plan.folder)?)
 }
 
-/// The folders, before any work: the results must be a new or empty one, or replaced on purpose.
-fn open(options: &Options<'_>) -> Result<(), FrontierError> {
-    let folder = &options.folder;
-    let full = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    if full && !options.force {
-        return Err(FrontierError::Exists {
-            path: folder.clone(),
-        });
-    }
-    let make = |path: &Path| {
-        fs::create_dir_all(path).map_err(|source| FrontierError::Folder {
-            path: path.to_owned(),
-            source,
-        })
-    };
-    make(folder)?;
-    make(&options.cache)
+/// The folders, before any work.
+fn open(plan: &Plan, options: &Options<'_>) -> Result<KeptRuns, FrontierError> {
+    let kept = KeptRuns::open(plan, options)?;
+    fs::create_dir_all(&options.cache).map_err(|source| FrontierError::Folder {
+        path: options.cache.clone(),
+        source,
+    })?;
+    Ok(kept)
 }
 
 /// A sweep on its way.
@@ -271,8 +262,9 @@ pub(crate) fn sweep(
     options: &Options<'_>,
 ) -> Result<(Frontier, [Table; 2]), FrontierError> {
     let plan = check(file)?;
-    open(options)?;
+    let kept = open(&plan, options)?;
     let workshop = Workshop {
+        kept: &kept,
         crew: options.crew,
         groups: AtomicU64::new(0),
         plan: &plan,
@@ -308,6 +300,7 @@ pub(crate) fn sweep(
         left_out: left_out.collect(),
         figure: figure(&rows, options.target),
         lists,
+        held: kept.folder().clone(),
     };
     Ok((found, [front::table(&rows), orders::table(&orders)]))
 }

@@ -42,7 +42,7 @@ fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> Finis
         start: None,
     };
     let stop = Interrupt::default();
-    let control = Control::new(None, [0; 32], 1e9, &stop, &|_, _| {});
+    let control = Control::new(None, 1e9, &stop, &|_, _| {});
     part.run(&control).expect("a run to its end")
 }
 

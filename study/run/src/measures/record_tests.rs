@@ -30,7 +30,7 @@ fn run(text: &str) -> (Plan, Vec<Finished>) {
             start: None,
         };
         let stop = Interrupt::default();
-        let control = Control::new(None, [0; 32], 1e9, &stop, &|_, _| {});
+        let control = Control::new(None, 1e9, &stop, &|_, _| {});
         part.run(&control).expect("a run to its end")
     };
     let finished = (0..plan.case.replicas).map(follow).collect();

@@ -1,0 +1,525 @@
+//! Claims of tasks in a results folder that several processes work in.
+//!
+//! Each process has a file of its own in the folder `claims`, which it writes again and again: its heartbeat. A claim of a task is a hard
+//! link to that file under the name of the task, so that all claims of a process beat with it. Making a link is atomic on network file
+//! systems too, and fails if the name is taken. No claim is ever removed or replaced while the task is open: the claim of a process that
+//! died is superseded by one with the next number.
+//!
+//! | name | what it is |
+//! |---|---|
+//! | `worker-ID` | heartbeat of a process |
+//! | `ID.files` | files that this process has written |
+//! | `TASK.N` | claim of a task, after N claims of processes that died |
+//! | `TASK.done` | end of a task |
+//!
+//! Times are those of the file system: a claim is as old as the difference between its time of change and that of the own file, which has just
+//! been written. A process of the same machine is known to be dead at once, as its lock on its file is gone.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant, SystemTime};
+
+use crate::error::ResultsError;
+use crate::list::is_same_file;
+
+/// Name of the folder of claims inside that of a run.
+pub const CLAIMS: &str = "claims";
+/// How the name of the file of a process begins.
+const WORKER: &str = "worker-";
+/// How the name of the list of files of a process ends.
+pub(crate) const LIST_ENDING: &str = ".files";
+/// How the name of the mark of a finished task ends.
+const DONE: &str = "done";
+/// Heartbeats within the time after which a process is lost.
+const BEATS: u32 = 8;
+/// Longest time between two heartbeats.
+const LONGEST_BEAT: Duration = Duration::from_secs(5);
+/// Characters of the machine in the file of a process; the count of heartbeats follows.
+const MACHINE_WIDTH: usize = 80;
+
+/// State of the process that holds a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Holder {
+    /// This process.
+    Own,
+    /// A process that is alive.
+    Alive,
+    /// A process that has ended, or was not heard of for too long.
+    Lost,
+}
+
+/// Claim of a task by this process.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskClaim {
+    folder: PathBuf,
+    task: String,
+    /// Claims of the task by processes that died before.
+    pub generation: u32,
+}
+
+impl TaskClaim {
+    fn path(&self) -> PathBuf {
+        claim_path(&self.folder, &self.task, self.generation)
+    }
+}
+
+/// This process among those that work in a results folder. It leaves when the value is dropped.
+#[derive(Debug)]
+pub struct FolderWorker {
+    /// The folder of claims.
+    folder: PathBuf,
+    id: String,
+    pulse: Arc<Pulse>,
+    patience: Duration,
+    machine: String,
+    /// Ends the thread of heartbeats when it is dropped.
+    end: Option<Sender<()>>,
+    beats: Option<JoinHandle<()>>,
+}
+
+/// The file of a process, and when it was last written.
+#[derive(Debug)]
+struct Pulse {
+    file: Mutex<(File, u64)>,
+    last: Mutex<Option<Instant>>,
+}
+
+impl Pulse {
+    /// Writes the file. What is written sets its time of change by the clock of the file system.
+    fn beat(&self) -> io::Result<()> {
+        let mut locked = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let (file, count) = &mut *locked;
+        *count += 1;
+        file.seek(SeekFrom::Start(MACHINE_WIDTH as u64 + 1))?;
+        file.write_all(format!("{count:>20}\n").as_bytes())?;
+        file.sync_data()?;
+        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+        Ok(())
+    }
+
+    /// The time by the clock of the file system, to within `within`.
+    fn now(&self, within: Duration) -> io::Result<SystemTime> {
+        let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.is_none_or(|last| last.elapsed() > within) {
+            self.beat()?;
+        }
+        self.metadata()?.modified()
+    }
+
+    fn metadata(&self) -> io::Result<fs::Metadata> {
+        let locked = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        locked.0.metadata()
+    }
+}
+
+fn claim_path(folder: &Path, task: &str, generation: u32) -> PathBuf {
+    folder.join(format!("{task}.{generation}"))
+}
+
+/// Name of a machine since it was started; `None` if the system does not tell.
+fn machine() -> Option<String> {
+    let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
+    let boot = boot.trim();
+    let known = !boot.is_empty() && boot.len() <= MACHINE_WIDTH;
+    (known && boot.is_ascii()).then(|| boot.to_owned())
+}
+
+/// A name that no other process has.
+fn unique_id() -> String {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let mut hash = blake3::Hasher::new();
+    hash.update(machine().unwrap_or_default().as_bytes());
+    hash.update(&std::process::id().to_le_bytes());
+    hash.update(&COUNT.fetch_add(1, Ordering::Relaxed).to_le_bytes());
+    if let Ok(time) = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH) {
+        hash.update(&time.as_nanos().to_le_bytes());
+    }
+    hash.finalize().to_hex()[..16].to_owned()
+}
+
+impl FolderWorker {
+    /// Registers this process in a results folder. A process of which nothing is heard for `patience` is lost.
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if the folder cannot be written.
+    pub(crate) fn register(results: &Path, patience: Duration) -> Result<Self, ResultsError> {
+        let period = (patience / BEATS).min(LONGEST_BEAT);
+        Self::register_beating(results, patience, Some(period))
+    }
+
+    /// Registers this process, with so much time between two heartbeats; without, there is one alone.
+    fn register_beating(
+        results: &Path,
+        patience: Duration,
+        period: Option<Duration>,
+    ) -> Result<Self, ResultsError> {
+        let folder = results.join(CLAIMS);
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| ResultsError::system(&path, "written")(source)
+        };
+        fs::create_dir_all(&folder).map_err(failed(&folder))?;
+        let id = unique_id();
+        let machine = machine().unwrap_or_default();
+        // It has its name only when it is locked, as others take an unlocked one for that of a process that died.
+        let (hidden, path) = (
+            folder.join(format!(".{id}")),
+            folder.join(format!("{WORKER}{id}")),
+        );
+        let open = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create_new(true)
+            .open(&hidden);
+        let mut file = open.map_err(failed(&hidden))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
+            Err(error) => return Err(failed(&hidden)(error.into())),
+        }
+        let written = file.write_all(format!("{machine:<MACHINE_WIDTH$}\n").as_bytes());
+        written.map_err(failed(&hidden))?;
+        let pulse = Arc::new(Pulse {
+            file: Mutex::new((file, 0)),
+            last: Mutex::new(None),
+        });
+        pulse.beat().map_err(failed(&hidden))?;
+        fs::rename(&hidden, &path).map_err(failed(&path))?;
+        let (end, ended) = channel::<()>();
+        let beats = period.map(|period| {
+            let beating = pulse.clone();
+            thread::spawn(move || {
+                while ended.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
+                    // A full disk or a server that is away: the next one may come through.
+                    let _ = beating.beat();
+                }
+            })
+        });
+        Ok(Self {
+            folder,
+            id,
+            pulse,
+            patience,
+            machine,
+            end: Some(end),
+            beats,
+        })
+    }
+
+    /// Name of the process, of letters and digits.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The list of files of this process.
+    pub(crate) fn list_path(&self) -> PathBuf {
+        self.folder.join(format!("{}{LIST_ENDING}", self.id))
+    }
+
+    /// State of the process that holds a claim; `None` if there is no such claim.
+    fn holder(&self, claim: &Path) -> io::Result<Option<Holder>> {
+        let open = OpenOptions::new().read(true).write(true).open(claim);
+        let mut file = match open {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            other => other?,
+        };
+        let theirs = file.metadata()?;
+        if is_same_file(&theirs, &self.pulse.metadata()?) {
+            return Ok(Some(Holder::Own));
+        }
+        let mut text = Vec::new();
+        file.read_to_end(&mut text)?;
+        let line = text.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let is_here = !self.machine.is_empty() && line.trim_ascii() == self.machine.as_bytes();
+        if is_here && file.try_lock().is_ok() {
+            let _ = file.unlock();
+            return Ok(Some(Holder::Lost));
+        }
+        let now = self.pulse.now(self.patience / BEATS)?;
+        // One that is ahead is alive.
+        let age = now.duration_since(theirs.modified()?).unwrap_or_default();
+        Ok(Some(if age > self.patience {
+            Holder::Lost
+        } else {
+            Holder::Alive
+        }))
+    }
+
+    /// Claims a task, in the folder of claims of a point, if it is free or its holder was lost; `None` if another process, or this one, has it.
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if the file system cannot make links.
+    pub fn claim(&self, folder: &Path, task: &str) -> Result<Option<TaskClaim>, ResultsError> {
+        let mut claim = TaskClaim {
+            folder: folder.to_owned(),
+            task: task.to_owned(),
+            generation: 0,
+        };
+        let failed = |path: &Path, source| ResultsError::system(path, "written")(source);
+        loop {
+            let path = claim.path();
+            let Some(holder) = self.holder(&path).map_err(|error| failed(&path, error))? else {
+                break;
+            };
+            let next = claim_path(folder, task, claim.generation + 1);
+            if holder != Holder::Lost && !next.exists() {
+                return Ok(None);
+            }
+            claim.generation += 1;
+        }
+        let path = claim.path();
+        if cfg!(not(unix)) {
+            let source = ErrorKind::Unsupported.into();
+            return Err(ResultsError::Links { path, source });
+        }
+        let own = self.folder.join(format!("{WORKER}{}", self.id));
+        match fs::hard_link(&own, &path) {
+            Ok(()) => Ok(Some(claim)),
+            // The answer of a server may be lost, and the link be asked for twice.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+                Ok(self.holds(&claim).then_some(claim))
+            }
+            // The run is finished, and its claims are gone.
+            Err(error) if error.kind() == ErrorKind::NotFound && !folder.exists() => Ok(None),
+            Err(error) => Err(ResultsError::Links {
+                path,
+                source: error,
+            }),
+        }
+    }
+
+    /// Returns `true` if this process still has the task: no other has taken it over.
+    pub fn holds(&self, claim: &TaskClaim) -> bool {
+        let next = claim_path(&claim.folder, &claim.task, claim.generation + 1);
+        let own = match (fs::metadata(claim.path()), self.pulse.metadata()) {
+            (Ok(there), Ok(own)) => is_same_file(&there, &own),
+            _ => false,
+        };
+        own && !next.exists()
+    }
+
+    /// Marks a task as finished. All that it left must be written before.
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if the mark cannot be made.
+    pub fn mark_done(&self, folder: &Path, task: &str) -> Result<(), ResultsError> {
+        let path = folder.join(format!("{task}.{DONE}"));
+        match File::create_new(&path) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+                Err(ResultsError::system(&path, "written")(error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Finds another process that is alive.
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if the folder of claims cannot be read.
+    pub(crate) fn find_other(&self) -> Result<bool, ResultsError> {
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let is_worker = |name: &str| name.starts_with(WORKER);
+            if !entry.file_name().to_str().is_some_and(is_worker) {
+                continue;
+            }
+            let path = entry.path();
+            let holder = self.holder(&path);
+            let holder = holder.map_err(ResultsError::system(&path, "read"))?;
+            if holder == Some(Holder::Alive) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+impl Drop for FolderWorker {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(beats) = self.beats.take() {
+            let _ = beats.join();
+        }
+        let locked = self
+            .pulse
+            .file
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        // As in the list of files: a child process may have a copy of the open file.
+        let _ = locked.0.unlock();
+        let _ = fs::remove_file(self.folder.join(format!("{WORKER}{}", self.id)));
+        // The last one to leave a finished run.
+        let _ = fs::remove_dir(&self.folder);
+    }
+}
+
+/// State of the tasks of a folder of claims, read once.
+#[derive(Clone, Debug, Default)]
+pub struct TaskStates {
+    names: std::collections::BTreeSet<String>,
+}
+
+impl TaskStates {
+    /// Reads the folder of claims of a point.
+    pub fn read(folder: &Path) -> Self {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        Self {
+            names: names.collect(),
+        }
+    }
+
+    /// Returns `true` if the task is finished.
+    pub fn is_done(&self, task: &str) -> bool {
+        self.names.contains(&format!("{task}.{DONE}"))
+    }
+
+    /// Returns `true` if some process has claimed the task.
+    pub fn is_claimed(&self, task: &str) -> bool {
+        self.names.contains(&format!("{task}.0"))
+    }
+}
+
+/// Returns `true` if a name in a folder of claims is a claim or the mark of a finished task.
+fn is_of_task(name: &str) -> bool {
+    let Some((task, end)) = name.rsplit_once('.') else {
+        return false;
+    };
+    !task.is_empty() && (end == DONE || end.parse::<u32>().is_ok())
+}
+
+/// Removes the claims of the tasks of a finished point, and the folder if nothing else is in it.
+pub(crate) fn remove_claims(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().is_some_and(is_of_task) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+    let _ = fs::remove_dir(folder);
+}
+
+/// The lists of files that processes left in a folder of claims.
+pub(crate) fn lists(results: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(results.join(CLAIMS)).into_iter().flatten();
+    let is_list = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str());
+        name.is_some_and(|name| name.ends_with(LIST_ENDING))
+    };
+    let paths = entries.flatten().map(|entry| entry.path());
+    paths.filter(is_list).collect()
+}
+
+/// Removes what processes that died left in a folder of claims. To be called while no other process works in the folder.
+pub(crate) fn remove_workers(results: &Path) {
+    let folder = results.join(CLAIMS);
+    for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_ours = |name: &str| {
+            let hidden = name.strip_prefix('.');
+            let id = |id: &str| id.len() == 16 && id.bytes().all(|byte| byte.is_ascii_hexdigit());
+            name.starts_with(WORKER)
+                || hidden.is_some_and(id)
+                || name.strip_suffix(LIST_ENDING).is_some_and(id)
+                || is_of_task(name)
+        };
+        if name.to_str().is_some_and(is_ours) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+    let _ = fs::remove_dir(&folder);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LONG: Duration = Duration::from_secs(3600);
+
+    /// Of many processes one has a task; when it has ended, one other takes it over, and the first has it no more.
+    #[test]
+    fn one_of_many_has_a_task() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join(CLAIMS);
+        let register = || FolderWorker::register(place.path(), LONG).expect("registered");
+        let mut workers: Vec<FolderWorker> = (0..6).map(|_| register()).collect();
+        for generation in 0..4 {
+            let claims: Vec<Option<TaskClaim>> = thread::scope(|scope| {
+                let tries: Vec<_> = (workers.iter())
+                    .map(|worker| scope.spawn(|| worker.claim(&folder, "replica-3")))
+                    .collect();
+                let ended = tries.into_iter().map(|one| one.join().expect("an end"));
+                ended.map(|claim| claim.expect("links")).collect()
+            });
+            let holders: Vec<usize> = (0..workers.len())
+                .filter(|&one| claims[one].is_some())
+                .collect();
+            let [holder] = holders[..] else {
+                panic!("{holders:?} have it");
+            };
+            let claim = claims[holder].clone().expect("a claim");
+            assert_eq!(claim.generation, generation);
+            assert!(workers[holder].holds(&claim));
+            // Its end is seen at once, as its lock is gone.
+            drop(workers.remove(holder));
+            if let Some(other) = workers.first() {
+                assert!(!other.holds(&claim));
+            }
+        }
+        assert!(!TaskStates::read(&folder).is_done("replica-3"));
+        workers[0].mark_done(&folder, "replica-3").expect("marked");
+        let states = TaskStates::read(&folder);
+        assert!(states.is_done("replica-3") && states.is_claimed("replica-3"));
+        assert!(!states.is_claimed("replica-4"));
+    }
+
+    /// A process that stands still is lost when its file is older than the patience by the clock of the folder, and not before; what it has
+    /// claimed is not its own any more.
+    #[test]
+    fn a_process_that_stands_still_is_lost() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join(CLAIMS);
+        let [first, second] = [0, 1]
+            .map(|_| FolderWorker::register_beating(place.path(), LONG, None).expect("registered"));
+        let claim = first.claim(&folder, "a").expect("links").expect("free");
+        let set_back = |age: Duration| {
+            let now = second.pulse.now(LONG).expect("a time");
+            let file = File::options().write(true).open(claim.path());
+            let set = file.expect("a claim").set_modified(now - age);
+            set.expect("set back");
+        };
+        set_back(LONG - Duration::from_secs(60));
+        assert_eq!(second.claim(&folder, "a").expect("links"), None);
+        assert!(first.holds(&claim) && second.find_other().expect("read"));
+        set_back(LONG + Duration::from_secs(60));
+        let taken = second.claim(&folder, "a").expect("links").expect("lost");
+        assert_eq!(taken.generation, 1);
+        assert!(second.holds(&taken) && !first.holds(&claim));
+        assert!(!second.find_other().expect("read"));
+        // Its next heartbeat brings it back to life, but not its task.
+        first.pulse.beat().expect("a heartbeat");
+        assert!(second.find_other().expect("read") && !first.holds(&claim));
+        assert_eq!(first.claim(&folder, "a").expect("links"), None);
+    }
+
+    /// Nothing is left of processes that have ended well, and nothing of a user's is removed.
+    #[test]
+    fn claims_are_removed_and_nothing_else() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join(CLAIMS);
+        let worker = FolderWorker::register(place.path(), LONG).expect("registered");
+        worker.claim(&folder, "a").expect("links").expect("free");
+        worker.mark_done(&folder, "a").expect("marked");
+        fs::write(folder.join("notes.txt"), "mine").expect("written");
+        remove_claims(&folder);
+        assert!(!folder.join("a.0").exists() && !folder.join("a.done").exists());
+        drop(worker);
+        assert!(folder.join("notes.txt").exists());
+        fs::remove_file(folder.join("notes.txt")).expect("removed");
+        drop(FolderWorker::register(place.path(), LONG).expect("registered"));
+        assert!(!folder.exists());
+    }
+}
