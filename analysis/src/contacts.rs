@@ -400,7 +400,7 @@ impl Contacts {
                 for (index, order) in ORDERS.into_iter().enumerate() {
                     let moment = moment_of_chaos(order, temperature, mass);
                     sums.before[index] += normal.powi(order);
-                    sums.after[index] += (collision.restitution * normal).powi(order);
+                    sums.after[index] += collision.separation().powi(order);
                     sums.chaos[index] += moment / bias(0.5 * f64::from(order), place.freedom);
                 }
                 // The mean of μ g² under chaos is (D + 1) T.
@@ -498,13 +498,8 @@ mod tests {
             contacts.collisions(&[Collision {
                 time: 0.5,
                 position: gas.all[i].position,
-                relative,
-                line,
-                reduced_mass: 0.5,
-                restitution: 1.0,
-                weight: 1.0,
                 pair: [i as u32, j as u32],
-                species: [0; 2],
+                ..Collision::at_contact(relative, line, 0.5, 1.0)
             }]);
         }
         let sums = contacts.windows[0].1;

@@ -78,17 +78,8 @@ mod tests {
     use nalgebra::{Vector3, vector};
 
     fn collision(impact: f64) -> Collision {
-        Collision {
-            time: 0.0,
-            position: Vector3::zeros(),
-            relative: vector![-(1.0 - impact * impact).sqrt(), impact, 0.0],
-            line: Vector3::x(),
-            reduced_mass: 0.5,
-            restitution: 1.0,
-            weight: 1.0,
-            pair: [0, 1],
-            species: [0; 2],
-        }
+        let relative = vector![-(1.0 - impact * impact).sqrt(), impact, 0.0];
+        Collision::at_contact(relative, Vector3::x(), 0.5, 1.0)
     }
 
     #[test]

@@ -319,14 +319,7 @@ mod tests {
         let mut windows = Windows::new(&[[0.0, 1.0], [1.0, 3.0]], 4, 10, 0.0, 2.0);
         let collision = |time: f64, relative: Vector3<f64>| Collision {
             time,
-            position: Vector3::zeros(),
-            relative,
-            line: Vector3::x(),
-            reduced_mass: 0.5,
-            restitution: 0.0,
-            weight: 1.0,
-            pair: [0, 1],
-            species: [0; 2],
+            ..Collision::at_contact(relative, Vector3::x(), 0.5, 0.0)
         };
         // Central: g^2 = 4, loss (mu/2) 4 = 1, so T = 2 - 1/10 after it.
         windows.collision(&collision(0.5, vector![-2.0, 0.0, 0.0]));
@@ -358,14 +351,7 @@ mod tests {
         ] {
             let collision = Collision {
                 time,
-                position: Vector3::zeros(),
-                relative,
-                line: Vector3::x(),
-                reduced_mass: 0.5,
-                restitution: 0.9,
-                weight: 1.0,
-                pair: [0, 1],
-                species: [0; 2],
+                ..Collision::at_contact(relative, Vector3::x(), 0.5, 0.9)
             };
             windows.collision(&collision);
         }

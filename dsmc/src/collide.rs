@@ -3,8 +3,8 @@
 use rand::{Rng, RngExt};
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
-    CollidingPair, Collision, Interrupt, Physics, Restitution, Sizes, Space, Vector, VectorOf,
-    collide, kinetic,
+    CollidingPair, Collision, Interrupt, Physics, Restitution, Separation, Sizes, Space, Vector,
+    VectorOf, collide, kinetic,
 };
 
 use crate::boundary::Surroundings;
@@ -34,6 +34,9 @@ pub(crate) struct Kernel<'a, P: Physics> {
     pub(crate) surroundings: Option<&'a Surroundings<P>>,
     /// `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
+    /// Relative speed that a pair may gain in the collisions of one step, beyond that of all velocities at
+    /// its start \[length/time\]: two contacts of each partner; 0 for laws that only dissipate.
+    pub(crate) heating: f64,
     /// Length of the step \[time\], and its middle.
     pub(crate) step: f64,
     pub(crate) time: f64,
@@ -114,7 +117,8 @@ where
                     if members.is_empty() {
                         continue;
                     }
-                    let majorant = self.take_stock::<F>(members, &mut report.stock);
+                    let widest = self.take_stock::<F>(members, &mut report.stock);
+                    let majorant = widest + self.heating;
                     if members.len() >= 2 && self.collides {
                         let at = [line[0] + x, line[1], line[2]];
                         let before = (report.tally.collisions, report.tally.virial);
@@ -296,7 +300,7 @@ where
         let line = normal * (radii[0] + radii[1]);
         let velocities = [i, j].map(|who| members[who].velocity);
         let kinds = [i, j].map(|who| sizes.kind(members[who].tag));
-        let restitution = (self.scene.restitution()).between(kinds, -along * speed);
+        let law = (self.scene.restitution()).separation(kinds, -along * speed);
         let pair = CollidingPair {
             velocities,
             spins: [i, j].map(|who| members[who].spin),
@@ -304,7 +308,7 @@ where
             radii,
             line,
         };
-        let outcome = collide(self.scene, &pair, restitution);
+        let outcome = collide(self.scene, &pair, law);
         let after = outcome.velocities;
         let apart = nearest_image::<P>(self.grid, members[i].position - members[j].position);
         report.tally.separation += apart.square().sqrt();
@@ -316,11 +320,14 @@ where
         let share = match self.displacement {
             Displacement::None => 0.0,
             Displacement::Diameter => 1.0,
-            Displacement::Inelastic => 0.5 * (1.0 + restitution) / restitution,
+            Displacement::Inelastic => inelastic_displacement(law, -along * speed),
         };
+        let mut transfer = None;
         if share > 0.0 {
             let line = line * share;
-            virial += line.inner(&(after[0] * masses[0] - after[1] * masses[1]));
+            let carried = after[0] * masses[0] - after[1] * masses[1];
+            virial += line.inner(&carried);
+            transfer = Some(line.spatial() * carried.spatial().transpose());
             for (who, by) in [(i, line), (j, -line)] {
                 members[who].position += by;
                 F::moved(&mut members[who].mark, by);
@@ -334,12 +341,26 @@ where
                 relative: relative.spatial(),
                 line: line.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-                restitution,
+                restitution: law.coefficient,
+                added_speed: law.added_speed,
+                momentum_transfer: apart.spatial() * gained.spatial().transpose()
+                    + transfer.unwrap_or_default(),
                 weight,
                 pair: [i, j].map(|who| index::<P>(members[who].tag)),
                 species: kinds,
             });
         }
+    }
+}
+
+/// Displacement of both partners along the line of centres, over the contact distance, after which the
+/// collision carries the momentum of one at contact: `(g + s)/(2 s)` with the normal speeds g before and s
+/// after it, `(1 + r)/(2 r)` for a constant coefficient.
+pub(crate) fn inelastic_displacement(law: Separation, approach: f64) -> f64 {
+    if law.added_speed == 0.0 {
+        0.5 * (1.0 + law.coefficient) / law.coefficient
+    } else {
+        0.5 * (1.0 + approach / law.speed(approach))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stosszahl_model::random::Purpose;
-use stosszahl_model::{Field, Observer, Physics, Recorder, Sizes, Space, Vector};
+use stosszahl_model::{Field, Observer, Physics, Recorder, Restitution, Sizes, Space, Vector};
 
 use crate::collide::{Kernel, covered};
 use crate::density::{Scheme, Weighing};
@@ -191,6 +191,7 @@ where
             displacement: self.parameters.displacement,
             weight: self.constants.weight,
             moment_ratio: self.constants.moment_ratio,
+            heating: 2.0 * self.scene.restitution().max_added_speed(),
             partner_radius: self.constants.partner_radius,
             mean_radius: self.constants.mean_radius,
             step,

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 use stosszahl_model::{
-    CollidingPair, Collision, Field, Physics, Plane, Recorder, Restitution, Sizes, Surface, Vector,
-    bounce, collide,
+    CollidingPair, Collision, Field, Physics, Plane, Recorder, Restitution, Separation, Sizes,
+    Surface, Vector, bounce, collide,
 };
 
 use crate::calendar::Calendar;
@@ -55,9 +55,9 @@ where
             radii,
             line,
         };
-        let restitution = law.unwrap_or(1.0);
+        let contact = law.unwrap_or(Separation::ELASTIC);
         let after = match law {
-            Some(restitution) => collide(&self.scene, &pair, restitution),
+            Some(law) => collide(&self.scene, &pair, law.in_units(self.speed)),
             None => bounce(&pair, 1.0),
         };
         pair.velocities = after.velocities;
@@ -71,7 +71,8 @@ where
         self.disks.all[first as usize].velocity = pair.velocities[0];
         self.disks.all[second as usize].velocity = pair.velocities[1];
         if recorder.looks() {
-            self.record([first, second], relative, line, restitution, recorder);
+            let gained = (pair.velocities[0] - velocities[0]) * masses[0];
+            self.record([first, second], [relative, line, gained], contact, recorder);
         }
         self.predict_both(first, second);
         let latest = self.latest([first, second], now);
@@ -97,15 +98,15 @@ where
         }
     }
 
-    /// Records a collision. Never inlined: the loop over events keeps its registers where nobody looks.
+    /// Records a collision with its relative velocity before, line of centres and the momentum that the
+    /// first disk gained, in the engine's units. Never inlined: the loop over events keeps its registers where nobody looks.
     #[cold]
     #[inline(never)]
     fn record(
         &self,
         pair: [u32; 2],
-        relative: Vector2<f64>,
-        line: Vector2<f64>,
-        restitution: f64,
+        [relative, line, gained]: [Vector2<f64>; 3],
+        contact: Separation,
         recorder: &mut Recorder<'_>,
     ) {
         if self.window.as_ref().is_some_and(|window| !window.owns()) {
@@ -120,17 +121,25 @@ where
             relative: (relative * self.speed).spatial(),
             line: line.spatial(),
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-            restitution,
+            restitution: contact.coefficient,
+            added_speed: contact.added_speed,
+            momentum_transfer: line.spatial() * (gained * self.speed).spatial().transpose(),
             weight: 1.0,
             pair: pair.map(|disk| self.names[disk as usize]),
             species: tags.map(|tag| sizes.kind(tag)),
         });
     }
 
-    /// The coefficient of restitution of a contact; `None` if that is elastic and smooth, whatever the scene says.
+    /// Outcome of the normal law of a contact, in physical units; `None` if that is elastic and smooth,
+    /// whatever the scene says.
     #[inline(always)]
-    fn restitution(&mut self, pair: [u32; 2], kinds: [u32; 2], approach: f64) -> Option<f64> {
-        let law = |scene: &P| Some(scene.restitution().between(kinds, approach.max(0.0)));
+    fn restitution(
+        &mut self,
+        pair: [u32; 2],
+        kinds: [u32; 2],
+        approach: f64,
+    ) -> Option<Separation> {
+        let law = |scene: &P| Some(scene.restitution().separation(kinds, approach.max(0.0)));
         match self.dissipation {
             Dissipation::Elastic => None,
             Dissipation::Scene => law(&self.scene),

@@ -206,7 +206,7 @@ fn meet<P: Physics<Space = Plane>>(
     let masses = [sizes.mass(sizes.tag(i)), sizes.mass(sizes.tag(j))];
     let approach = -(velocities[0] - velocities[1]).dot(&line) / line.norm();
     let kinds = [i, j].map(|disk| sizes.kind(sizes.tag(disk)));
-    let restitution = scene.restitution().between(kinds, approach.max(0.0));
+    let law = (scene.restitution()).separation(kinds, approach.max(0.0));
     let after = collide(
         scene,
         &CollidingPair {
@@ -216,7 +216,7 @@ fn meet<P: Physics<Space = Plane>>(
             radii: [sizes.radius(sizes.tag(i)), sizes.radius(sizes.tag(j))],
             line,
         },
-        restitution,
+        law,
     );
     for (place, disk) in [i, j].into_iter().enumerate() {
         state.bodies[disk].velocity = after.velocities[place];

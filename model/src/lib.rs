@@ -65,7 +65,9 @@ pub use invalid::Invalid;
 pub use observer::{EachCollision, Observer, Recorder};
 pub use particle::Particle;
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
-pub use restitution::{Constant, Law, Material, PerPair, Restitution, Viscoelastic};
+pub use restitution::{
+    Constant, DeltaModel, Law, Material, PerPair, Restitution, Separation, Viscoelastic,
+};
 pub use simulation::{BoundaryFlux, Budget, Census, Failure, Moments, Particles, Simulation, Work};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};

@@ -166,14 +166,7 @@ mod tests {
     fn collision(time: f64) -> Collision {
         Collision {
             time,
-            position: Vector3::zeros(),
-            relative: Vector3::x(),
-            line: -Vector3::x(),
-            reduced_mass: 0.5,
-            restitution: 1.0,
-            weight: 1.0,
-            pair: [0, 1],
-            species: [0; 2],
+            ..Collision::at_contact(Vector3::x(), -Vector3::x(), 0.5, 1.0)
         }
     }
 

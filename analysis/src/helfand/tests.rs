@@ -45,14 +45,13 @@ fn history(seed: u64) -> (Vec<Span>, Vec<Collision>) {
         }
         collisions.push(Collision {
             time,
-            position: Vector3::zeros(),
-            relative: vector![relative.x, relative.y, 0.0],
-            line: vector![line.x, line.y, 0.0],
-            reduced_mass: 0.5 * MASS,
-            restitution: 1.0,
-            weight: 1.0,
             pair: pair.map(|index| index as u32),
-            species: [0; 2],
+            ..Collision::at_contact(
+                vector![relative.x, relative.y, 0.0],
+                vector![line.x, line.y, 0.0],
+                0.5 * MASS,
+                1.0,
+            )
         });
         let unit = line.normalize();
         let change = -unit * relative.dot(&unit);

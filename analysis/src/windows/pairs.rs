@@ -82,15 +82,8 @@ mod tests {
         assert_eq!(bins.kinds().len(), 6);
         for species in [[0, 0], [1, 0], [1, 1], [0, 2], [2, 1], [2, 2]] {
             let collision = Collision {
-                time: 0.0,
-                position: Vector3::zeros(),
-                relative: -Vector3::x(),
-                line: vector![1.0, 0.0, 0.0],
-                reduced_mass: 0.5,
-                restitution: 1.0,
-                weight: 1.0,
-                pair: [0, 1],
                 species,
+                ..Collision::at_contact(-Vector3::x(), vector![1.0, 0.0, 0.0], 0.5, 1.0)
             };
             bins.count(1, &collision, 0.3);
             let pair = [species[0].min(species[1]), species[0].max(species[1])];

@@ -3,7 +3,9 @@
 use rand::{Rng, RngExt};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use stosszahl_model::{CollidingPair, Restitution, Sizes, Space, Vector, VectorOf, collide};
+use stosszahl_model::{
+    CollidingPair, Restitution, Separation, Sizes, Space, Vector, VectorOf, collide,
+};
 
 use super::gas::{Gas, Grains};
 
@@ -60,8 +62,8 @@ pub enum Outcome {
     Bounced {
         /// First and second partner.
         changed: [bool; 2],
-        /// The coefficient that acted.
-        restitution: f64,
+        /// Outcome of the normal law.
+        law: Separation,
     },
     /// They are gone, and what became of them stands at the end of the list from here on.
     Replaced {
@@ -92,18 +94,18 @@ pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
     ) -> Outcome;
 }
 
-/// Velocities after a bounce by the scene's law, and the coefficient of restitution that acted.
+/// Velocities after a bounce by the scene's law, and the outcome of its normal part.
 #[inline]
 pub(crate) fn bounce<P: Grains>(
     gas: &Gas<P>,
     meeting: &Meeting<VectorOf<P>>,
-) -> ([VectorOf<P>; 2], f64) {
+) -> ([VectorOf<P>; 2], Separation) {
     let partners = meeting.pair.map(|index| &gas.particles[index as usize]);
     let sizes = gas.scene.sizes();
     let along = meeting.relative.inner(&meeting.line);
     let approach = (along * along / meeting.line.square()).sqrt();
     let kinds = partners.map(|particle| sizes.kind(particle.tag));
-    let restitution = gas.scene.restitution().between(kinds, approach);
+    let law = gas.scene.restitution().separation(kinds, approach);
     let encounter = CollidingPair {
         velocities: partners.map(|particle| particle.velocity),
         spins: [(); 2],
@@ -111,8 +113,8 @@ pub(crate) fn bounce<P: Grains>(
         radii: partners.map(|particle| sizes.radius(particle.tag)),
         line: meeting.line,
     };
-    let after = collide(&gas.scene, &encounter, restitution);
-    (after.velocities, restitution)
+    let after = collide(&gas.scene, &encounter, law);
+    (after.velocities, law)
 }
 
 /// Every pair bounces by the scene's law.
@@ -129,13 +131,13 @@ impl<P: Grains> Contacts<P> for Bounce {
         meeting: &Meeting<VectorOf<P>>,
         _stream: &mut impl Rng,
     ) -> Outcome {
-        let (velocities, restitution) = bounce(gas, meeting);
+        let (velocities, law) = bounce(gas, meeting);
         for (index, velocity) in meeting.pair.into_iter().zip(velocities) {
             gas.particles[index as usize].velocity = velocity;
         }
         Outcome::Bounced {
             changed: [true; 2],
-            restitution,
+            law,
         }
     }
 }
@@ -204,7 +206,7 @@ impl<P: Grains> Contacts<P> for Tracers {
         if is_tracer == [true; 2] {
             return Outcome::Passed;
         }
-        let (velocities, restitution) = bounce(gas, meeting);
+        let (velocities, law) = bounce(gas, meeting);
         let bath = is_tracer == [false; 2];
         let changed = is_tracer.map(|tracer| tracer || bath);
         for side in 0..2 {
@@ -212,9 +214,6 @@ impl<P: Grains> Contacts<P> for Tracers {
                 gas.particles[meeting.pair[side] as usize].velocity = velocities[side];
             }
         }
-        Outcome::Bounced {
-            changed,
-            restitution,
-        }
+        Outcome::Bounced { changed, law }
     }
 }

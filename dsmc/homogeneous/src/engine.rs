@@ -3,7 +3,9 @@
 use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
 use stosszahl_model::random::{Purpose, Stream, Streams};
-use stosszahl_model::{Collision, Interrupt, Invalid, Observer, Recorder, Sizes, Vector, VectorOf};
+use stosszahl_model::{
+    Collision, Interrupt, Invalid, Observer, Recorder, Separation, Sizes, Vector, VectorOf,
+};
 
 use super::checkpoint::{Clock, Stop, Tally};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
@@ -325,11 +327,8 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         };
         match self.contacts.meet(&mut self.gas, &meeting, stream) {
             Outcome::Passed => Standing::Kept,
-            Outcome::Bounced {
-                changed,
-                restitution,
-            } => {
-                self.record(&meeting, time, restitution, recorder);
+            Outcome::Bounced { changed, law } => {
+                self.record(&meeting, time, law, recorder);
                 let mut worst = Standing::Kept;
                 for side in 0..2 {
                     if changed[side] {
@@ -365,7 +364,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         &mut self,
         meeting: &Meeting<VectorOf<P>>,
         time: f64,
-        restitution: f64,
+        law: Separation,
         recorder: &mut Recorder<'_>,
     ) {
         self.clock.since += 1;
@@ -385,16 +384,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         } else {
             1.0
         };
+        let reduced_mass = masses[0] * masses[1] / (masses[0] + masses[1]);
+        let line = (meeting.line * (sign * distance / length)).spatial();
         let collision = Collision {
             time,
-            position: nalgebra::Vector3::zeros(),
-            relative: meeting.relative.spatial(),
-            line: (meeting.line * (sign * distance / length)).spatial(),
-            reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-            restitution,
-            weight: 1.0,
             pair: meeting.pair,
             species: partners.map(|particle| self.gas.scene.sizes().kind(particle.tag)),
+            momentum_transfer: nalgebra::Matrix3::zeros(),
+            ..Collision::at_contact(meeting.relative.spatial(), line, reduced_mass, law)
         };
         self.tally.energy_lost += collision.energy_lost();
         recorder.record(|| collision);

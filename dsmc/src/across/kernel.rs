@@ -526,7 +526,7 @@ where
         let relative = velocities[0] - velocities[1];
         let line = -normal * contact;
         let kinds = [0, 1].map(|who| sizes.kind(pair[who].tag));
-        let restitution = (kernel.scene.restitution()).between(kinds, relative.inner(&normal));
+        let law = (kernel.scene.restitution()).separation(kinds, relative.inner(&normal));
         let encounter = CollidingPair {
             velocities,
             spins: pair.map(|simulator| simulator.spin),
@@ -534,7 +534,7 @@ where
             radii: pair.map(|simulator| sizes.radius(simulator.tag)),
             line,
         };
-        let outcome = collide(kernel.scene, &encounter, restitution);
+        let outcome = collide(kernel.scene, &encounter, law);
         let after = outcome.velocities;
         let apart = nearest_image::<P>(kernel.grid, pair[0].position - pair[1].position);
         for number in 0..2 {
@@ -545,7 +545,8 @@ where
         let tally = &mut self.report.tally;
         tally.collisions += 1;
         tally.separation += apart.square().sqrt();
-        tally.virial += kernel.weight * apart.inner(&((after[0] - velocities[0]) * masses[0]));
+        let gained = (after[0] - velocities[0]) * masses[0];
+        tally.virial += kernel.weight * apart.inner(&gained);
         if kernel.looks {
             self.report.log.push(Collision {
                 time: kernel.time,
@@ -553,7 +554,9 @@ where
                 relative: relative.spatial(),
                 line: line.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
-                restitution,
+                restitution: law.coefficient,
+                added_speed: law.added_speed,
+                momentum_transfer: apart.spatial() * gained.spatial().transpose(),
                 weight: kernel.weight,
                 pair: [0, 1].map(|who| index::<P>(pair[who].tag)),
                 species: kinds,

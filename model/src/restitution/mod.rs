@@ -5,14 +5,16 @@
 //! generic over [`Restitution`] all the same, for those who have a law of their own.
 
 mod constant;
+mod delta;
 mod material;
 mod normal_law;
 mod per_pair;
 mod viscoelastic;
 
 pub use constant::Constant;
+pub use delta::DeltaModel;
 pub use material::Material;
-pub use normal_law::Restitution;
+pub use normal_law::{Restitution, Separation};
 pub use per_pair::PerPair;
 pub use viscoelastic::Viscoelastic;
 
@@ -39,6 +41,13 @@ macro_rules! laws {
             fn between(&self, kinds: [u32; 2], approach: f64) -> f64 {
                 match self { $(Self::$name(law) => law.between(kinds, approach),)+ }
             }
+            #[inline]
+            fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
+                match self { $(Self::$name(law) => law.separation(kinds, approach),)+ }
+            }
+            fn max_added_speed(&self) -> f64 {
+                match self { $(Self::$name(law) => law.max_added_speed(),)+ }
+            }
         }
     };
 }
@@ -48,6 +57,8 @@ laws! {
     Constant(Constant),
     /// Falling with the approach speed.
     Viscoelastic(Viscoelastic),
+    /// Constant, with a speed that every contact adds.
+    Delta(DeltaModel),
     /// Another for each pair of species.
     Pairs(PerPair<Law>),
 }
@@ -60,6 +71,14 @@ impl Law {
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(law) => Some(law.coefficient()),
+            _ => None,
+        }
+    }
+
+    /// The law of a gas that heats itself at contacts, if it is the same for all pairs.
+    pub fn delta(&self) -> Option<DeltaModel> {
+        match self {
+            Self::Delta(law) => Some(*law),
             _ => None,
         }
     }

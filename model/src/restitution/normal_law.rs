@@ -1,16 +1,77 @@
-//! The interface of a normal contact law.
+//! Interface of a normal contact law, and what it says of one contact.
 
 use std::fmt::Debug;
+
+/// Outcome of a normal law for one contact: a pair that approaches at the normal speed g separates at
+/// `coefficient * g + added_speed`.
+///
+/// Laws that heat are stated by speeds, because a coefficient alone diverges as g goes to 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// Share of the approach speed that is kept, in \[0, 1\].
+    pub coefficient: f64,
+    /// Speed that every contact adds \[length/time\]; 0 for laws that only dissipate.
+    pub added_speed: f64,
+}
+
+impl Separation {
+    /// An elastic contact.
+    pub const ELASTIC: Self = Self {
+        coefficient: 1.0,
+        added_speed: 0.0,
+    };
+
+    /// The same contact for an engine whose velocities are physical ones over `speed`.
+    #[must_use]
+    #[inline(always)]
+    pub fn in_units(self, speed: f64) -> Self {
+        Self {
+            added_speed: self.added_speed / speed,
+            ..self
+        }
+    }
+
+    /// Normal speed of separation \[length/time\] after an approach at the speed `approach`.
+    #[inline]
+    pub fn speed(self, approach: f64) -> f64 {
+        self.coefficient * approach + self.added_speed
+    }
+}
+
+impl From<f64> for Separation {
+    /// A contact that keeps the share `coefficient` and adds nothing.
+    #[inline(always)]
+    fn from(coefficient: f64) -> Self {
+        Self {
+            coefficient,
+            added_speed: 0.0,
+        }
+    }
+}
 
 /// Normal restitution as a function of the normal approach speed.
 pub trait Restitution: Clone + Debug + Send + Sync + 'static {
     /// The coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
-    /// \[length/time\].
+    /// \[length/time\]. A law that adds speed gives the quotient of the speeds after and before.
     fn normal(&self, approach: f64) -> f64;
 
     /// The same for a pair of the given species (see [`crate::Sizes::kind`]), where the law depends on them.
     #[inline]
     fn between(&self, _kinds: [u32; 2], approach: f64) -> f64 {
         self.normal(approach)
+    }
+
+    /// Speeds after a contact of a pair of the given species: what engines ask. Only laws that add
+    /// speed state it themselves.
+    #[inline]
+    fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
+        self.between(kinds, approach).into()
+    }
+
+    /// Upper bound of the speed that a contact adds to the separation of a pair \[length/time\]; 0 for
+    /// laws that only dissipate, whose relative speeds never grow.
+    #[inline]
+    fn max_added_speed(&self) -> f64 {
+        0.0
     }
 }

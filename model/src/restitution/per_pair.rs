@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::normal_law::Restitution;
+use super::normal_law::{Restitution, Separation};
 use crate::invalid::Invalid;
 
 /// One law of the same form for each unordered pair of species; cheap to clone, as replicas share the table.
@@ -50,6 +50,14 @@ impl<R: Restitution> Restitution for PerPair<R> {
     #[inline]
     fn between(&self, kinds: [u32; 2], approach: f64) -> f64 {
         self.law(kinds).normal(approach)
+    }
+    #[inline]
+    fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
+        self.law(kinds).separation(kinds, approach)
+    }
+    fn max_added_speed(&self) -> f64 {
+        let added = self.laws.iter().map(Restitution::max_added_speed);
+        added.fold(0.0, f64::max)
     }
 }
 

@@ -137,14 +137,13 @@ impl Subject for Pairs {
                     let collision = Collision {
                         // The last moment of the window does not belong to it.
                         time: time - 0.5 * step,
-                        position: Vector3::zeros(),
-                        relative: relative.spatial(),
-                        line: line.spatial(),
-                        reduced_mass: 0.5,
-                        restitution: gas.restitution,
-                        weight: 1.0,
                         pair: [i as u32, j as u32],
-                        species: [0; 2],
+                        ..Collision::at_contact(
+                            relative.spatial(),
+                            line.spatial(),
+                            0.5,
+                            gas.restitution,
+                        )
                     };
                     windows.collisions(&[collision]);
                 }

@@ -349,14 +349,12 @@ fn impact_parameters_are_counted_in_windows() {
         for (time, impact) in [(0.5, 0.6), (2.0, 0.1), (3.0, 0.9), (3.5, 0.8)] {
             toy.collisions.push(Collision {
                 time: plan.engine_time(time),
-                position: Vector3::zeros(),
-                relative: vector![-(1.0_f64 - impact * impact).sqrt(), impact, 0.0],
-                line: Vector3::x(),
-                reduced_mass: 0.5,
-                restitution: 0.9,
-                weight: 1.0,
-                pair: [0, 1],
-                species: [0; 2],
+                ..Collision::at_contact(
+                    vector![-(1.0_f64 - impact * impact).sqrt(), impact, 0.0],
+                    Vector3::x(),
+                    0.5,
+                    0.9,
+                )
             });
         }
         let (found, _) = tables(&plan, &super::impact_parameters::ImpactParameters, &[toy]);
