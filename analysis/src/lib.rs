@@ -14,6 +14,7 @@
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`helfand`] | how does an elastic gas carry momentum and heat, and how fast do its disks spread? | Einstein-Helfand moments | O(1) a collision |
+//! | [`stress`] | which momentum do particles carry, and which collisions? | sums, virial of contacts | O(1) a collision, O(N) a sample |
 //! | [`modes`] | is the noise right, do shear waves grow or decay? | sums over chosen Fourier modes | O(N modes) |
 //! | [`spectra`] | how strongly do density, flow and temperature fluctuate at each wavelength? | the same, by shells | O(N modes) |
 //! | [`relaxation`] | at which rate does an amplitude grow or decay? | regression on the time before, jackknife | O(values) |
@@ -54,6 +55,7 @@ pub mod replicas;
 pub mod spectra;
 pub mod statistics;
 pub mod steady;
+pub mod stress;
 pub mod structure_factor;
 pub mod theory;
 pub mod velocities;

@@ -9,6 +9,7 @@
 //! | [`barometric`] | what becomes of a gas that falls to the floor of its box? |
 //! | [`elastic_disks`] | how does a fluid of elastic disks carry momentum and heat? |
 //! | [`rough`] | how do grains that turn each other share and lose their energy? |
+//! | [`delta_model`] | at which temperature do contacts heat as much as they dissipate? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
 //! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is from that is measured by its
@@ -18,6 +19,7 @@ pub mod barometric;
 mod component;
 pub mod contact;
 pub mod cooling_state;
+pub mod delta_model;
 pub mod elastic_disks;
 mod error;
 pub mod integrate;

@@ -111,7 +111,8 @@ pub(crate) fn bounce<P: Grains>(
         spins: [(); 2],
         masses: partners.map(|particle| sizes.mass(particle.tag)),
         radii: partners.map(|particle| sizes.radius(particle.tag)),
-        line: meeting.line,
+        // From the second to the first partner, which approach each other.
+        line: meeting.line * if along > 0.0 { -1.0 } else { 1.0 },
     };
     let after = collide(&gas.scene, &encounter, law);
     (after.velocities, law)

@@ -28,6 +28,7 @@ mod species;
 mod species_temperatures;
 mod spectra;
 mod steady_state;
+mod stress;
 mod structure_factor;
 mod tau;
 #[cfg(test)]
@@ -41,6 +42,7 @@ mod velocity_distribution;
 
 use stosszahl_analysis::pair_correlation::Pairs;
 use stosszahl_analysis::statistics::Estimate as Mean;
+use stosszahl_analysis::stress::KineticStress;
 use stosszahl_analysis::structure_factor::Lattice;
 use stosszahl_analysis::{flow, modes, velocities};
 use stosszahl_dsmc::Weights;
@@ -63,6 +65,7 @@ pub const ALL: &[&dyn Measure] = &[
     &species::VelocityCorrelation,
     &species_temperatures::SpeciesTemperatures,
     &steady_state::SteadyState,
+    &stress::Stress,
     &transport::Transport,
     &impact_parameters::ImpactParameters,
     &contacts::AtContact,
@@ -89,10 +92,11 @@ pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<>
 
 /// Makes a sum that the first of several processes asks for: all kinds that measures use.
 pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
-    let kinds: [Make; 10] = [
+    let kinds: [Make; 11] = [
         sum::made::<Moments>,
         sum::made::<flow::Flows>,
         sum::made::<flow::Warmth>,
+        sum::made::<KineticStress>,
         sum::made::<velocities::Counts>,
         sum::made::<Lattice>,
         sum::made::<modes::Amplitudes>,

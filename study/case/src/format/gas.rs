@@ -27,7 +27,7 @@ pub struct Gas {
     /// Root of the mean squared speed at the start; it replaces `temperature`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rms_speed: Option<f64>,
-    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, or a viscoelastic law.
+    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, a viscoelastic law, or the Delta model, whose contacts also heat.
     #[serde(default)]
     pub restitution: Restitution,
     /// Tangential restitution, from -1 (smooth) to 1 (perfectly rough). Without it particles are smooth and do not spin.
@@ -68,6 +68,8 @@ impl Gas {
 pub enum Restitution {
     /// The same restitution at every approach speed.
     Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
+    /// The Delta model: a pair that approaches at the normal speed g separates at `coefficient * g + 2 * delta`.
+    Delta(DeltaModel),
     /// Restitution that falls with the approach speed.
     Viscoelastic(Viscoelastic),
 }
@@ -76,6 +78,18 @@ impl Default for Restitution {
     fn default() -> Self {
         Self::Constant(1.0)
     }
+}
+
+/// Contacts that dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow layer seen from above.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DeltaModel {
+    /// Share of the normal approach speed that is kept.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub coefficient: f64,
+    /// Speed Delta, in the unit of the case; a contact adds twice this to the normal speed of separation.
+    #[schemars(range(min = 0.0))]
+    pub delta: f64,
 }
 
 /// Viscoelastic particles: their dissipation strength, or the constants of their material.

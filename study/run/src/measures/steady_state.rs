@@ -1,4 +1,5 @@
-//! The steady state of a driven gas: its temperature, averaged over quarters of the run, against Enskog's theory.
+//! Steady state of a gas that a bath or its own contacts heat: its temperature, averaged over quarters of the run, against
+//! Enskog's theory.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
@@ -10,11 +11,19 @@ use crate::measure::{
 };
 use crate::plan::{EnginePlan, Plan};
 
-/// The steady state of a driven gas.
+/// Steady state of a heated gas.
 pub struct SteadyState;
 
 /// Parts of the run over which the temperature is averaged.
 const PARTS: usize = 4;
+
+/// Looks at a gas that nothing kicks, over the whole run.
+const LOOKS: usize = 400;
+
+/// True if a bath or the contacts of the gas heat it.
+fn is_heated(plan: &Plan) -> bool {
+    plan.case.drive.is_some() || plan.heats_itself()
+}
 
 /// The temperature averaged over quarters of the run.
 ///
@@ -24,32 +33,36 @@ const PARTS: usize = 4;
 struct Record {
     start: f64,
     after: f64,
+    /// Time of the last stop \[engine time\].
+    last: f64,
+    /// Integrals of the temperature over time, and the time that they cover, by part.
     sums: [f64; PARTS],
-    intervals: [u64; PARTS],
+    durations: [f64; PARTS],
 }
 
 impl Record {
-    /// Notes a kick that took the temperature from `before` to `after`, in the middle of an interval at the share
-    /// `share` of the run.
-    fn kick(&mut self, share: f64, before: f64, after: f64) {
+    /// Adds the interval since the last stop, at the share `share` of the run: the temperature went to `before`
+    /// in it, and is `after` from now on.
+    fn add(&mut self, share: f64, duration: f64, before: f64, after: f64) {
         let part = ((share * PARTS as f64) as usize).min(PARTS - 1);
-        self.sums[part] += 0.5 * (self.after + before);
-        self.intervals[part] += 1;
+        self.sums[part] += 0.5 * (self.after + before) * duration;
+        self.durations[part] += duration;
         self.after = after;
     }
 
-    /// Mean temperature over that of the start, from part `first` to before part `end`; none without a kick there.
+    /// Mean temperature over that of the start, from part `first` to before part `end`; none without a stop there.
     fn temperature(&self, first: usize, end: usize) -> Option<f64> {
-        let intervals: u64 = self.intervals[first..end].iter().sum();
+        let duration: f64 = self.durations[first..end].iter().sum();
         let sum: f64 = self.sums[first..end].iter().sum();
-        (intervals > 0).then(|| sum / (self.start * intervals as f64))
+        (duration > 0.0).then(|| sum / (self.start * duration))
     }
 }
 
 struct SteadyProbe {
-    /// Half the interval between kicks, and the end of the run [engine time].
-    half: f64,
+    /// End of the run \[engine time\].
     until: f64,
+    /// True if a bath kicks the gas: the temperature jumps then, and is asked for at kicks alone.
+    kicked: bool,
     record: Record,
 }
 
@@ -57,13 +70,18 @@ impl Probe for SteadyProbe {
     fn begin(&mut self, moment: &mut Moment<'_>) {
         let temperature = moment.temperature();
         (self.record.start, self.record.after) = (temperature, temperature);
+        self.record.last = moment.simulation.time();
     }
 
     fn stop(&mut self, stop: &Stop) {
-        if let Some(before) = stop.kicked_from {
-            let share = (stop.time - self.half) / self.until;
-            self.record.kick(share, before, stop.temperature);
-        }
+        let before = match stop.kicked_from {
+            None if self.kicked => return,
+            before => before.unwrap_or(stop.temperature),
+        };
+        let duration = stop.time - self.record.last;
+        let share = (self.record.last + 0.5 * duration) / self.until;
+        self.record.add(share, duration, before, stop.temperature);
+        self.record.last = stop.time;
     }
 
     keeps_record!();
@@ -72,24 +90,32 @@ impl Probe for SteadyProbe {
 impl Measure for SteadyState {
     described!(
         "steady_state",
-        "Temperature of a driven gas over quarters of the run, against the steady state of Enskog's theory.",
+        "Temperature of a gas that a bath or its contacts heat, over quarters of the run, against the steady state of Enskog's theory.",
         NoOptions
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.case.drive.is_some()
+        is_heated(plan)
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let driven = plan.case.drive.is_some();
-        measure::require(driven, "", "a driven gas, by [drive]; this one is not")?;
+        let allowed = "a gas that is heated, by [drive] or by contacts with gas.restitution.delta; this one is not";
+        measure::require(is_heated(plan), "", allowed)?;
         self.read(plan)
     }
 
+    /// Looks at the temperature of a gas that nothing kicks.
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        if plan.case.drive.is_some() {
+            return Vec::new();
+        }
+        let looks = (1..=LOOKS).map(|look| look as f64 / LOOKS as f64);
+        looks.map(|share| share * plan.case.run.until).collect()
+    }
+
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let interval = plan.case.drive.map_or(0.0, |drive| drive.interval);
         Box::new(SteadyProbe {
-            half: 0.5 * plan.engine_time(interval),
+            kicked: plan.case.drive.is_some(),
             until: plan.engine_time(plan.case.run.until),
             record: Record::default(),
         })
@@ -97,7 +123,7 @@ impl Measure for SteadyState {
 
     fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
         let mut table = table! {
-            "steady_state", "Temperature of a driven gas, averaged over quarters of the run.";
+            "steady_state", "Temperature of a heated gas, averaged over quarters of the run.";
             key "engine", "", "Engine";
             key "window_start", "time", "Start of the quarter";
             key "window_end", "time", "End of the quarter";
@@ -180,7 +206,7 @@ mod tests {
             ..Record::default()
         };
         for (share, before, after) in [(0.1, 1.0, 3.0), (0.6, 1.0, 3.0), (0.7, 2.0, 4.0)] {
-            record.kick(share, before, after);
+            record.add(share, 0.5, before, after);
         }
         assert_eq!(record.temperature(0, 1), Some(0.75));
         assert_eq!(record.temperature(2, 4), Some(0.5 * (1.0 + 1.25)));

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::theory::{Temperatures, TheoryError};
+use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
 use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Weights};
@@ -33,6 +33,8 @@ pub struct Plan {
     pub classes: Vec<Class>,
     /// Theory of a gas without positions, once it is asked for.
     pub theory: OnceLock<Result<Curves, TheoryError>>,
+    /// Cached value of [`Plan::steady_state`].
+    pub(super) steady_state: OnceLock<Option<Moment>>,
     /// What [`Plan::partial_temperatures`] gives.
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
     /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at that of a dilute gas.

@@ -71,6 +71,7 @@ impl Plan {
         };
         let restitution = match &law {
             Law::Viscoelastic(law) => law.normal(PI.sqrt() * thermal),
+            Law::Delta(law) => law.coefficient(),
             other => other.constant().unwrap_or_else(|| general(case)),
         };
         let mut plan = Self {
@@ -81,6 +82,7 @@ impl Plan {
             kinds_in_groups: case.continuous.as_ref().map(|one| one.number as usize),
             classes: std::mem::take(&mut gas.classes),
             theory: OnceLock::new(),
+            steady_state: OnceLock::new(),
             partial_temperatures: OnceLock::new(),
             rough_temperatures: Default::default(),
             grains,
@@ -123,7 +125,10 @@ impl Plan {
             self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
         let viscoelastic = matches!(self.law, Law::Viscoelastic(_));
         match self.kind {
-            Kind::Comparison if !mixed || viscoelastic && self.dimension == 2 => {
+            Kind::Comparison
+                if self.law.delta().is_none()
+                    && (!mixed || viscoelastic && self.dimension == 2) =>
+            {
                 let (phi, chi) = (self.packing_fraction, self.contact_value);
                 if self.restitution < 1.0 {
                     self.haff_time = kinetic::haff_time(phi, self.restitution, chi);
@@ -149,7 +154,8 @@ impl Plan {
                 };
             }
         }
-        if self.law.is_elastic() {
+        // A gas that its contacts heat has no cooling time, even where it begins above its steady temperature.
+        if self.law.is_elastic() || self.heats_itself() {
             self.haff_time = f64::INFINITY;
         }
         self.time_unit = self.case.run.time_unit.unwrap_or(match self.kind {
@@ -285,6 +291,7 @@ fn temperature(case: &Case) -> Result<f64, PlanError> {
 fn general(case: &Case) -> f64 {
     match case.gas.restitution {
         Restitution::Constant(coefficient) => coefficient,
+        Restitution::Delta(law) => law.coefficient,
         Restitution::Viscoelastic(_) => 1.0,
     }
 }

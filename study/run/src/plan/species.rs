@@ -5,7 +5,7 @@ use stosszahl_case::Case;
 use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, GrainSizes, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
+    Constant, DeltaModel, GrainSizes, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
 };
 
 use super::data::{Class, PlanError, SpeciesPlan};
@@ -321,6 +321,12 @@ fn one_law(
     let viscoelastic = match written {
         Restitution::Constant(coefficient) => {
             return Constant::new(coefficient).map(Law::from).map_err(refused);
+        }
+        Restitution::Delta(law) => {
+            let delta = law.delta / gas.scale.speed();
+            return DeltaModel::new(law.coefficient, delta)
+                .map(Law::from)
+                .map_err(refused);
         }
         Restitution::Viscoelastic(law) => law,
     };

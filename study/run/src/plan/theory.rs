@@ -1,9 +1,9 @@
 //! What kinetic theory expects of a case.
 
-use stosszahl_analysis::theory::{Component, Contact, Mixture, TheoryError};
+use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
 use stosszahl_case::Kind;
 use stosszahl_case::format::{ContactValues, TimeUnit};
-use stosszahl_model::{Drive, Law, Space as _, Volume, kinetic};
+use stosszahl_model::{Drive, Law, Restitution as _, Space as _, Volume, kinetic};
 
 use super::data::{Class, Plan, PlanError, in_space};
 
@@ -280,8 +280,42 @@ impl Plan {
     /// Temperature of the steady state over that of the start, by Enskog's theory with its Sonine correction; none for a
     /// gas that has no such state or no such theory.
     pub fn steady_temperature(&self) -> Option<f64> {
+        if self.heats_itself() {
+            return self.steady_state().map(|moment| moment.temperatures[0]);
+        }
         let heating = self.heating_per_haff().filter(|_| self.has_theory())?;
         Some(kinetic::heated_temperature(heating, self.fourth_cumulant()))
+    }
+
+    /// Whether contacts heat, so that a gas without walls or bath reaches a steady state.
+    pub fn heats_itself(&self) -> bool {
+        self.law.max_added_speed() > 0.0
+    }
+
+    /// Moments of the steady state, its temperature over that of the start, of a uniform gas that its contacts heat, by Enskog's equations in as many
+    /// Sonine orders as are quick, solved once; none where they do not apply.
+    pub fn steady_state(&self) -> Option<&Moment> {
+        let solved = self.steady_state.get_or_init(|| {
+            let uniform =
+                self.kind != Kind::Flow && self.classes.len() == 1 && self.grains.rough.is_none();
+            if !(uniform && self.heats_itself()) {
+                return None;
+            }
+            let law = self.law.delta()?;
+            let mixture = self.mixture().ok()?;
+            let scale = self.classes[0].mass * law.delta().powi(2);
+            let start = vec![scale * delta_model::maxwellian_temperature(law.coefficient())?];
+            // From the Maxwellian estimate, which is right to a few per cent, the gas relaxes by a share
+            // of 1 - r^2 in a collision.
+            let free_time = 1.0 / mixture.rates(0, &start).collisions;
+            let until = 40.0 * free_time / (1.0 - law.coefficient().powi(2));
+            let mut orders = (1..=mixture.affordable_orders()).rev();
+            let found = orders.find_map(|orders| mixture.solve(orders, &start, &[until]).ok())?;
+            let mut moment = found.into_iter().next_back()?;
+            moment.temperatures[0] /= self.temperature;
+            Some(moment)
+        });
+        solved.as_ref()
     }
 
     /// The same, roughly, for particles of several sizes and viscoelastic ones too.

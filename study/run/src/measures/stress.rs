@@ -1,0 +1,272 @@
+//! Pressure tensor: kinetic and collisional part, pressure, normal stress difference; the equation of state of a gas.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::replicas::of_sums;
+use stosszahl_analysis::statistics::Moments as Spread;
+use stosszahl_analysis::stress::{StressIntegrals, StressRecorder, kinetic_stress};
+use stosszahl_case::Kind;
+use stosszahl_dsmc::Scheme;
+use stosszahl_model::Observer;
+use stosszahl_results::{Estimate, Table, table};
+
+use super::over;
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, Runs, Stop, described, keeps_record, require,
+};
+use crate::plan::{EngineKind, EnginePlan, Plan};
+
+/// Pressure tensor of a gas in a box.
+pub struct Stress;
+
+/// Span of time and its blocks.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Start of the averages, in the unit of time of the case. Default: half of the run for gases that are heated, 0 for others.
+    #[schemars(range(min = 0.0))]
+    pub from: Option<f64>,
+    /// Blocks of time from there to the end of the run, from 2 to 10000.
+    #[schemars(range(min = 2, max = 10_000))]
+    pub blocks: u64,
+    /// Looks at the velocities in each block. Between two looks the kinetic part follows the collisions.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub looks: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            from: None,
+            blocks: 20,
+            looks: 20,
+        }
+    }
+}
+
+impl Options {
+    /// Start of the averages, in the unit of time of the case.
+    fn start(&self, plan: &Plan) -> f64 {
+        let heated = plan.case.drive.is_some() || plan.heats_itself();
+        let half = if heated { 0.5 } else { 0.0 };
+        self.from.unwrap_or(half * plan.case.run.until)
+    }
+}
+
+/// Integrals by block of one engine and replica; none before the start.
+type Record = Option<StressRecorder>;
+
+struct StressProbe {
+    span: [f64; 2],
+    blocks: usize,
+    record: Record,
+}
+
+impl Probe for StressProbe {
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        self.record
+            .as_mut()
+            .map(|record| record as &mut dyn Observer)
+    }
+
+    fn begin(&mut self, moment: &mut Moment<'_>) {
+        let kinetic = kinetic_stress(&mut |sum| moment.simulation.add_up(sum));
+        let now = moment.simulation.time();
+        self.record = Some(StressRecorder::new(self.span, self.blocks, now, kinetic));
+    }
+
+    fn stop(&mut self, stop: &Stop) {
+        if let (Some(record), Some(before)) = (&mut self.record, stop.kicked_from) {
+            record.scale(stop.time, stop.temperature / before);
+        }
+    }
+
+    fn sample(&mut self, moment: &mut Moment<'_>) {
+        let kinetic = kinetic_stress(&mut |sum| moment.simulation.add_up(sum));
+        if let Some(record) = &mut self.record {
+            record.look(moment.simulation.time(), kinetic);
+        }
+    }
+
+    keeps_record!();
+}
+
+/// One quantity of the table: a linear form in the elements of a tensor.
+struct Quantity {
+    name: &'static str,
+    of: Element,
+}
+
+/// Linear form of a tensor in so many dimensions.
+type Element = fn(&nalgebra::Matrix3<f64>, usize) -> f64;
+
+/// Quantities of a gas of a dimension, in the order of the table.
+fn quantities(dimension: usize) -> Vec<Quantity> {
+    let one = |name, of: Element| Quantity { name, of };
+    let mut all = vec![
+        one("pressure", |tensor, dimension| {
+            tensor.trace() / dimension as f64
+        }),
+        one("xx", |tensor, _| tensor[(0, 0)]),
+        one("yy", |tensor, _| tensor[(1, 1)]),
+    ];
+    if dimension == 3 {
+        all.push(one("zz", |tensor, _| tensor[(2, 2)]));
+    }
+    // The momentum along x that is carried along y.
+    all.push(one("xy", |tensor, _| tensor[(1, 0)]));
+    all.push(one("normal_stress_difference", |tensor, _| {
+        tensor[(0, 0)] - tensor[(1, 1)]
+    }));
+    all
+}
+
+/// Pressure over n T of a uniform gas that an engine should find: Enskog's for engines whose collisions carry momentum, 1 for
+/// point particles; none for gases without such a theory.
+///
+/// `p/(n T) = 1 + 2^(D-1) phi chi (1 + r + a/<g_n>)/2` in D dimensions, for Maxwellian velocities with the mean normal approach
+/// speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a that contacts add.
+fn pressure_theory(plan: &Plan, engine: &EnginePlan, temperature: f64) -> Option<f64> {
+    let uniform = plan.kind == Kind::Comparison && plan.classes.len() == 1;
+    let (coefficient, added_speed) = match (plan.law.constant(), plan.law.delta()) {
+        (Some(coefficient), _) => (coefficient, 0.0),
+        (None, Some(law)) => (law.coefficient(), 2.0 * law.delta()),
+        (None, None) => return None,
+    };
+    if !uniform {
+        return None;
+    }
+    if let EngineKind::MonteCarlo(parameters) = &engine.kind {
+        match parameters.scheme {
+            scheme if scheme.carries() => {}
+            Scheme::Boltzmann => return Some(1.0),
+            // Their displacements are a choice, and with them their pressure.
+            _ => return None,
+        }
+    }
+    let approach = (std::f64::consts::PI * temperature / plan.classes[0].mass).sqrt();
+    let contact = plan.packing_fraction * plan.contact_value * f64::from(1 << (plan.dimension - 1));
+    Some(1.0 + 0.5 * contact * (1.0 + coefficient + added_speed / approach))
+}
+
+/// Kinetic part, collisional part and both of a quantity over n T, from sums over replicas or blocks; the error is the larger
+/// one of that over replicas and that over blocks.
+fn estimates(records: &[&StressRecorder], quantity: &Quantity, dimension: usize) -> [Estimate; 3] {
+    let of_record = |record: &&StressRecorder| {
+        let blocks = record.blocks().iter();
+        blocks.fold(StressIntegrals::default(), |sum, block| sum.plus(block))
+    };
+    let replicas: Vec<StressIntegrals> = records.iter().map(of_record).collect();
+    let blocks: Vec<StressIntegrals> = records
+        .iter()
+        .flat_map(|record| record.blocks())
+        .copied()
+        .collect();
+    let parts = |one: &StressIntegrals| {
+        [one.kinetic, one.collisional].map(|tensor| (quantity.of)(&tensor, dimension))
+    };
+    let pseudo = |all: &[StressIntegrals], pick: fn([f64; 2]) -> f64| {
+        let known = all.iter().filter(|one| one.thermal(dimension) > 0.0);
+        let sums: Vec<[f64; 2]> = known
+            .map(|one| [pick(parts(one)), one.thermal(dimension)])
+            .collect();
+        of_sums(&sums, |[above, below]| above / below)
+    };
+    let picks: [fn([f64; 2]) -> f64; 3] = [|p| p[0], |p| p[1], |p| p[0] + p[1]];
+    picks.map(|pick| {
+        let mut found = over(pseudo(&replicas, pick).into_iter().map(Some));
+        let spread: Spread = pseudo(&blocks, pick).into_iter().collect();
+        let of_blocks = spread.standard_error();
+        found.standard_error = match (found.standard_error, of_blocks) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+        found
+    })
+}
+
+impl Measure for Stress {
+    described!(
+        "stress",
+        "Pressure tensor over n T: kinetic and collisional part, pressure, normal stress difference.",
+        Options
+    );
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let boxed = plan.kind != Kind::Homogeneous;
+        require(boxed, "", "a gas in a box; this one has no positions")?;
+        super::require_kept(plan)?;
+        let options: Options = measure::options(plan, self.name())?;
+        let (from, until) = (options.start(plan), plan.case.run.until);
+        let allowed = format!("at least 0 and below run.until, {until}");
+        require((0.0..until).contains(&from), "from", allowed)?;
+        require(
+            (2..=10_000).contains(&options.blocks),
+            "blocks",
+            "2 to 10000",
+        )?;
+        require((1..=10_000).contains(&options.looks), "looks", "1 to 10000")
+    }
+
+    /// Looks at equal intervals from the start of the averages, at the middle of each.
+    fn times(&self, plan: &Plan) -> Vec<f64> {
+        let options: Options = measure::chosen(plan, self.name());
+        let (from, until) = (options.start(plan), plan.case.run.until);
+        let looks = options.blocks * options.looks;
+        let step = (until - from) / looks as f64;
+        let middle = |look: u64| from + step * (look as f64 + 0.5);
+        let mut times: Vec<f64> = (0..looks).map(middle).collect();
+        times.push(from);
+        times.push(until);
+        times.retain(|&time| time > 0.0);
+        times
+    }
+
+    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let options: Options = measure::chosen(plan, self.name());
+        let span = [options.start(plan), plan.case.run.until];
+        Box::new(StressProbe {
+            span: span.map(|time| plan.engine_time(time)),
+            blocks: options.blocks as usize,
+            record: None,
+        })
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let mut table = table! {
+            "stress", "Pressure tensor over n T, with n T from the same looks; errors over replicas and blocks of time.";
+            key "engine", "", "Engine";
+            key "quantity", "", "pressure: mean of the diagonal; xx, yy, zz: normal stresses; xy: momentum along x that is carried along y; normal_stress_difference: xx less yy";
+            note "window_start", "time", "Start of the averages";
+            note "window_end", "time", "End of the averages";
+            estimate "kinetic", "1", "Momentum that particles carry";
+            estimate "collisional", "1", "Momentum that collisions carry over the distance of their partners";
+            with_theory "total", "1", "Both; theory is Enskog's pressure of the uniform gas";
+            note "replicas", "1", "Replicas";
+        };
+        let options: Options = measure::chosen(plan, self.name());
+        let span = (options.start(plan), plan.case.run.until);
+        for (engine, records) in runs.each::<Record>(plan) {
+            let records: Vec<&StressRecorder> =
+                records.into_iter().filter_map(Option::as_ref).collect();
+            let temperature = plan.steady_temperature().unwrap_or(1.0) * plan.temperature;
+            let theory = pressure_theory(plan, engine, temperature);
+            for quantity in quantities(plan.dimension) {
+                let [kinetic, collisional, total] = estimates(&records, &quantity, plan.dimension);
+                let theory = match quantity.name {
+                    "pressure" | "xx" | "yy" | "zz" => theory,
+                    _ => theory.map(|_| 0.0),
+                };
+                table.add((
+                    engine.name,
+                    quantity.name,
+                    span.0,
+                    span.1,
+                    [kinetic, collisional],
+                    total.against(theory),
+                    records.len(),
+                ));
+            }
+        }
+        vec![table]
+    }
+}
