@@ -11,7 +11,8 @@ pub struct CollidingPair<V, W = ()> {
     pub masses: [f64; 2],
     /// Radii \[length\]; not read for smooth particles.
     pub radii: [f64; 2],
-    /// Line of centres, from the second to the first partner; any positive length.
+    /// Line of centres, from the second to the first partner; any positive length. A law that
+    /// adds speed pushes the partners apart along it.
     pub line: V,
 }
 

@@ -1,6 +1,6 @@
 //! Pressure tensor: kinetic and collisional part, pressure, normal stress difference; the equation of state of a gas.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_analysis::statistics::Moments as Spread;
 use stosszahl_analysis::stress::{StressIntegrals, StressRecorder, kinetic_stress};
