@@ -437,7 +437,7 @@ pub(crate) fn remove_workers(results: &Path) {
 mod tests {
     use super::*;
 
-    const LONG: Duration = Duration::from_secs(3600);
+    const LONG: Duration = Duration::from_hours(1);
 
     /// Of many processes one has a task; when it has ended, one other takes it over, and the first has it no more.
     #[test]
@@ -491,10 +491,10 @@ mod tests {
             let set = file.expect("a claim").set_modified(now - age);
             set.expect("set back");
         };
-        set_back(LONG - Duration::from_secs(60));
+        set_back(LONG - Duration::from_mins(1));
         assert_eq!(second.claim(&folder, "a").expect("links"), None);
         assert!(first.holds(&claim) && second.find_other().expect("read"));
-        set_back(LONG + Duration::from_secs(60));
+        set_back(LONG + Duration::from_mins(1));
         let taken = second.claim(&folder, "a").expect("links").expect("lost");
         assert_eq!(taken.generation, 1);
         assert!(second.holds(&taken) && !first.holds(&claim));

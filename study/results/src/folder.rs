@@ -35,7 +35,7 @@ pub const CHECKPOINTS: &str = "checkpoints";
 pub const SNAPSHOTS: &str = "snapshots";
 
 /// Time after which a process that shares a folder counts as lost to one that wants it alone.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 /// What to do with a folder that exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
