@@ -7,7 +7,7 @@ use stosszahl_model::{
     VectorOf, collide, kinetic,
 };
 
-use crate::boundary::Surroundings;
+use crate::boundary::{CutCell, Surroundings};
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Displacement;
@@ -59,10 +59,10 @@ struct Report<'a, P: Physics> {
     log: &'a mut Vec<Collision>,
 }
 
-/// A cell about to collide.
+/// A cell or sub-cell about to collide.
 struct Cell {
-    /// Number among all.
-    number: u32,
+    /// Address of its random stream.
+    address: u64,
     /// Particles for each simulator.
     weight: f64,
     /// Trials expected for each pair and unit of relative speed, for the pairs of the largest cross section.
@@ -89,10 +89,23 @@ impl<P> Kernel<'_, P>
 where
     P: Physics,
 {
-    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it. A function of its own: within the sweep it has
-    /// too few registers, and writes half as much again to memory.
-    #[inline(never)]
+    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
     pub(crate) fn collide<F: Follow<P::Space>>(
+        &self,
+        tile: &mut Tile<P, F>,
+        sorted: &mut [SimulatorOf<P, F>],
+    ) {
+        if tile.split_cells.is_empty() {
+            self.collide_tile::<F, false>(tile, sorted);
+        } else {
+            self.collide_tile::<F, true>(tile, sorted);
+        }
+    }
+
+    /// [`Self::collide`]; `SPLIT`: true if bodies split some of the cells. A function of its own: within the sweep it has too few
+    /// registers, and writes half as much again to memory.
+    #[inline(never)]
+    fn collide_tile<F: Follow<P::Space>, const SPLIT: bool>(
         &self,
         tile: &mut Tile<P, F>,
         sorted: &mut [SimulatorOf<P, F>],
@@ -117,17 +130,24 @@ where
                     if members.is_empty() {
                         continue;
                     }
-                    let widest = self.take_stock::<F>(members, &mut report.stock);
-                    let majorant = widest + self.heating;
-                    if members.len() >= 2 && self.collides {
-                        let at = [line[0] + x, line[1], line[2]];
-                        let before = (report.tally.collisions, report.tally.virial);
-                        let weight = self.collide_cell::<F>(members, at, majorant, &mut report);
-                        if let Some(count) = tile.counts.get_mut(index - 1) {
-                            let more = report.tally.collisions - before.0;
-                            count.collisions += weight * more as f64;
-                            count.virial += report.tally.virial - before.1;
+                    let at = [line[0] + x, line[1], line[2]];
+                    let before = (report.tally.collisions, report.tally.virial);
+                    let cut = if SPLIT { self.split_cell(at) } else { None };
+                    let weight = if let Some(cut) = cut {
+                        self.collide_split::<F>(members, at, cut, &mut report)
+                    } else {
+                        let widest = self.take_stock::<F>(members, &mut report.stock);
+                        let majorant = widest + self.heating;
+                        if members.len() < 2 || !self.collides {
+                            continue;
                         }
+                        let cell = self.cell::<F>(members, at);
+                        self.collide_cell::<F>(members, &cell, majorant, &mut report)
+                    };
+                    if let Some(count) = tile.counts.get_mut(index - 1) {
+                        let more = report.tally.collisions - before.0;
+                        count.collisions += weight * more as f64;
+                        count.virial += report.tally.virial - before.1;
                     }
                 }
             }
@@ -180,20 +200,51 @@ where
         (high - low).square().sqrt()
     }
 
-    /// Collides a cell, and returns what each of its simulators stands for.
+    /// The cell at these coordinates, if bodies split it.
+    fn split_cell(&self, at: [u32; 3]) -> Option<&CutCell> {
+        self.surroundings.and_then(|all| all.split_cell(at))
+    }
+
+    /// Collides the sub-cells of a split cell, and returns the particles of each of its simulators.
+    #[inline(never)]
+    fn collide_split<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        at: [u32; 3],
+        cut: &CutCell,
+        report: &mut Report<'_, P>,
+    ) -> f64 {
+        let sub_cell =
+            |member: &SimulatorOf<P, F>| cut.sub_cell_at([member.position[0], member.position[1]]);
+        members.sort_by_key(sub_cell);
+        let mut weight = self.weight;
+        for members in members.chunk_by_mut(|a, b| sub_cell(a) == sub_cell(b)) {
+            let majorant = self.take_stock::<F>(members, &mut report.stock) + self.heating;
+            let which = sub_cell(&members[0]);
+            let room = self
+                .surroundings
+                .map_or(0.0, |all| all.room_in(cut, which, at[2]));
+            if members.len() >= 2 && self.collides && room > 0.0 {
+                let cell = self.sub_cell::<F>(members, at, cut.number(which), room);
+                weight = self.collide_cell::<F>(members, &cell, majorant, report);
+            }
+        }
+        weight
+    }
+
+    /// Collides a cell or sub-cell, and returns the particles of each of its simulators.
     #[inline(always)]
     fn collide_cell<F: Follow<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
-        at: [u32; 3],
+        cell: &Cell,
         mut majorant: f64,
         report: &mut Report<'_, P>,
     ) -> f64 {
-        let cell = self.cell::<F>(members, at);
         report.tally.active_cells += 1;
         report.tally.limited_cells += u64::from(cell.limited);
         let count = members.len() as u64;
-        let mut stream = self.streams.at(u64::from(cell.number));
+        let mut stream = self.streams.at(cell.address);
         let ordered = (count * (count - 1)) as f64;
         let trials = draw_whole(0.5 * ordered * cell.rate * majorant, &mut stream);
         let mut collisions = 0;
@@ -241,9 +292,8 @@ where
     /// Rates of a cell.
     #[inline(always)]
     fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
-        let sizes = self.scene.sizes();
         let number = self.grid.number(at);
-        let mut own = covered::<P>(sizes, members.iter().map(|member| member.tag));
+        let mut own = covered::<P>(self.scene.sizes(), members.iter().map(|member| member.tag));
         let (mut weight, mut volume) = (self.weight, self.grid.cell_volume());
         if let Some(surroundings) = self.surroundings {
             let factor = surroundings.factor(number);
@@ -251,7 +301,39 @@ where
             weight *= factor;
             volume *= surroundings.room(at);
         }
-        let (chi, limited, packing) = self.density.contact_value(at, own);
+        let density = self.density.contact_value(at, own);
+        self.rates(u64::from(number), weight, volume, density)
+    }
+
+    /// Rates of a sub-cell, by its number among all of its layer, with this share of a cell.
+    fn sub_cell<F: Follow<P::Space>>(
+        &self,
+        members: &[SimulatorOf<P, F>],
+        at: [u32; 3],
+        sub_cell: usize,
+        share: f64,
+    ) -> Cell {
+        let number = self.grid.number(at);
+        let factor = self.surroundings.map_or(1.0, |all| all.factor(number));
+        let own = covered::<P>(self.scene.sizes(), members.iter().map(|member| member.tag));
+        let place = [sub_cell, at[2] as usize];
+        let density = self.density.contact_value_in(place, own * factor, share);
+        // Addresses of cells have 32 bits.
+        let address = u64::from(number) | (1 + sub_cell as u64) << 32;
+        let volume = self.grid.cell_volume() * share;
+        self.rates(address, self.weight * factor, volume, density)
+    }
+
+    /// Rates in a volume, from chi, whether it is limited, and the packing fraction.
+    #[inline(always)]
+    fn rates(
+        &self,
+        address: u64,
+        weight: f64,
+        volume: f64,
+        (chi, limited, packing): (f64, bool, f64),
+    ) -> Cell {
+        let sizes = self.scene.sizes();
         let packing = packing.min(0.9);
         let largest = 2.0 * sizes.largest_radius();
         let ceiling = chi * P::Space::cross_section(largest);
@@ -261,7 +343,7 @@ where
             ceiling.max(self.pair_factor(chi, packing, [largest; 2]))
         };
         Cell {
-            number,
+            address,
             weight,
             rate: ceiling * weight * self.step / volume,
             chi,

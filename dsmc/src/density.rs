@@ -1,10 +1,14 @@
 //! By how much density raises the collision rate.
 
+mod windows;
+
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Space;
 
 use crate::sweep::each_of;
 use crate::tally::larger;
+
+pub(crate) use windows::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
 
 /// Lines of cells that one thread adds up in turn.
 const BLOCK: usize = 16;
@@ -202,6 +206,8 @@ pub(crate) struct Density<S: Space> {
     bounded: [bool; 3],
     /// By the number of the cell; empty where all is room.
     crowding: Vec<Crowding>,
+    /// Windows that bodies cut, if there are bodies.
+    cut_windows: Option<CutWindows>,
     space: std::marker::PhantomData<S>,
 }
 
@@ -300,8 +306,19 @@ impl<S: Space> Density<S> {
             sums: vec![0.0; cells],
             bounded: gas.bounded,
             crowding: Vec::new(),
+            cut_windows: None,
             space: std::marker::PhantomData,
         }
+    }
+
+    /// Sets the windows that bodies cut.
+    pub(crate) fn cut(&mut self, windows: Option<CutWindows>) {
+        self.cut_windows = windows;
+    }
+
+    /// Axes along which windows end at the faces of the box.
+    pub(crate) fn bounded(&self) -> [bool; 3] {
+        self.bounded
     }
 
     /// Notes which share of each cell is room for centres, and which for bodies: packing fractions are of the latter.
@@ -325,6 +342,35 @@ impl<S: Space> Density<S> {
         self.crowding = crowding.collect();
         if self.crowding.iter().all(|one| *one == Crowding::NONE) {
             self.crowding = Vec::new();
+        }
+    }
+
+    /// Sets the room for centres in cells and sub-cells \[cells\] whose windows bodies cut; after [`Density::set_room`].
+    pub(crate) fn set_room_in_windows(&mut self, mut room: impl FnMut(WindowMember, u32) -> f64) {
+        let Some(windows) = &mut self.cut_windows else {
+            return;
+        };
+        windows.set_rooms(&mut room);
+        if self.crowding.is_empty() {
+            self.crowding = vec![Crowding::NONE; self.counts.iter().product()];
+        }
+        let [columns, rows, _] = self.counts;
+        let cells = block(self.weighing, self.reach);
+        for ([x, y, z], _, room) in windows.cells() {
+            let cell = x as usize + columns * (y as usize + rows * z as usize);
+            self.crowding[cell].bodies = if room > 0.0 { cells / room } else { 1.0 };
+        }
+    }
+
+    /// Takes the units in cells and sub-cells whose windows bodies cut; after [`Density::update`].
+    pub(crate) fn update_windows(&mut self, mut units: impl FnMut(WindowMember, u32) -> f64) {
+        let Some(windows) = &mut self.cut_windows else {
+            return;
+        };
+        windows.set_units(&mut units);
+        let [columns, rows, _] = self.counts;
+        for ([x, y, z], units, _) in windows.cells() {
+            self.sums[x as usize + columns * (y as usize + rows * z as usize)] = units as f32;
         }
     }
 
@@ -548,6 +594,20 @@ impl<S: Space> Density<S> {
         self.value_of(self.around(cell, own) * self.crowding(cell).bodies)
     }
 
+    /// [`Density::contact_value`] of a sub-cell with this share of its cell, by its number among all and its layer.
+    pub(crate) fn contact_value_in(
+        &self,
+        [sub_cell, layer]: [usize; 2],
+        own: f64,
+        share: f64,
+    ) -> (f64, bool, f64) {
+        let units = match &self.cut_windows {
+            Some(windows) => windows.density(sub_cell, layer as u32) * self.cells_around(),
+            None => own / share,
+        };
+        self.value_of(units)
+    }
+
     /// The same, where this number of units is around as if all around were room.
     #[inline]
     pub(crate) fn value_of(&self, units: f64) -> (f64, bool, f64) {
@@ -575,6 +635,7 @@ impl<S: Space> Density<S> {
     pub(crate) fn bytes(&self) -> usize {
         8 * (self.table.capacity() + 2 * self.crowding.capacity())
             + 4 * (self.lines.capacity() + self.sums.capacity())
+            + self.cut_windows.as_ref().map_or(0, CutWindows::bytes)
     }
 }
 

@@ -39,6 +39,8 @@
 //!   time. After a thousand contacts in one flight it is laid to rest, counted, and borne by the wall until that turns away.
 //! * **Room**: cells that walls, with their clearance, or obstacles cut have less volume; collision rates and packing
 //!   fractions are those of the rest, and neighbourhoods stop at walls.
+//! * **Sub-cells**: where an obstacle hides a part of a cell from another, pairs are drawn within sub-cells whose points see each
+//!   other, and densities are taken over what is in sight.
 //! * **Streams** are drawn from the exact flux of a drifting Maxwellian through each cell of the face, at uniform times of
 //!   the flight.
 //! * **Weights** depend on the cell alone, so that no simulator stores one. What goes from a weight a to b becomes a/b

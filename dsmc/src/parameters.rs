@@ -424,6 +424,21 @@ pub enum EngineError {
         /// What is wrong with it.
         source: ObstacleError,
     },
+    /// A cell that obstacles cut into too many parts to tell them apart.
+    #[error(
+        "cells {} wide: edges of obstacles cut the cell at ({}, {}) into more than {most} parts; allowed: cells of at most {}, \
+         where partners on different sides of a body can be told apart",
+        brief(*width), brief(place[0]), brief(place[1]), brief(*enough))]
+    CutCell {
+        /// Lower left corner of the cell \[length\].
+        place: [f64; 2],
+        /// Narrowest side of a cell \[length\].
+        width: f64,
+        /// Most parts.
+        most: usize,
+        /// Side of cells that would do \[length\].
+        enough: f64,
+    },
     /// A simulator starts inside an obstacle.
     #[error(
         "simulator {simulator} at ({:.6}, {:.6}) overlaps obstacle {obstacle}; allowed: all outside of it",

@@ -203,6 +203,13 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
+        if parameters.simulators_per_disk > 1 && !boundaries.obstacles.is_empty() {
+            return Err(EngineError::Boundary {
+                scheme: parameters.scheme.name(),
+                what: "several simulators of each particle from one state, and obstacles",
+                allowed: "a state for each simulator, as a copy that is moved would go through bodies",
+            });
+        }
         let simulators = copies::simulators::<P, F>(scene, &parameters, state, streams);
         let checked = state.bodies.len();
         Self::begin(
@@ -375,7 +382,7 @@ where
         };
         let mut density = Density::new(parameters.scheme, &gas);
         if let Some(surroundings) = &surroundings {
-            leave_room(surroundings, &mut density)?;
+            leave_room(surroundings, &grid, &mut density)?;
             let entry = Entry {
                 scene: &scene,
                 surroundings,
@@ -459,6 +466,9 @@ where
             }
             if let Some(surroundings) = &self.surroundings {
                 tile.is_even = surroundings.is_even(&self.grid, &tile.place);
+                tile.split_cells = (0..tile.cells())
+                    .filter(|&cell| surroundings.split_cell(tile.cell_at(cell)).is_some())
+                    .collect();
                 let [inflows, obstacles] = surroundings.numbers();
                 tile.ledgers = Some(Box::new(Ledgers::of(inflows, obstacles)));
             }
@@ -581,13 +591,15 @@ fn grid<S: Space>(
     Grid::new(domain, counts, simulators, per_tile, reach)
 }
 
-/// Leaves room beside walls. Between some that are too near to each other, the rate of partners across cells is wrong by an unknown amount.
+/// Leaves room beside walls and obstacles. Between some that are too near to each other, the rate of partners across cells is wrong by an unknown amount.
 fn leave_room<P: Physics>(
     surroundings: &Surroundings<P>,
+    grid: &Grid<P::Space>,
     density: &mut Density<P::Space>,
 ) -> Result<(), EngineError> {
     /// \[mean diameters\]
     const LEAST: f64 = 3.0;
+    surroundings.cut_windows(grid, density);
     surroundings.leave_room(density);
     let scheme = density.scheme();
     let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));

@@ -1,10 +1,12 @@
 //! How steps follow each other.
 
 use std::collections::BTreeMap;
+use std::iter;
 
 use stosszahl_model::random::Purpose;
 use stosszahl_model::{Field, Observer, Physics, Recorder, Restitution, Sizes, Space, Vector};
 
+use crate::boundary::CutCell;
 use crate::collide::{Kernel, covered};
 use crate::density::{Scheme, Weighing};
 use crate::engine::Engine;
@@ -373,12 +375,35 @@ where
                 surroundings.map_or(1.0, |all| all.factor(grid.number(tile.cell_at(local))));
             (units * factor) as f32
         };
+        // Those of the sub-cells of a cell, if it is split.
+        let split = |tile: &Tile<P, F>, local: usize| -> Vec<f32> {
+            let cell = tile.cell_at(local);
+            let Some(cut) = surroundings.and_then(|all| all.split_cell(cell)) else {
+                return Vec::new();
+            };
+            let mut units = vec![0.0; cut.count()];
+            for member in tile.members(local) {
+                let place = [member.position[0], member.position[1]];
+                if let Some(sum) = units.get_mut(cut.sub_cell_at(place)) {
+                    *sum += covered::<P>(sizes, iter::once(member.tag));
+                }
+            }
+            let factor = surroundings.map_or(1.0, |all| all.factor(grid.number(cell)));
+            units.iter().map(|units| (units * factor) as f32).collect()
+        };
+        let contents = |tile: &Tile<P, F>| {
+            let split_cells = tile.split_cells.iter();
+            (0..tile.cells())
+                .map(|cell| units(tile, cell))
+                .chain(split_cells.flat_map(|&cell| split(tile, cell)))
+                .collect::<Vec<f32>>()
+        };
         let reach = self.density.reach();
         // These ask for the density on the way to partners.
         let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
             || self.density.weighing() == Weighing::Triangle;
         let others = match &self.share {
-            Some(share) if PROCESSES => share.units_around(grid, tiles, reach, is_wide, units),
+            Some(share) if PROCESSES => share.units_around(grid, tiles, reach, is_wide, contents),
             _ => BTreeMap::new(),
         };
         let rows = grid.counts()[1];
@@ -403,6 +428,40 @@ where
                 }
                 x += width;
             }
+        });
+        let mut last = (None, Vec::new());
+        self.density.update_windows(|member, layer| {
+            let cell = [member.cell[0], member.cell[1], layer];
+            let (number, local) = grid.locate(cell);
+            let tile = &tiles[number];
+            let known = others.get(&number);
+            let Some(sub_cell) = member.sub_cell else {
+                return f64::from(match known {
+                    _ if tile.is_here => units(tile, local),
+                    Some(known) => known[local],
+                    None => 0.0,
+                });
+            };
+            if last.0 != Some(cell) {
+                last = (
+                    Some(cell),
+                    match known {
+                        _ if tile.is_here => split(tile, local),
+                        Some(known) => {
+                            let count = |local: usize| {
+                                let cut = surroundings
+                                    .and_then(|all| all.split_cell(tile.cell_at(local)));
+                                cut.map_or(0, CutCell::count)
+                            };
+                            let before = tile.split_cells.iter().take_while(|&&one| one < local);
+                            let first = tile.cells() + before.map(|&one| count(one)).sum::<usize>();
+                            known[first..first + count(local)].to_vec()
+                        }
+                        None => Vec::new(),
+                    },
+                );
+            }
+            last.1.get(sub_cell).map_or(0.0, |&units| f64::from(units))
         });
     }
 }

@@ -120,6 +120,8 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) counts: Vec<CellCount>,
     /// Whether simulators weigh the same in all its cells.
     pub(crate) is_even: bool,
+    /// Its cells in which bodies hide some particles from others, in order.
+    pub(crate) split_cells: Vec<usize>,
     /// What boundaries gave since the last exchange, where there are some.
     pub(crate) ledgers: Option<Box<Ledgers<P::Space>>>,
     /// Whether it is worked on in this process. Others hold nothing, or what this one must see of them.
@@ -185,6 +187,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             log: Vec::new(),
             counts: Vec::new(),
             is_even: true,
+            split_cells: Vec::new(),
             ledgers: None,
             is_here: true,
             seconds: 0.0,
@@ -383,6 +386,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             + 4 * (self.starts.capacity() + self.lines.capacity())
             + self.log.capacity() * size_of::<Collision>()
             + self.counts.capacity() * size_of::<CellCount>()
+            + 8 * self.split_cells.capacity()
     }
 }
 

@@ -4,10 +4,13 @@
 //! particle comes to them, streams that flow in, regions in which a simulator stands for more or fewer particles, and
 //! obstacles.
 
+mod convex;
+mod cut_cells;
 mod inflow;
 mod ledgers;
 mod obstacles;
 mod passage;
+mod sight;
 mod surroundings;
 mod travel;
 mod weights;
@@ -15,6 +18,7 @@ mod weights;
 use stosszahl_model::walls::Obstacle;
 use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
+use crate::density::{Neighbourhood, Scheme};
 use crate::parameters::{Displacement, EngineError, Parameters};
 
 pub use inflow::Inflow;
@@ -22,6 +26,7 @@ pub(crate) use ledgers::ExactLedgers;
 pub use ledgers::{Ledgers, Transfer};
 pub use weights::Weights;
 
+pub(crate) use cut_cells::CutCell;
 pub(crate) use inflow::MOST_SIMULATORS;
 pub(crate) use passage::{Origin, Passage, enter};
 pub(crate) use surroundings::Surroundings;
@@ -109,6 +114,13 @@ impl<S: Space> Boundaries<S> {
                 scheme: scheme.name(),
                 what: "weights or obstacles",
                 allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
+            });
+        }
+        if !self.obstacles.is_empty() && scheme == Scheme::Enskog(Neighbourhood::Mean) {
+            return Err(EngineError::Boundary {
+                scheme: scheme.name(),
+                what: "the mean density of the whole box, and obstacles",
+                allowed: "the density of some cells around, which ends at bodies",
             });
         }
         if !self.is_periodic() && displacement != Displacement::None {

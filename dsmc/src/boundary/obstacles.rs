@@ -1,14 +1,18 @@
 //! Obstacles among the cells of a run.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Vector2, vector};
-use stosszahl_model::walls::{Hit, Obstacle, Obstacles};
+use stosszahl_model::walls::{Hit, Obstacle, Obstacles, Outline};
 use stosszahl_model::{Domain, Space};
 
-use crate::grid::Grid;
+use super::convex::{ConvexPolygon, CutLine};
 use crate::parameters::EngineError;
 
-/// Points along each axis of a cell at which it is asked whether an obstacle takes the place.
-const SAMPLES: u32 = 16;
+type Point = Vector2<f64>;
+
+/// Fewest corners of a polygon that stands for a disc.
+const LEAST_CORNERS: f64 = 4.0;
 
 /// Depth in an obstacle, over the sides of the box, that is taken for rounding.
 const SLACK: f64 = 1e-9;
@@ -114,35 +118,136 @@ impl Standing {
         })
     }
 
-    /// The share of each cell that is left to the centres of particles that stay `clearance` away, by sampling.
-    pub(crate) fn rooms<S: Space>(&self, grid: &Grid<S>, clearance: f64) -> Vec<f64> {
-        let [columns, rows, layers] = grid.counts();
-        let width = grid.width();
-        let mut layer = Vec::with_capacity((columns * rows) as usize);
-        for y in 0..rows {
-            for x in 0..columns {
-                let low = [f64::from(x) * width[0], f64::from(y) * width[1]];
-                let high = [low[0] + width[0], low[1] + width[1]];
-                layer.push(if self.are_far_from([low, high], [0.0; 2]) {
-                    1.0
-                } else {
-                    self.room(low, [width[0], width[1]], clearance)
-                });
-            }
-        }
-        layer.repeat(layers as usize)
+    /// Numbers of the obstacles that may come nearer than `clearance` to a place between two corners; none if that is all free.
+    pub(super) fn near(&self, corners: [Point; 2], clearance: f64) -> Option<Vec<usize>> {
+        let meets = |[least, most]: &[Point; 2]| {
+            (0..2).all(|axis| corners[0][axis] <= most[axis] && corners[1][axis] >= least[axis])
+        };
+        let bounds = self.bounds.iter().enumerate();
+        let near: Vec<usize> = bounds
+            .filter_map(|(number, bounds)| meets(bounds).then_some(number))
+            .collect();
+        let middle = 0.5 * (corners[0] + corners[1]);
+        let gap = ClosedRegion::new(self, &near, clearance).gap(middle);
+        (gap < (corners[1] - middle).norm()).then_some(near)
     }
 
-    /// The share of one cell.
-    fn room(&self, low: [f64; 2], width: [f64; 2], clearance: f64) -> f64 {
-        let step = |number: u32| (f64::from(number) + 0.5) / f64::from(SAMPLES);
-        let places = (0..SAMPLES).flat_map(|y| (0..SAMPLES).map(move |x| [step(x), step(y)]));
-        let free = places
-            .filter(|at| {
-                let place = vector![low[0] + at[0] * width[0], low[1] + at[1] * width[1]];
-                self.all.overlapped(place, clearance, 0.0).is_none()
-            })
-            .count();
-        free as f64 / f64::from(SAMPLES * SAMPLES)
+    /// All edges, by their ends; those of polygons inscribed in discs, at most `sagitta` from the circle.
+    pub(super) fn edges(&self, sagitta: f64) -> Vec<[Point; 2]> {
+        let mut edges = Vec::new();
+        for obstacle in self.all.all() {
+            let points = match obstacle.outline() {
+                Outline::Segment { ends } => ends.to_vec(),
+                Outline::Polyline { points } => points.clone(),
+                Outline::Polygon { points } => [&points[..], &points[..1]].concat(),
+                Outline::Disc { centre, radius } => {
+                    let half_angle = (1.0 - sagitta / radius).max(-1.0).acos();
+                    let count = (PI / half_angle).ceil().max(LEAST_CORNERS) as u32;
+                    let corner = |corner: u32| {
+                        let angle = 2.0 * PI * f64::from(corner % count) / f64::from(count);
+                        centre + vector![angle.cos(), angle.sin()] * *radius
+                    };
+                    (0..=count).map(corner).collect()
+                }
+            };
+            edges.extend(points.windows(2).map(|ends| [ends[0], ends[1]]));
+        }
+        edges
+    }
+
+    /// Whether no obstacle is between two points outside of all. `images`: all shifts that bring a part of the way into the box.
+    pub(super) fn sees(&self, [from, to]: [Point; 2], images: &[Point]) -> bool {
+        images.iter().all(|shift| {
+            let hit = (self.all).first_contact(from + shift, to - from, Point::zeros(), 0.0, 1.0);
+            hit.is_none()
+        })
+    }
+}
+
+/// Some of the obstacles, for centres that stay a clearance away from them.
+pub(super) struct ClosedRegion<'a> {
+    all: &'a Standing,
+    near: &'a [usize],
+    clearance: f64,
+}
+
+impl<'a> ClosedRegion<'a> {
+    /// The obstacles with the numbers `near`.
+    pub(super) fn new(all: &'a Standing, near: &'a [usize], clearance: f64) -> Self {
+        Self {
+            all,
+            near,
+            clearance,
+        }
+    }
+
+    /// Distance of a point from the region that is closed to centres \[length\]; negative inside.
+    fn gap(&self, point: Point) -> f64 {
+        let near = self.near.iter().map(|&number| &self.all.all.all()[number]);
+        let distances = near.map(|obstacle| obstacle.clearance(point));
+        distances.fold(f64::INFINITY, f64::min) - self.clearance
+    }
+
+    /// Whether edges of bodies bound what is closed.
+    fn is_straight(&self) -> bool {
+        let mut near = self.near.iter().map(|&number| &self.all.all.all()[number]);
+        self.clearance == 0.0
+            && near.all(|obstacle| !matches!(obstacle.outline(), Outline::Disc { .. }))
+    }
+
+    /// Area of a region that no edge crosses, as far as it is open to centres \[length^2\]. Where it is open in part, it is quartered
+    /// up to `depth` times, and what is then left is cut by the tangent. `look` is shown points and their distance from what is
+    /// closed.
+    pub(super) fn free_area(
+        &self,
+        region: &ConvexPolygon,
+        depth: u32,
+        look: &mut impl FnMut(f64, Point),
+    ) -> f64 {
+        let (area, middle) = region.area_and_centroid();
+        if area <= 0.0 {
+            return 0.0;
+        }
+        let gap = self.gap(middle);
+        look(gap, middle);
+        if self.is_straight() {
+            return if gap > 0.0 { area } else { 0.0 };
+        }
+        let radius = region.radius_around(middle);
+        if gap >= radius {
+            return area;
+        }
+        if gap <= -radius {
+            return 0.0;
+        }
+        if depth == 0 {
+            return self.cut_by_tangent(region, middle, gap, 1e-3 * radius);
+        }
+        let lines = [Point::x(), Point::y()].map(|normal| CutLine::facing(middle, normal));
+        let halves = region.cut(&lines[0]);
+        let quarters = halves.iter().flat_map(|half| half.cut(&lines[1]));
+        quarters
+            .map(|quarter| self.free_area(&quarter, depth - 1, look))
+            .sum()
+    }
+
+    /// Area of a region in front of the tangent to what is closed, from differences over `step`.
+    fn cut_by_tangent(&self, region: &ConvexPolygon, point: Point, gap: f64, step: f64) -> f64 {
+        let slope = |along: Point| {
+            (self.gap(point + along * step) - self.gap(point - along * step)) / (2.0 * step)
+        };
+        let gradient = vector![slope(Point::x()), slope(Point::y())];
+        let steepness = gradient.norm();
+        // Where two bodies are as near, there is no tangent.
+        if steepness < 0.5 {
+            return if gap >= 0.0 {
+                region.area_and_centroid().0
+            } else {
+                0.0
+            };
+        }
+        let normal = gradient / steepness;
+        let tangent = CutLine::facing(point - normal * gap, normal);
+        region.in_front_of(&tangent).area_and_centroid().0
     }
 }

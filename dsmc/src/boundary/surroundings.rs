@@ -3,16 +3,17 @@
 use stosszahl_model::Rebound;
 use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
 
+use nalgebra::vector;
+
+use super::cut_cells::{CentreLimits, CutCell, CutCells, LEAST_ROOM};
 use super::inflow::{Inflow, Source};
 use super::obstacles::Standing;
+use super::sight;
 use super::{Boundaries, Clearance, Weights};
 use crate::density::Density;
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
 use crate::simulator::{Follow, SimulatorOf};
-
-/// Least share of a cell that counts as room for its simulators: rounding may leave one beyond a wall that cuts the cell.
-const LEAST_ROOM: f64 = 1e-3;
 
 /// What is at the faces of the box and inside it.
 pub(crate) struct Surroundings<P: Physics> {
@@ -33,10 +34,8 @@ pub(crate) struct Surroundings<P: Physics> {
     /// The same of bodies: a radius more at each wall.
     bodies: [Vec<f64>; 3],
     mean_radius: f64,
-    /// The share of each cell that obstacles leave to centres, by the number of the cell; empty where there are none.
-    left: Vec<f64>,
-    /// Cells along each axis.
-    counts: [u32; 3],
+    /// The cells that obstacles cut, and the limits of their free area along the first two axes.
+    cuts: Option<(CutCells, CentreLimits)>,
     /// Fastest that boundaries make simulators, along each axis \[length/time\].
     speeds: VectorOf<P>,
 }
@@ -93,8 +92,6 @@ impl<P: Physics> Surroundings<P> {
             .map(|(number, inflow)| Source::new(scene, number, inflow, &walls))
             .collect::<Result<_, _>>()?;
         let obstacles = Standing::new(&boundaries.obstacles, grid.domain(), room(largest))?;
-        let left =
-            (obstacles.as_ref()).map_or(Vec::new(), |all| all.rooms(grid, room(mean_radius)));
         let mut surroundings = Self {
             faces,
             clearance: boundaries.clearance,
@@ -102,8 +99,7 @@ impl<P: Physics> Surroundings<P> {
             depths,
             sources,
             obstacles,
-            left,
-            counts: grid.counts(),
+            cuts: None,
             factors: factors(grid, &boundaries.weights),
             weights: boundaries.weights.clone(),
             columns: [const { Vec::new() }; 3],
@@ -114,6 +110,7 @@ impl<P: Physics> Surroundings<P> {
         };
         surroundings.speeds = surroundings.fastest(scene, &boundaries.inflows, mean_mass);
         surroundings.set_time(grid, time);
+        surroundings.cuts = surroundings.cut_cells(grid, time)?;
         Ok(Some(surroundings))
     }
 
@@ -141,6 +138,68 @@ impl<P: Physics> Surroundings<P> {
             });
             self.bodies[axis] = columns(grid, axis, reach);
         }
+        let limits = self.limits(time);
+        let clearance = self.clearance(self.mean_radius);
+        if let (Some((cuts, old)), Some(obstacles)) = (&mut self.cuts, &self.obstacles) {
+            let width = vector![grid.width()[0], grid.width()[1]];
+            cuts.move_walls(obstacles, clearance, width, [*old, limits]);
+            *old = limits;
+        }
+    }
+
+    /// Corners of what walls leave to centres of the mean radius at a time, along the first two axes.
+    fn limits(&self, time: f64) -> CentreLimits {
+        let inset = |axis: usize, side: usize| {
+            let wall = self.walls.wall(axis, side);
+            wall.map_or(0.0, |wall| {
+                self.clearance(self.mean_radius) + wall.displacement(time)
+            })
+        };
+        let [low, high] = [0, 1].map(|side| vector![inset(0, side), inset(1, side)]);
+        [low, vector![self.lengths[0], self.lengths[1]] - high]
+    }
+
+    /// The cells that obstacles cut, if there are obstacles.
+    fn cut_cells(
+        &self,
+        grid: &Grid<P::Space>,
+        time: f64,
+    ) -> Result<Option<(CutCells, CentreLimits)>, EngineError> {
+        let Some(obstacles) = &self.obstacles else {
+            return Ok(None);
+        };
+        let clearance = self.clearance(self.mean_radius);
+        let beyond = |axis: usize, side: usize| {
+            let wall = self.walls.wall(axis, side);
+            let amplitude = wall
+                .and_then(|wall| wall.vibration)
+                .map_or(0.0, |v| v.amplitude());
+            (amplitude - clearance).max(0.0)
+        };
+        let beyond = [0, 1].map(|side| vector![beyond(0, side), beyond(1, side)]);
+        let limits = self.limits(time);
+        let cuts = CutCells::new(obstacles, grid, clearance, limits, beyond)?;
+        Ok(Some((cuts, limits)))
+    }
+
+    /// Cuts the density windows of cells near obstacles to what is in sight.
+    pub(crate) fn cut_windows(&self, grid: &Grid<P::Space>, density: &mut Density<P::Space>) {
+        if let (Some((cuts, _)), Some(obstacles)) = (&self.cuts, &self.obstacles) {
+            let (reach, bounded) = (density.reach(), density.bounded());
+            density.cut(sight::cut_windows(cuts, obstacles, grid, reach, bounded));
+        }
+    }
+
+    /// The cell at these coordinates, if obstacles hide a part of it from another.
+    #[inline]
+    pub(crate) fn split_cell(&self, cell: [u32; 3]) -> Option<&CutCell> {
+        self.cuts.as_ref().and_then(|(cuts, _)| cuts.split(cell))
+    }
+
+    /// The share of a sub-cell of a split cell in which centres can be, as [`Self::room`] of a cell: none where no centre can be.
+    #[inline]
+    pub(crate) fn room_in(&self, cut: &CutCell, sub_cell: usize, layer: u32) -> f64 {
+        cut.share(sub_cell) * share_of(&self.columns[2], layer)
     }
 
     /// Notes in the densities of cells how much room there is: pairs within a cell have packing fractions of the room for
@@ -155,6 +214,13 @@ impl<P: Physics> Surroundings<P> {
             }
         };
         density.set_room(|cell| self.room(cell), bodies);
+        density.set_room_in_windows(|member, layer| {
+            let cell = [member.cell[0], member.cell[1], layer];
+            match (self.split_cell(cell), member.sub_cell) {
+                (Some(cut), Some(sub_cell)) => self.room_in(cut, sub_cell, layer),
+                _ => self.room(cell),
+            }
+        });
     }
 
     /// From wall to wall along an axis, as surfaces of particles meet them \[mean diameters\]; infinite unless there are two.
@@ -169,10 +235,9 @@ impl<P: Physics> Surroundings<P> {
     /// Memory \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         let columns = self.columns.iter().chain(&self.bodies);
-        let numbers = columns.map(Vec::capacity).sum::<usize>()
-            + self.factors.capacity()
-            + self.left.capacity();
-        size_of::<Self>() + 8 * numbers
+        let numbers = columns.map(Vec::capacity).sum::<usize>() + self.factors.capacity();
+        let cuts = self.cuts.as_ref().map_or(0, |(cuts, _)| cuts.bytes());
+        size_of::<Self>() + 8 * numbers + cuts
     }
 
     /// The faces of the box.
@@ -251,12 +316,11 @@ impl<P: Physics> Surroundings<P> {
     /// The share of a cell in which centres can be.
     #[inline]
     pub(crate) fn room(&self, cell: [u32; 3]) -> f64 {
-        let mut room = product(&self.columns, cell);
-        if !self.left.is_empty() {
-            let [x, y, z] = cell;
-            let number = x + self.counts[0] * (y + self.counts[1] * z);
-            room *= self.left[number as usize];
-        }
+        let cut = self.cuts.as_ref().and_then(|(cuts, _)| cuts.get(cell));
+        let room = match cut {
+            Some(cut) => cut.room() * share_of(&self.columns[2], cell[2]),
+            None => product(&self.columns, cell),
+        };
         room.max(LEAST_ROOM)
     }
 
@@ -496,9 +560,12 @@ impl<P: Physics> Surroundings<P> {
 /// The product of the shares of the columns that a cell is in; empty ones are whole.
 fn product(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
     let shares = columns.iter().zip(cell);
-    shares
-        .map(|(shares, at)| shares.get(at as usize).copied().unwrap_or(1.0))
-        .product()
+    shares.map(|(shares, at)| share_of(shares, at)).product()
+}
+
+/// The share of one column; whole where there are none.
+fn share_of(shares: &[f64], at: u32) -> f64 {
+    shares.get(at as usize).copied().unwrap_or(1.0)
 }
 
 /// The share of each column of cells along an axis that lies at least so far from its two faces, where that is less than

@@ -13,7 +13,7 @@ use crate::tally::Tally;
 use crate::tile::Tile;
 
 impl<S: Space> Share<S> {
-    /// The values of cells of other processes that count here, by the tile: those of tiles within `reach` cells of own ones; if it is
+    /// The values of tiles of other processes that count here, by the tile: those of tiles within `reach` cells of own ones; if it is
     /// wide, also of those next to own ones.
     pub(crate) fn units_around<P: Physics<Space = S>, F: Follow<S>>(
         &self,
@@ -21,7 +21,7 @@ impl<S: Space> Share<S> {
         tiles: &[Tile<P, F>],
         reach: [usize; 3],
         is_wide: bool,
-        value: impl Fn(&Tile<P, F>, usize) -> f32,
+        values: impl Fn(&Tile<P, F>) -> Vec<f32>,
     ) -> BTreeMap<usize, Vec<f32>> {
         let mut to: BTreeMap<usize, Vec<(u32, Vec<f32>)>> = BTreeMap::new();
         let mut from: Vec<usize> = Vec::new();
@@ -37,7 +37,7 @@ impl<S: Space> Share<S> {
             if wanted.is_empty() {
                 continue;
             }
-            let values: Vec<f32> = (0..tile.cells()).map(|cell| value(tile, cell)).collect();
+            let values = values(tile);
             for &rank in &wanted {
                 to.entry(rank)
                     .or_default()

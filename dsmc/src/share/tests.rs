@@ -318,6 +318,54 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     });
 }
 
+/// A partition that cuts cells, with a slit and a disc in it: density windows of one process hold sub-cells of others.
+#[test]
+fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
+    let plate = |from: [f64; 2], to: [f64; 2]| Outline::Segment {
+        ends: [from.into(), to.into()],
+    };
+    let disc = Outline::Disc {
+        centre: vector![40.3, 52.1],
+        radius: 3.0,
+    };
+    let outlines = [
+        plate([0.0, 41.3], [70.0, 41.3]),
+        plate([73.0, 41.3], [149.0, 47.0]),
+        disc,
+    ];
+    let law = Rebound::Restitutive {
+        restitution: 0.9,
+        slip: 1.0,
+    };
+    let obstacles = outlines.map(|outline| Obstacle::new(outline, law).expect("an obstacle"));
+    let mut state = start::<_>(6000, Vector2::new(150.0, 90.0), 4);
+    (state.bodies).retain(|body: &stosszahl_model::Body<Disks>| {
+        obstacles
+            .iter()
+            .all(|one| one.clearance(body.position) > 0.5)
+    });
+    let boundaries = Boundaries {
+        obstacles: obstacles.to_vec(),
+        clearance: crate::Clearance::Radius,
+        ..Boundaries::default()
+    };
+    let legs = Legs {
+        steps: 12,
+        count: 2,
+        tiles: Some(250),
+        looks: true,
+    };
+    for neighbourhood in [0, 2] {
+        assert_same::<_, Followed>("thin bodies", &legs, &[2, 3, 8], || {
+            let scheme = Scheme::Enskog(Neighbourhood::Cells(neighbourhood));
+            let parameters = parameters(scheme, 2.0);
+            let (scene, streams) = (equal::<Plane>(0.7), Streams::new(5, 0));
+            Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+                .expect("an engine")
+        });
+    }
+}
+
 /// Tiles change hands as the gas piles up, and nothing else does.
 #[test]
 fn tiles_that_change_hands_change_nothing() {

@@ -7,5 +7,6 @@ mod obstacles;
 mod pair_laws;
 mod rough;
 mod sedimentation;
+mod sides;
 mod support;
 mod walls;

@@ -1,7 +1,7 @@
 //! Which engines go with which gas, and which keys an engine has.
 
 use super::{Checked, Relations};
-use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo, Weights};
+use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo, Neighbourhood, Weights};
 
 /// Keys of all Monte Carlo schemes.
 const ALL: &[&str] = &["simulators_per_particle", "walls_act_on"];
@@ -139,6 +139,12 @@ impl Relations<'_> {
             free || !across,
             format!("engine.{name}"),
             "obstacles go with dsmc-boltzmann, dsmc-free-volume, dsmc-enskog and ed",
+        )?;
+        let is_mean = matches!(scheme.neighbourhood, Some(Neighbourhood::Whole(_)));
+        self.ensure(
+            free || !is_mean,
+            format!("engine.{name}.neighbourhood"),
+            "a number of cells, whose density ends at obstacles; the mean of the whole box does not",
         )?;
         let disks = name != "dsmc-stochastic-disks" || self.dimension() == 2;
         let allowed = "stochastic disks are disks: gas.dimension = 2";

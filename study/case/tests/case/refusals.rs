@@ -596,6 +596,11 @@ const OF_FLOWS: &[Row] = &[
         "obstacles go with",
     ),
     (
+        &["engine.dsmc-enskog.neighbourhood=mean"],
+        "engine.dsmc-enskog.neighbourhood",
+        "ends at obstacles",
+    ),
+    (
         &["drive={ heating = 1, interval = 1 }"],
         "drive",
         "for periodic boxes",

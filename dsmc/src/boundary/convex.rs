@@ -1,0 +1,191 @@
+//! Convex polygons in the plane: cutting, area, hull.
+
+use nalgebra::Vector2;
+
+type Point = Vector2<f64>;
+
+/// A straight line, directed: points where `height` is not negative are in front of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CutLine {
+    point: Point,
+    normal: Point,
+}
+
+impl CutLine {
+    /// The line through two points, with its front to the left.
+    pub(super) fn through([from, to]: [Point; 2]) -> Self {
+        let along = (to - from).normalize();
+        Self {
+            point: from,
+            normal: Point::new(-along[1], along[0]),
+        }
+    }
+
+    /// The line through a point, with its front where the unit vector `normal` points.
+    pub(super) fn facing(point: Point, normal: Point) -> Self {
+        Self { point, normal }
+    }
+
+    /// Distance of a point from the line \[length\], negative behind it.
+    #[inline]
+    pub(super) fn height(&self, point: Point) -> f64 {
+        (point - self.point).dot(&self.normal)
+    }
+
+    /// The same line with front and back exchanged.
+    fn reversed(&self) -> Self {
+        Self::facing(self.point, -self.normal)
+    }
+}
+
+/// A convex polygon; its corners run counter-clockwise. Fewer than three corners have no area.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ConvexPolygon(Vec<Point>);
+
+impl ConvexPolygon {
+    /// A rectangle between two corners.
+    pub(super) fn rectangle(low: Point, high: Point) -> Self {
+        Self(vec![
+            low,
+            Point::new(high[0], low[1]),
+            high,
+            Point::new(low[0], high[1]),
+        ])
+    }
+
+    /// The convex hull of some points.
+    pub(super) fn hull(points: &[Point]) -> Self {
+        let mut sorted = points.to_vec();
+        sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        let half = |points: &mut dyn Iterator<Item = &Point>| {
+            let mut chain: Vec<Point> = Vec::new();
+            for &point in points {
+                while let [.., a, b] = chain[..]
+                    && (b - a).perp(&(point - a)) <= 0.0
+                {
+                    chain.pop();
+                }
+                chain.push(point);
+            }
+            chain.pop();
+            chain
+        };
+        let mut corners = half(&mut sorted.iter());
+        corners.extend(half(&mut sorted.iter().rev()));
+        Self(corners)
+    }
+
+    /// The corners.
+    pub(super) fn corners(&self) -> &[Point] {
+        &self.0
+    }
+
+    /// The corners and the ends of the sides that begin there.
+    fn sides(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
+        let next = self.0.iter().cycle().skip(1);
+        self.0.iter().zip(next).map(|(&from, &to)| [from, to])
+    }
+
+    /// The part in front of a line.
+    pub(super) fn in_front_of(&self, line: &CutLine) -> Self {
+        let mut corners = Vec::with_capacity(self.0.len() + 1);
+        for [from, to] in self.sides() {
+            let [here, there] = [from, to].map(|point| line.height(point));
+            if here >= 0.0 {
+                corners.push(from);
+            }
+            if (here < 0.0) != (there < 0.0) {
+                corners.push(from + (to - from) * (here / (here - there)));
+            }
+        }
+        if corners.len() < 3 {
+            corners.clear();
+        }
+        Self(corners)
+    }
+
+    /// The parts behind a line and in front of it.
+    pub(super) fn cut(&self, line: &CutLine) -> [Self; 2] {
+        [self.in_front_of(&line.reversed()), self.in_front_of(line)]
+    }
+
+    /// The area \[length^2\] and the centroid.
+    pub(super) fn area_and_centroid(&self) -> (f64, Point) {
+        let Some(&origin) = self.0.first() else {
+            return (0.0, Point::zeros());
+        };
+        let (mut twice, mut moment) = (0.0, Point::zeros());
+        for [from, to] in self.sides().map(|ends| ends.map(|end| end - origin)) {
+            let triangle = from.perp(&to);
+            twice += triangle;
+            moment += (from + to) * triangle;
+        }
+        if twice <= 0.0 {
+            return (0.0, origin);
+        }
+        (0.5 * twice, origin + moment / (3.0 * twice))
+    }
+
+    /// Largest distance of a corner from a point \[length\].
+    pub(super) fn radius_around(&self, point: Point) -> f64 {
+        let distances = self.0.iter().map(|corner| (corner - point).norm());
+        distances.fold(0.0, f64::max)
+    }
+
+    /// Length of the part of a segment that is deeper inside than `margin` \[length\].
+    pub(super) fn length_inside(&self, [from, to]: [Point; 2], margin: f64) -> f64 {
+        let (mut begin, mut end) = (0.0_f64, 1.0_f64);
+        for side in self.sides() {
+            if side[0] == side[1] {
+                continue;
+            }
+            let line = CutLine::through(side);
+            let [here, there] = [from, to].map(|point| line.height(point) - margin);
+            match (here > 0.0, there > 0.0) {
+                (false, false) => return 0.0,
+                (true, true) => {}
+                (true, false) => end = end.min(here / (here - there)),
+                (false, true) => begin = begin.max(here / (here - there)),
+            }
+        }
+        (end - begin).max(0.0) * (to - from).norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+
+    /// Corners and areas by hand.
+    #[test]
+    fn a_rectangle_is_cut_into_two_parts() {
+        let all = ConvexPolygon::rectangle(vector![1.0, 2.0], vector![3.0, 3.0]);
+        let line = CutLine::through([vector![1.0, 2.0], vector![3.0, 3.0]]);
+        let [behind, front] = all.cut(&line).map(|part| part.area_and_centroid());
+        assert!((behind.0 - 1.0).abs() < 1e-15 && (front.0 - 1.0).abs() < 1e-15);
+        assert!((front.1 - vector![5.0 / 3.0, 8.0 / 3.0]).norm() < 1e-15);
+        assert!(line.height(front.1) > 0.0 && line.height(behind.1) < 0.0);
+        let beyond = CutLine::facing(vector![4.0, 0.0], vector![1.0, 0.0]);
+        assert!(all.in_front_of(&beyond).corners().is_empty());
+        assert_eq!(all.cut(&beyond)[0].area_and_centroid().0, 2.0);
+    }
+
+    #[test]
+    fn a_hull_holds_all_points() {
+        let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let inside = [[1.0, 1.0], [0.5, 1.5], [1.0, 0.0]];
+        let points: Vec<Point> = (inside.iter().chain(&square))
+            .map(|&at| at.into())
+            .collect();
+        let hull = ConvexPolygon::hull(&points);
+        assert_eq!((hull.corners().len(), hull.area_and_centroid().0), (4, 4.0));
+        assert_eq!(hull.radius_around(vector![0.0, 0.0]), 8.0_f64.sqrt());
+        // Half of the segment is inside; along a side nothing is; deeper than 0.5 a quarter.
+        let segment = [vector![1.0, 1.0], vector![1.0, 3.0]];
+        assert_eq!(hull.length_inside(segment, 0.0), 1.0);
+        assert_eq!(hull.length_inside(segment, 0.5), 0.5);
+        let side = [vector![0.0, 0.0], vector![2.0, 0.0]];
+        assert_eq!(hull.length_inside(side, 1e-12), 0.0);
+    }
+}

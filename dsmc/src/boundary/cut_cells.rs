@@ -1,0 +1,656 @@
+//! Cells that obstacles cut, and the sub-cells that these leave.
+//!
+//! A body thinner than a cell, or one that cuts it, may hide some particles of the cell from
+//! others, which must not collide. So the free area of such a cell is divided into **sub-cells**
+//! within which all points see each other. The split cells of SPARTA (Plimpton et al.,
+//! Phys. Fluids 31, 086101 (2019), doi:10.1063/1.5108534) serve the same purpose. Pairs are drawn
+//! within a sub-cell, at the rate of its own number of particles and its own area. The number of
+//! pairs of a uniform gas is then that of the free area, on each side of a body.
+//!
+//! * **Division**: the cell is halved along an edge of a body that crosses it, and each part
+//!   again, until no edge crosses a part. Each part is convex, so that no straight body is between
+//!   two of its points. Parts are then united where no edge crosses their convex hull.
+//! * **Discs** hide what is behind an inscribed polygon that is at most a tenth of a cell from
+//!   their circle.
+//! * **Area**: exact between straight edges; around discs and the rounded corners of the room for
+//!   centres the error is below `1e-3` of a cell.
+//!
+//! Areas are those of the centres of particles of the mean radius. A sub-cell without room for them
+//! has no collisions.
+
+use nalgebra::Vector2;
+use stosszahl_model::Space;
+
+use super::convex::{ConvexPolygon, CutLine};
+use super::obstacles::{ClosedRegion, Standing};
+use crate::grid::Grid;
+use crate::parameters::EngineError;
+
+/// Least share of a cell that counts as room for its simulators: rounding may leave one beyond a
+/// wall that cuts the cell.
+pub(super) const LEAST_ROOM: f64 = 1e-3;
+
+/// Most parts that edges may divide a cell into.
+const MOST_PARTS: usize = 256;
+
+/// Halvings of a cell down to regions in which the edge of the free area counts as straight.
+const DEPTH: u32 = 5;
+
+/// Length within a part \[cell widths\] below which an edge does not cross it.
+const THIN: f64 = 1e-11;
+
+/// Finest cells that are tried to find a size that would do: this often halved.
+const FINEST: u32 = 8;
+
+type Point = Vector2<f64>;
+
+/// The cells that obstacles cut, by their place in the plane of the first two axes.
+pub(crate) struct CutCells {
+    /// One more than the index of each cell in `cells`; 0 for cells that no body cuts.
+    indices: Vec<u32>,
+    columns: u32,
+    cells: Vec<CutCell>,
+    /// Number of sub-cells of split cells.
+    sub_cells: usize,
+}
+
+/// A cell that obstacles cut.
+pub(crate) struct CutCell {
+    /// Its coordinates.
+    at: [u32; 2],
+    /// Its corners, with what a moving wall may add beyond the box.
+    corners: [Point; 2],
+    /// Numbers of the obstacles that may be in it.
+    near: Vec<usize>,
+    /// Share of the cell that is free.
+    room: f64,
+    nodes: Vec<CutNode>,
+    /// Convex parts, and the sub-cell of each.
+    parts: Vec<(ConvexPolygon, usize)>,
+    sub_cells: Vec<SubCell>,
+    /// Number of its first sub-cell among those of all split cells.
+    first: usize,
+}
+
+/// A line that divides a part of a cell, and what is behind it and in front of it.
+struct CutNode {
+    line: CutLine,
+    sides: [CutBranch; 2],
+}
+
+#[derive(Clone, Copy)]
+enum CutBranch {
+    Node(usize),
+    Part(usize),
+}
+
+/// A part of the free area of a cell within which all points see each other.
+struct SubCell {
+    /// Its area over that of a cell.
+    share: f64,
+    /// A point in it, far from all bodies, and its distance from them \[length\].
+    inside: Point,
+    gap: f64,
+}
+
+/// The region that walls leave to centres: its lower and its upper corner.
+pub(super) type CentreLimits = [Point; 2];
+
+impl CutCells {
+    /// Cells cut by obstacles for centres that stay `clearance` away from them; `beyond`: how far
+    /// walls recede from the box at most, by side \[length\].
+    ///
+    /// # Errors [`EngineError::CutCell`] if a cell would be divided into too many parts.
+    pub(super) fn new<S: Space>(
+        obstacles: &Standing,
+        grid: &Grid<S>,
+        clearance: f64,
+        limits: CentreLimits,
+        beyond: [Point; 2],
+    ) -> Result<Self, EngineError> {
+        let [columns, rows, _] = grid.counts();
+        let width = Point::new(grid.width()[0], grid.width()[1]);
+        let edges = obstacles.edges(0.1 * width.min());
+        let mut all = Self {
+            indices: vec![0; (columns * rows) as usize],
+            columns,
+            cells: Vec::new(),
+            sub_cells: 0,
+        };
+        let mut refused: Option<(Point, u32)> = None;
+        for y in 0..rows {
+            for x in 0..columns {
+                let mut low = Point::new(f64::from(x), f64::from(y)).component_mul(&width);
+                let mut high = low + width;
+                for (axis, at, count) in [(0, x, columns), (1, y, rows)] {
+                    if at == 0 {
+                        low[axis] -= beyond[0][axis];
+                    }
+                    if at + 1 == count {
+                        high[axis] += beyond[1][axis];
+                    }
+                }
+                let Some(near) = obstacles.near([low, high], clearance) else {
+                    continue;
+                };
+                let cell = CutCell::new([x, y], [low, high], obstacles, near, &edges);
+                if let Some(mut cell) = cell {
+                    cell.measure(obstacles, clearance, limits, width);
+                    if cell.is_split() {
+                        cell.first = all.sub_cells;
+                        all.sub_cells += cell.sub_cells.len();
+                    }
+                    all.cells.push(cell);
+                    all.indices[(x + columns * y) as usize] = all.cells.len() as u32;
+                } else {
+                    let halvings = halvings_that_do([low, high], &edges);
+                    if refused.is_none_or(|(_, most)| halvings > most) {
+                        refused = Some((low, halvings));
+                    }
+                }
+            }
+        }
+        match refused {
+            Some((low, halvings)) => Err(EngineError::CutCell {
+                place: low.into(),
+                width: width.min(),
+                most: MOST_PARTS,
+                enough: width.min() / f64::from(1_u32 << halvings),
+            }),
+            None => Ok(all),
+        }
+    }
+
+    /// Measures cells anew that the new limits cut otherwise than the old ones.
+    pub(super) fn move_walls(
+        &mut self,
+        obstacles: &Standing,
+        clearance: f64,
+        width: Point,
+        [old, new]: [CentreLimits; 2],
+    ) {
+        for cell in &mut self.cells {
+            let clipped = |limits: CentreLimits| {
+                [
+                    limits[0].sup(&cell.corners[0]),
+                    limits[1].inf(&cell.corners[1]),
+                ]
+            };
+            if clipped(old) != clipped(new) {
+                cell.measure(obstacles, clearance, new, width);
+            }
+        }
+    }
+
+    /// The cell at these coordinates, if obstacles cut it.
+    #[inline]
+    pub(crate) fn get(&self, [x, y, _]: [u32; 3]) -> Option<&CutCell> {
+        let index = self.indices[(x + self.columns * y) as usize] as usize;
+        index.checked_sub(1).map(|index| &self.cells[index])
+    }
+
+    /// The cell at these coordinates, if it has several sub-cells.
+    #[inline]
+    pub(crate) fn split(&self, at: [u32; 3]) -> Option<&CutCell> {
+        self.get(at).filter(|cell| cell.is_split())
+    }
+
+    /// All cells that obstacles cut.
+    pub(super) fn cells(&self) -> &[CutCell] {
+        &self.cells
+    }
+
+    /// Number of sub-cells of all split cells.
+    pub(super) fn sub_cells(&self) -> usize {
+        self.sub_cells
+    }
+
+    /// Memory \[bytes\].
+    pub(super) fn bytes(&self) -> usize {
+        4 * self.indices.capacity() + self.cells.iter().map(CutCell::bytes).sum::<usize>()
+    }
+}
+
+impl CutCell {
+    /// A cell between two corners, divided by the edges of bodies; none if these are too many.
+    /// Areas are not measured yet.
+    fn new(
+        at: [u32; 2],
+        corners: [Point; 2],
+        obstacles: &Standing,
+        near: Vec<usize>,
+        edges: &[[Point; 2]],
+    ) -> Option<Self> {
+        let edges = edges_in(corners, edges);
+        let mut division = CellDivision::default();
+        let all = ConvexPolygon::rectangle(corners[0], corners[1]);
+        let thin = THIN * (corners[1] - corners[0]).min();
+        division.divide(all, &edges, thin)?;
+        let CellDivision { nodes, parts } = division;
+        let bodies = ClosedRegion::new(obstacles, &near, 0.0);
+        let free = |part: &ConvexPolygon| bodies.free_area(part, DEPTH, &mut |_, _| ()) > 0.0;
+        let is_free: Vec<bool> = parts.iter().map(free).collect();
+        let (sub_cells, count) = unite(&parts, &is_free, &edges, thin);
+        let sub_cell = || SubCell {
+            share: 0.0,
+            inside: 0.5 * (corners[0] + corners[1]),
+            gap: f64::NEG_INFINITY,
+        };
+        Some(Self {
+            at,
+            corners,
+            near,
+            room: 0.0,
+            nodes,
+            parts: parts.into_iter().zip(sub_cells).collect(),
+            sub_cells: (0..count).map(|_| sub_cell()).collect(),
+            first: 0,
+        })
+    }
+
+    /// Measures the free area within limits.
+    fn measure(
+        &mut self,
+        obstacles: &Standing,
+        clearance: f64,
+        limits: CentreLimits,
+        width: Point,
+    ) {
+        let bodies = ClosedRegion::new(obstacles, &self.near, clearance);
+        for sub_cell in &mut self.sub_cells {
+            (sub_cell.share, sub_cell.gap) = (0.0, f64::NEG_INFINITY);
+        }
+        let low = limits[0].sup(&self.corners[0]);
+        let high = limits[1].inf(&self.corners[1]);
+        let sides = [
+            (low, Point::x()),
+            (low, Point::y()),
+            (high, -Point::x()),
+            (high, -Point::y()),
+        ];
+        let lines = sides.map(|(point, normal)| CutLine::facing(point, normal));
+        for (part, sub_cell) in &self.parts {
+            let Some(sub_cell) = self.sub_cells.get_mut(*sub_cell) else {
+                continue;
+            };
+            let within = (lines.iter()).fold(part.clone(), |part, line| part.in_front_of(line));
+            let area = bodies.free_area(&within, DEPTH, &mut |gap, point| {
+                if gap > sub_cell.gap {
+                    (sub_cell.gap, sub_cell.inside) = (gap, point);
+                }
+            });
+            sub_cell.share += area / width.product();
+        }
+        self.room = self.sub_cells.iter().map(|one| one.share).sum();
+    }
+
+    /// Whether a body hides a part of the cell from another.
+    #[inline]
+    pub(crate) fn is_split(&self) -> bool {
+        self.sub_cells.len() > 1
+    }
+
+    /// Coordinates of the cell.
+    pub(super) fn at(&self) -> [u32; 2] {
+        self.at
+    }
+
+    /// Share of the cell that is free.
+    #[inline]
+    pub(crate) fn room(&self) -> f64 {
+        self.room
+    }
+
+    /// Number of sub-cells.
+    pub(crate) fn count(&self) -> usize {
+        self.sub_cells.len()
+    }
+
+    /// Share of the cell that a sub-cell has, of those that [`Self::sub_cell_at`] names: none where
+    /// no centre can be.
+    #[inline]
+    pub(crate) fn share(&self, sub_cell: usize) -> f64 {
+        match self.sub_cells.get(sub_cell) {
+            Some(one) if one.share > 0.0 => one.share.max(LEAST_ROOM),
+            _ => 0.0,
+        }
+    }
+
+    /// Number of a sub-cell of a split cell among all.
+    #[inline]
+    pub(crate) fn number(&self, sub_cell: usize) -> usize {
+        self.first + sub_cell
+    }
+
+    /// A point inside a sub-cell.
+    pub(super) fn inside(&self, sub_cell: usize) -> Point {
+        self.sub_cells[sub_cell].inside
+    }
+
+    /// The sub-cell of a position in the cell; [`Self::count`] for a position inside a body, where
+    /// rounding may have put it.
+    #[inline]
+    pub(crate) fn sub_cell_at(&self, place: [f64; 2]) -> usize {
+        let point = Point::from(place);
+        let mut branch = if self.nodes.is_empty() {
+            CutBranch::Part(0)
+        } else {
+            CutBranch::Node(0)
+        };
+        loop {
+            match branch {
+                CutBranch::Node(node) => {
+                    let node = &self.nodes[node];
+                    branch = node.sides[usize::from(node.line.height(point) >= 0.0)];
+                }
+                CutBranch::Part(part) => return self.parts[part].1,
+            }
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let corners = self
+            .parts
+            .iter()
+            .map(|(part, _)| size_of_val(part.corners()));
+        size_of::<Self>()
+            + self.nodes.capacity() * size_of::<CutNode>()
+            + self.parts.capacity() * size_of::<(ConvexPolygon, usize)>()
+            + self.sub_cells.capacity() * size_of::<SubCell>()
+            + 8 * self.near.capacity()
+            + corners.sum::<usize>()
+    }
+}
+
+/// A cell on its way to parts that no edge crosses.
+#[derive(Default)]
+struct CellDivision {
+    nodes: Vec<CutNode>,
+    parts: Vec<ConvexPolygon>,
+}
+
+impl CellDivision {
+    /// Divides a region; none if it comes to too many parts.
+    fn divide(
+        &mut self,
+        region: ConvexPolygon,
+        edges: &[[Point; 2]],
+        thin: f64,
+    ) -> Option<CutBranch> {
+        // Along the longest first: fewer parts.
+        let lengths = edges
+            .iter()
+            .map(|&edge| (edge, region.length_inside(edge, thin)));
+        let longest = lengths.max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((edge, _)) = longest.filter(|(_, length)| *length > thin) else {
+            self.parts.push(region);
+            return (self.parts.len() <= MOST_PARTS).then(|| CutBranch::Part(self.parts.len() - 1));
+        };
+        let line = CutLine::through(edge);
+        let node = self.nodes.len();
+        self.nodes.push(CutNode {
+            line,
+            sides: [CutBranch::Node(node); 2],
+        });
+        let [behind, front] = region.cut(&line);
+        let sides = [
+            self.divide(behind, edges, thin)?,
+            self.divide(front, edges, thin)?,
+        ];
+        self.nodes[node].sides = sides;
+        Some(CutBranch::Node(node))
+    }
+}
+
+/// The sub-cell of each part, and the number of sub-cells, which is also what solid parts get:
+/// parts are united where no edge crosses their hull.
+fn unite(
+    parts: &[ConvexPolygon],
+    is_free: &[bool],
+    edges: &[[Point; 2]],
+    thin: f64,
+) -> (Vec<usize>, usize) {
+    let mut groups: Vec<Vec<Point>> = Vec::new();
+    let group_of = |(part, &is_free): (&ConvexPolygon, &bool)| {
+        if !is_free {
+            return usize::MAX;
+        }
+        let joined = |group: &Vec<Point>| [group, part.corners()].concat();
+        let sees = |group: &Vec<Point>| {
+            let hull = ConvexPolygon::hull(&joined(group));
+            let mut edges = edges.iter();
+            edges.all(|&edge| hull.length_inside(edge, thin) <= thin)
+        };
+        let group = groups.iter().position(sees).unwrap_or_else(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[group] = joined(&groups[group]);
+        group
+    };
+    let of_parts: Vec<usize> = parts.iter().zip(is_free).map(group_of).collect();
+    let count = groups.len();
+    let of_parts = of_parts.into_iter().map(|group| group.min(count));
+    (of_parts.collect(), count)
+}
+
+/// The edges whose rectangles meet that between two corners.
+fn edges_in(corners: [Point; 2], edges: &[[Point; 2]]) -> Vec<[Point; 2]> {
+    let meets = |[from, to]: &&[Point; 2]| {
+        (0..2).all(|axis| {
+            from[axis].max(to[axis]) >= corners[0][axis]
+                && from[axis].min(to[axis]) <= corners[1][axis]
+        })
+    };
+    edges.iter().filter(meets).copied().collect()
+}
+
+/// How often a cell must be halved until none of what it becomes has too many parts; at most
+/// [`FINEST`] times.
+fn halvings_that_do(corners: [Point; 2], edges: &[[Point; 2]]) -> u32 {
+    let near = edges_in(corners, edges);
+    let do_all = |halvings: &u32| {
+        let count = 1_u32 << halvings;
+        let width = (corners[1] - corners[0]) / f64::from(count);
+        let mut places = (0..count).flat_map(|y| (0..count).map(move |x| [x, y]));
+        places.all(|at| {
+            let low = corners[0] + width.component_mul(&Point::new(at[0].into(), at[1].into()));
+            let corners = [low, low + width];
+            let near = edges_in(corners, &near);
+            let mut division = CellDivision::default();
+            let region = ConvexPolygon::rectangle(corners[0], corners[1]);
+            division.divide(region, &near, THIN * width.min()).is_some()
+        })
+    };
+    (1..FINEST).find(do_all).unwrap_or(FINEST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::vector;
+    use rand::RngExt;
+    use std::f64::consts::PI;
+    use stosszahl_model::random::{Purpose, Streams};
+    use stosszahl_model::walls::{Obstacle, Outline};
+    use stosszahl_model::{Domain, Plane, Rebound};
+
+    const SIDES: [f64; 2] = [12.0, 9.0];
+
+    fn standing(outlines: Vec<Outline>) -> (Standing, Grid<Plane>) {
+        let law = Rebound::Restitutive {
+            restitution: 1.0,
+            slip: 1.0,
+        };
+        let obstacle = |outline| Obstacle::new(outline, law).expect("an obstacle");
+        let all: Vec<Obstacle> = outlines.into_iter().map(obstacle).collect();
+        let domain = Domain::periodic(SIDES.into()).expect("a box");
+        let standing = Standing::new(&all, &domain, 0.5).expect("inside");
+        let grid = Grid::new(domain, [6, 6, 1], 1000, 100, 0.0);
+        (standing.expect("some"), grid)
+    }
+
+    fn cuts(obstacles: &Standing, grid: &Grid<Plane>, clearance: f64) -> CutCells {
+        let limits = [Point::zeros(), SIDES.into()];
+        CutCells::new(obstacles, grid, clearance, limits, [Point::zeros(); 2]).expect("few parts")
+    }
+
+    fn points(corners: &[[f64; 2]]) -> Vec<Point> {
+        corners.iter().map(|&corner| corner.into()).collect()
+    }
+
+    /// A comb, a wedge, a star, a plate that ends in a cell, and two that leave a slit.
+    fn straight() -> Vec<Outline> {
+        let comb = (0..9).map(|tooth| {
+            let x = 1.0 + 0.31 * f64::from(tooth);
+            [x, if tooth % 2 == 0 { 0.7 } else { 2.9 }]
+        });
+        let star = (0..10).map(|corner| {
+            let angle = PI * f64::from(corner) / 5.0;
+            let radius = if corner % 2 == 0 { 1.4 } else { 0.5 };
+            [8.3 + radius * angle.cos(), 2.6 + radius * angle.sin()]
+        });
+        vec![
+            Outline::Polyline {
+                points: points(&comb.collect::<Vec<_>>()),
+            },
+            Outline::Polygon {
+                points: points(&[[0.2, 5.0], [3.0, 5.1], [0.2, 8.0]]),
+            },
+            Outline::Polygon {
+                points: points(&star.collect::<Vec<_>>()),
+            },
+            Outline::Segment {
+                ends: [vector![5.0, 5.2], vector![6.7, 8.3]],
+            },
+            Outline::Polyline {
+                points: points(&[[8.0, 7.3], [9.4, 7.3]]),
+            },
+            Outline::Polyline {
+                points: points(&[[9.6, 7.3], [11.0, 7.3], [11.0, 6.2]]),
+            },
+        ]
+    }
+
+    /// Pairs of points of a sub-cell see each other, every point that is free has a sub-cell, and
+    /// the shares of cells are those of points in them. 2e5 points, some 5500 in a cell: z = 5
+    /// errors of the binomial law for each share.
+    #[test]
+    fn points_of_a_sub_cell_see_each_other() {
+        let (obstacles, grid) = standing(straight());
+        let cuts = cuts(&obstacles, &grid, 0.0);
+        let mut stream = Streams::new(1, 0).at(Purpose::Placement, [0, 0]);
+        let mut found = std::collections::BTreeMap::new();
+        let mut tried = std::collections::BTreeMap::new();
+        for _ in 0..200_000 {
+            let point = vector![
+                SIDES[0] * stream.random::<f64>(),
+                SIDES[1] * stream.random::<f64>()
+            ];
+            let cell = grid.cell_at(point);
+            let Some(cut) = cuts.get(cell) else { continue };
+            *tried.entry(cell).or_insert(0.0) += 1.0;
+            if obstacles.overlapped(point.into(), 0.0).is_some() {
+                continue;
+            }
+            let sub_cell = cut.sub_cell_at(point.into());
+            assert!(cut.share(sub_cell) > 0.0, "{point}");
+            found
+                .entry((cell, sub_cell))
+                .or_insert_with(Vec::new)
+                .push(point);
+        }
+        let mut hidden = 0;
+        for ((cell, sub_cell), points) in &found {
+            for pair in points.windows(2) {
+                assert!(
+                    obstacles.sees([pair[0], pair[1]], &[Point::zeros()]),
+                    "{cell:?} {sub_cell} {pair:?}"
+                );
+            }
+            let (share, count) = (
+                cuts.get(*cell).map_or(0.0, |cut| cut.share(*sub_cell)),
+                tried[cell],
+            );
+            let error = 5.0 * (share * (1.0 - share) / count).sqrt();
+            let expected = points.len() as f64 / count;
+            assert!(
+                (share - expected).abs() <= error + 1e-9,
+                "{cell:?} {sub_cell}: {share} {expected}"
+            );
+            let first = &found
+                .iter()
+                .find(|((other, _), _)| other == cell)
+                .expect("one")
+                .1[0];
+            hidden += usize::from(!obstacles.sees([*first, points[0]], &[Point::zeros()]));
+        }
+        // Otherwise the test would be of nothing.
+        assert!(hidden > 10, "{hidden}");
+    }
+
+    /// Free areas of all cells add up to that of the box: exact between straight edges, to 1e-3 of
+    /// a cell for each cell around discs and the rounded corners of the room for centres, of which
+    /// there are some twenty.
+    #[test]
+    fn areas_add_up() {
+        let whole = SIDES[0] * SIDES[1];
+        let room = |outlines: Vec<Outline>, clearance: f64| {
+            let (obstacles, grid) = standing(outlines);
+            let cuts = cuts(&obstacles, &grid, clearance);
+            let taken: f64 = cuts.cells.iter().map(|cell| 1.0 - cell.room).sum();
+            whole - taken * 3.0
+        };
+        let star = 5.0 * 1.4 * 0.5 * (PI / 5.0).sin();
+        // Half of base times height: (2.8, 0.1) x (0, 3).
+        let wedge = 0.5 * 2.8 * 3.0;
+        let exact = whole - wedge - star;
+        let found = room(straight(), 0.0);
+        assert!((found - exact).abs() < 1e-9, "{found} {exact}");
+        let disc = || Outline::Disc {
+            centre: vector![6.3, 4.1],
+            radius: 2.2,
+        };
+        let small = || Outline::Disc {
+            centre: vector![1.1, 1.2],
+            radius: 0.3,
+        };
+        for clearance in [0.0, 0.4] {
+            let exact: f64 = [2.2, 0.3]
+                .iter()
+                .map(|r| PI * (r + clearance) * (r + clearance))
+                .sum();
+            let found = whole - room(vec![disc(), small()], clearance);
+            assert!((found - exact).abs() < 20.0 * 3e-3, "{found} {exact}");
+        }
+        let plate = Outline::Segment {
+            ends: [vector![2.3, 2.9], vector![7.7, 6.1]],
+        };
+        let length = 5.4_f64.hypot(3.2);
+        let exact = 2.0 * 0.4 * length + PI * 0.16;
+        let found = whole - room(vec![plate], 0.4);
+        assert!((found - exact).abs() < 4.0 * 3e-3, "{found} {exact}");
+    }
+
+    /// A disc hides what is behind it: pairs on opposite sides of it are in different sub-cells.
+    #[test]
+    fn a_disc_hides_what_is_behind_it() {
+        let disc = Outline::Disc {
+            centre: vector![5.0, 3.75],
+            radius: 0.5,
+        };
+        let (obstacles, grid) = standing(vec![disc]);
+        let cuts = cuts(&obstacles, &grid, 0.0);
+        let cut = cuts
+            .split(grid.cell_at(vector![5.0, 3.75]))
+            .expect("a split cell");
+        for turn in 0..24 {
+            let angle = PI * f64::from(turn) / 24.0;
+            let arm = vector![angle.cos(), angle.sin()] * 0.6;
+            let [one, other] =
+                [arm, -arm].map(|arm| cut.sub_cell_at((vector![5.0, 3.75] + arm).into()));
+            assert_ne!(one, other, "{turn}");
+        }
+        assert!(cut.count() <= 6, "{}", cut.count());
+    }
+}

@@ -1,0 +1,166 @@
+//! Density windows that bodies cut: they hold only what is on the same side.
+
+/// A cell, or a sub-cell of a split one, whose particles count in density windows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct WindowMember {
+    /// Coordinates of the cell along the first two axes.
+    pub(crate) cell: [u32; 2],
+    /// The sub-cell, if it is split.
+    pub(crate) sub_cell: Option<usize>,
+}
+
+/// The window of a cell or sub-cell, in the plane of the first two axes.
+#[derive(Clone, Debug)]
+pub(crate) struct CutWindow<T> {
+    pub(crate) centre: WindowCentre,
+    /// The cells and sub-cells that count.
+    pub(crate) members: Vec<T>,
+}
+
+/// The cell or sub-cell at the centre of a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WindowCentre {
+    /// A cell, by its coordinates along the first two axes.
+    Cell([u32; 2]),
+    /// A sub-cell, by its number among those of all split cells.
+    SubCell(usize),
+}
+
+/// Windows that bodies cut, and what is in them.
+pub(crate) struct CutWindows {
+    members: Vec<WindowMember>,
+    windows: Vec<CutWindow<usize>>,
+    /// The window of each sub-cell.
+    of_sub_cells: Vec<usize>,
+    layers: CellLayers,
+    /// Units, and room for centres in cells, of each window in each layer.
+    units: Vec<f64>,
+    rooms: Vec<f64>,
+}
+
+/// Cells along the third axis, along which bodies are prisms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellLayers {
+    pub(crate) count: usize,
+    /// Half width of windows \[cells\].
+    pub(crate) reach: usize,
+    /// True if windows end at the faces.
+    pub(crate) bounded: bool,
+}
+
+impl CellLayers {
+    /// The layers in a window around one of them.
+    fn around(self, layer: usize) -> impl Iterator<Item = usize> {
+        let Self {
+            count,
+            reach,
+            bounded,
+        } = self;
+        let shifted = (layer + count - reach)..=(layer + count + reach);
+        shifted
+            .filter(move |at| !bounded || (count..2 * count).contains(at))
+            .map(move |at| at % count)
+    }
+}
+
+impl CutWindows {
+    /// Windows in the order of their targets; `sub_cells`: number of those of all split cells.
+    pub(crate) fn new(
+        windows: Vec<CutWindow<WindowMember>>,
+        sub_cells: usize,
+        layers: CellLayers,
+    ) -> Self {
+        let all = windows.iter().flat_map(|window| &window.members);
+        let mut members: Vec<WindowMember> = all.copied().collect();
+        members.sort_unstable();
+        members.dedup();
+        let index = |source| members.partition_point(|other| *other < source);
+        let windows: Vec<CutWindow<usize>> = windows
+            .into_iter()
+            .map(|CutWindow { centre, members }| CutWindow {
+                centre,
+                members: members.into_iter().map(index).collect(),
+            })
+            .collect();
+        let mut of_sub_cells = vec![0; sub_cells];
+        for (number, window) in windows.iter().enumerate() {
+            if let WindowCentre::SubCell(sub_cell) = window.centre {
+                of_sub_cells[sub_cell] = number;
+            }
+        }
+        let size = windows.len() * layers.count;
+        Self {
+            members,
+            windows,
+            of_sub_cells,
+            layers,
+            units: vec![0.0; size],
+            rooms: vec![1.0; size],
+        }
+    }
+
+    /// Takes the units of all cells and sub-cells that count.
+    pub(super) fn set_units(&mut self, units: &mut dyn FnMut(WindowMember, u32) -> f64) {
+        self.units = self.sums(units);
+    }
+
+    /// Takes the room for centres in all cells and sub-cells that count \[cells\].
+    pub(super) fn set_rooms(&mut self, room: &mut dyn FnMut(WindowMember, u32) -> f64) {
+        self.rooms = self.sums(room);
+    }
+
+    /// Sums of a value over each window in each layer.
+    fn sums(&self, value: &mut dyn FnMut(WindowMember, u32) -> f64) -> Vec<f64> {
+        let values: Vec<Vec<f64>> = (0..self.layers.count as u32)
+            .map(|layer| {
+                let members = self.members.iter();
+                members.map(|&source| value(source, layer)).collect()
+            })
+            .collect();
+        let sum = |window: &CutWindow<usize>, layer| -> f64 {
+            let layers = self.layers.around(layer).map(|layer| &values[layer]);
+            let sums =
+                layers.map(|values| window.members.iter().map(|&one| values[one]).sum::<f64>());
+            sums.sum()
+        };
+        (0..self.layers.count)
+            .flat_map(|layer| self.windows.iter().map(move |window| (window, layer)))
+            .map(|(window, layer)| sum(window, layer))
+            .collect()
+    }
+
+    /// The cells with a window of their own, and its units and room.
+    pub(super) fn cells(&self) -> impl Iterator<Item = ([u32; 3], f64, f64)> + '_ {
+        let places = (0..self.layers.count as u32).flat_map(|layer| {
+            self.windows
+                .iter()
+                .map(move |window| (window.centre, layer))
+        });
+        let contents = self.units.iter().zip(&self.rooms);
+        places
+            .zip(contents)
+            .filter_map(|((centre, layer), (&units, &room))| match centre {
+                WindowCentre::Cell([x, y]) => Some(([x, y, layer], units, room)),
+                WindowCentre::SubCell(_) => None,
+            })
+    }
+
+    /// Units for each cell of room around a sub-cell.
+    pub(super) fn density(&self, sub_cell: usize, layer: u32) -> f64 {
+        let place = self.of_sub_cells[sub_cell] + self.windows.len() * layer as usize;
+        if self.rooms[place] > 0.0 {
+            self.units[place] / self.rooms[place]
+        } else {
+            0.0
+        }
+    }
+
+    /// Memory \[bytes\].
+    pub(super) fn bytes(&self) -> usize {
+        let members = self.windows.iter().map(|window| window.members.capacity());
+        size_of::<WindowMember>() * self.members.capacity()
+            + size_of::<CutWindow<usize>>() * self.windows.capacity()
+            + 8 * (members.sum::<usize>() + self.of_sub_cells.capacity())
+            + 8 * (self.units.capacity() + self.rooms.capacity())
+    }
+}
