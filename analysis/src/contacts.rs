@@ -405,7 +405,7 @@ impl Contacts {
                 }
                 // The mean of μ g² under chaos is (D + 1) T.
                 let mean = (self.dimension + 1) as f64 * temperature;
-                let fast = usize::from(mass * collision.relative.norm_squared() > mean);
+                let fast = usize::from(mass * collision.relative_velocity.norm_squared() > mean);
                 let impact = collision.impact_square().sqrt();
                 sums.pairs[fast] += 1.0;
                 sums.impacts[fast] += impact.powi(self.dimension as i32 - 1);

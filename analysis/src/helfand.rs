@@ -202,7 +202,7 @@ impl Helfand {
             return;
         };
         let line = collision.line.xy();
-        let approach = collision.relative.xy().dot(&line) / line.norm_squared();
+        let approach = collision.relative_velocity.xy().dot(&line) / line.norm_squared();
         let gain = line * (-collision.reduced_mass * (1.0 + collision.restitution) * approach);
         let (before, mut energy) = ([first, second], 0.0);
         for (side, (index, sign)) in pair.into_iter().zip([1.0, -1.0]).enumerate() {

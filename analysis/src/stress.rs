@@ -204,7 +204,7 @@ impl Observer for StressRecorder {
                 block.energy_lost += one.energy_lost() * one.weight;
                 block.collisions += one.weight;
             }
-            let (before, distance) = (one.relative, one.line.norm());
+            let (before, distance) = (one.relative_velocity, one.line.norm());
             let gained = (one.approach() + one.separation()) / distance;
             let after = before + one.line * gained;
             let mass = one.weight * one.reduced_mass;

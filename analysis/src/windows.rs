@@ -280,7 +280,7 @@ impl Windows {
             }
             let (impact_square, square, normal_square) = *known.get_or_insert_with(|| {
                 let mass = 2.0 * collision.reduced_mass / self.temperature;
-                let square = collision.relative.norm_squared() * mass;
+                let square = collision.relative_velocity.norm_squared() * mass;
                 (
                     collision.impact_square(),
                     square,

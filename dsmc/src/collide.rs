@@ -420,7 +420,7 @@ where
             report.log.push(Collision {
                 time: self.time,
                 position: members[i].position.spatial(),
-                relative: relative.spatial(),
+                relative_velocity: relative.spatial(),
                 line: line.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution: law.coefficient,

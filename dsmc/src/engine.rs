@@ -11,6 +11,7 @@ use crate::parameters::Parameters;
 use crate::share::Share;
 use crate::simulator::{Follow, SimulatorOf, Unfollowed};
 use crate::start::Means;
+use crate::step::Pause;
 use crate::sweep::Pool;
 use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::tile::{Outbox, Tile, Traveller};
@@ -85,6 +86,8 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) means: Means,
     /// Breaks work off.
     pub(crate) stop: Interruption,
+    /// The pause in which the gas is; none once something else was done with it.
+    pub(crate) pause: Option<Pause>,
     /// The part of the gas that this process holds, if there are several.
     pub(crate) share: Option<Share<P::Space>>,
 }
@@ -184,6 +187,7 @@ where
 
     /// Multiplies all velocities.
     pub fn scale_velocities(&mut self, factor: f64) {
+        self.pause = None;
         for cell in self.cells_in_order() {
             let (tile, cell) = self.grid.locate(cell);
             for simulator in self.tiles[tile].members_mut(cell) {
@@ -227,6 +231,7 @@ where
     /// Adds to the velocity of each simulator, in the order of [`Engine::state`]; further simulators stay as they
     /// are.
     pub fn kick(&mut self, changes: &[VectorOf<P>]) {
+        self.pause = None;
         let mut places = self.places();
         let mut order = 0;
         for cell in self.cells_in_order() {
@@ -318,7 +323,8 @@ where
         self.stop.on(interrupt);
     }
 
-    /// Ends [`Engine::advance`] after the present step once this is raised: the gas is then whole and can go on.
+    /// Ends [`Engine::advance`] after the present step once this is raised: the gas is then whole, half a step further, and the next
+    /// advance to the same time goes on to the same bytes.
     pub fn pause_on(&mut self, pause: &Interrupt) {
         self.stop.pause_on(pause);
     }
@@ -348,6 +354,7 @@ where
     /// Groups the cells in tiles that hold about this number of simulators. It changes speed and memory, and no result of pairs
     /// within cells; across cells, also the order in which pairs collide. Counts by cell begin anew.
     pub fn retile(&mut self, simulators_per_tile: usize) {
+        self.pause = None;
         let simulators: Vec<_> = self.ordered().copied().collect();
         let counts = self.grid.counts().map(|count| count as usize);
         let domain = *self.grid.domain();
@@ -364,6 +371,7 @@ where
     /// Takes steps of this length from now on \[time\], whatever the gas does: whether it is short enough is then the
     /// caller's concern. Not part of a checkpoint.
     pub fn hold_step(&mut self, length: f64) {
+        self.pause = None;
         self.held_step = (length > 0.0).then_some(length);
     }
 }

@@ -357,12 +357,11 @@ where
         let packing_fraction = means
             .packing_fraction(weight / domain.volume())
             .max(boundaries.densest(scene.sizes()));
-        let counts = parameters.cells(&domain, packing_fraction, mean_diameter);
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
         let grid = grid(
             &parameters,
             domain,
-            counts,
+            parameters.cells(&domain, packing_fraction, mean_diameter),
             means.expected(packing_fraction * domain.volume() / weight),
             [2.0 * sizes.largest_radius(), radius],
         );
@@ -429,6 +428,7 @@ where
             surroundings,
             means,
             stop: Interruption::default(),
+            pause: None,
             share: None,
         };
         engine.fill(&simulators);

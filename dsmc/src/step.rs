@@ -17,13 +17,26 @@ use crate::sweep::{is_parallel, sweep};
 use crate::tally::{Counts, Stock, Unit};
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
 
+/// A pause between two steps, in the middle of the flight from the one to the other. The gas is whole there; what goes on to
+/// the same time takes the next step as if there had been none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pause {
+    /// The time that the advance was to reach.
+    until: f64,
+    /// The time at the end of the last step.
+    time: f64,
+    /// Length of the next step.
+    step: f64,
+}
+
 impl<P, F> Engine<P, F>
 where
     P: Physics,
     F: Follow<P::Space>,
 {
     /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or
-    /// for `most_steps`. True if the time was reached; false also if [`Engine::stop_on`] broke it off.
+    /// for `most_steps`. True if the time was reached; false also if [`Engine::stop_on`] broke it off, or [`Engine::pause_on`] asked
+    /// for a pause: the next call with the same time then goes on as if there had been none.
     pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
         if self.stop.has_ended() {
             return false;
@@ -32,11 +45,23 @@ where
         self.balance();
         let mut recorder = Recorder::new(observer);
         let mut left = most_steps;
-        let Some(mut step) = self.next_step(self.time, until, left) else {
-            return until <= self.time;
+        let resumed = self.pause.take().filter(|pause| pause.until == until);
+        let mut settled = resumed.is_some();
+        let mut step = match resumed {
+            Some(pause) if left > 0 => {
+                self.time = pause.time;
+                pause.step
+            }
+            _ => {
+                let Some(step) = self.next_step(self.time, until, left) else {
+                    return until <= self.time;
+                };
+                let before = self.flight_before(0.5 * step);
+                self.fly_only(before);
+                settled = false;
+                step
+            }
         };
-        let before = self.flight_before(0.5 * step);
-        self.fly_only(before);
         loop {
             left -= 1;
             let end = if step >= until - self.time {
@@ -44,19 +69,27 @@ where
             } else {
                 self.time + step
             };
-            let next = if self.is_paused() {
-                None
-            } else {
-                self.next_step(end, until, left)
-            };
+            let next = self.next_step(end, until, left);
             // The half flights between two collisions are one flight.
             let flight = 0.5 * (step + next.unwrap_or(0.0));
-            self.step(step, flight, &mut recorder);
+            self.step(step, flight, settled, &mut recorder);
+            settled = false;
             self.time = end;
             if self.ends() {
                 return false;
             }
             let Some(next) = next else { break };
+            if self.is_paused() {
+                self.settle();
+                // The flight has gone half way into the next step.
+                self.time = end + 0.5 * next;
+                self.pause = Some(Pause {
+                    until,
+                    time: end,
+                    step: next,
+                });
+                return false;
+            }
             step = next;
         }
         self.settle();
@@ -161,16 +194,16 @@ where
         (self.stock, self.unit) = (stock, unit);
     }
 
-    /// Collisions of a step, and the flight after them.
-    fn step(&mut self, step: f64, flight: f64, recorder: &mut Recorder<'_>) {
+    /// Collisions of a step, and the flight after them; with tiles that are arranged already, or not yet.
+    fn step(&mut self, step: f64, flight: f64, was_settled: bool, recorder: &mut Recorder<'_>) {
         let begin = self.time + 0.5 * step;
         self.move_walls(begin);
         let parallel = is_parallel(self.simulators);
         let across = self.parameters.scheme.is_across();
         let around = self.density.looks_around();
         let weighs = self.weighs_anew();
-        let settled = around || across || weighs;
-        if settled {
+        let settled = was_settled || around || across || weighs;
+        if settled && !was_settled {
             self.settle();
         }
         if weighs {

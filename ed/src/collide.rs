@@ -118,7 +118,7 @@ where
         recorder.record(|| Collision {
             time: self.epoch + self.now / self.speed,
             position: self.disks.place(pair[0], self.now).spatial(),
-            relative: (relative * self.speed).spatial(),
+            relative_velocity: (relative * self.speed).spatial(),
             line: line.spatial(),
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
             restitution: contact.coefficient,

@@ -205,6 +205,16 @@ pub enum EngineError {
     },
 }
 
+impl EngineError {
+    /// Whether the gas has collapsed: it stands at that moment, and does not come further.
+    pub fn is_collapse(&self) -> bool {
+        matches!(
+            self,
+            Self::InelasticCollapse { .. } | Self::WallCollapse { .. }
+        )
+    }
+}
+
 /// What a disk can touch besides others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touchable {

@@ -133,7 +133,9 @@ where
             && !P::Field::FREE
         {
             let pull = -self.scene.field().acceleration().dot(&normal);
-            let hop = 0.5 * LEAST_HOP * pull * contact_time;
+            // Not higher than the box, however long contacts are.
+            let highest = (2.0 * pull.max(0.0) * self.domain.lengths().amax()).sqrt();
+            let hop = (0.5 * LEAST_HOP * pull * contact_time).min(highest);
             let lacking = hop - away(velocity);
             if pull > 0.0 && lacking > 0.0 {
                 *velocity += normal * lacking;

@@ -158,6 +158,7 @@ impl Begin<'_> {
             spread: StripSettings::default(),
             stop: Interruption::default(),
             pause: None,
+            collapse: None,
         };
         if let Source::Checkpoint(_, interrupt) = self.from {
             gas.stop.on(interrupt);
@@ -190,6 +191,8 @@ struct Disks<P: Physics<Space = Plane>> {
     spread: StripSettings,
     stop: Interruption,
     pause: Option<Interrupt>,
+    /// The collapse in which the gas ended, until its velocities change.
+    collapse: Option<EngineError>,
 }
 
 /// Where the gas is kept.
@@ -392,7 +395,14 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         if self.stop.has_ended() {
             return Ok(false);
         }
-        self.go(until, budget, observer).map_err(Failure::new)
+        let beyond = until > self.time();
+        if let Some(collapse) = self.collapse.as_ref().filter(|_| beyond) {
+            return Err(Failure::new(collapse.clone()));
+        }
+        self.go(until, budget, observer).map_err(|error| {
+            self.collapse = error.is_collapse().then(|| error.clone());
+            Failure::new(error)
+        })
     }
 
     fn stop_on(&mut self, interrupt: &Interrupt) {
@@ -436,6 +446,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        self.collapse = None;
         for (body, change) in self.land().state.bodies.iter_mut().zip(changes) {
             body.velocity += flat(*change);
         }
@@ -444,6 +455,7 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
 
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
         Invalid::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
+        self.collapse = None;
         for body in &mut self.land().state.bodies {
             body.velocity *= factor;
         }

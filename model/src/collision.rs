@@ -20,7 +20,7 @@ pub struct Collision {
     /// positions.
     pub position: Vector3<f64>,
     /// Relative velocity before, first minus second \[length/time\].
-    pub relative: Vector3<f64>,
+    pub relative_velocity: Vector3<f64>,
     /// The line of centres, from the second to the first partner, with the length of their distance
     /// at contact.
     pub line: Vector3<f64>,
@@ -65,7 +65,7 @@ impl Collision {
         let mut collision = Self {
             time: 0.0,
             position: Vector3::zeros(),
-            relative,
+            relative_velocity: relative,
             line,
             reduced_mass,
             restitution: coefficient,
@@ -96,7 +96,7 @@ impl Collision {
     /// Square of the normal approach speed, (g . k)^2.
     #[inline]
     pub fn normal_square(&self) -> f64 {
-        let along = self.relative.dot(&self.line);
+        let along = self.relative_velocity.dot(&self.line);
         along * along / self.line.square()
     }
 
@@ -106,9 +106,9 @@ impl Collision {
     /// Taken from the tangential part of g, which keeps its digits for central collisions.
     #[inline]
     pub fn impact_square(&self) -> f64 {
-        let along = self.relative.dot(&self.line) / self.line.square();
-        let tangential = self.relative - self.line * along;
-        (tangential.square() / self.relative.square()).min(1.0)
+        let along = self.relative_velocity.dot(&self.line) / self.line.square();
+        let tangential = self.relative_velocity - self.line * along;
+        (tangential.square() / self.relative_velocity.square()).min(1.0)
     }
 
     /// Kinetic energy that was lost to the normal part of the contact, `(mu/2)(g_n^2 - s^2)` with the normal
@@ -134,7 +134,7 @@ impl Collision {
         } else {
             self.added_speed * self.line.square().sqrt()
         };
-        self.reduced_mass * (added - (1.0 + self.restitution) * self.relative.dot(&self.line))
+        self.reduced_mass * (added - (1.0 + self.restitution) * self.relative_velocity.dot(&self.line))
     }
 }
 

@@ -254,7 +254,8 @@ pub trait Simulation: Send {
     fn stop_on(&mut self, interrupt: &Interrupt);
 
     /// Lets [`Self::advance`] end early once this is raised, between two collisions or steps: the gas is then whole and can go
-    /// on. Until it is raised it changes no number.
+    /// on. It changes no number: the next advance to the same time ends with the bytes of one that was not paused, unless something
+    /// else is done with the gas in between. A checkpoint of a paused Monte Carlo gas goes on with other random numbers.
     fn pause_on(&mut self, pause: &Interrupt);
 
     /// Lets [`Self::advance`] share its work among this many threads of the present thread pool, where that pays. No number depends

@@ -25,7 +25,7 @@ pub fn write_collision(one: &Collision, into: &mut Vec<u8>) {
         }
     };
     put(one.time.to_ne_bytes());
-    for vector in [&one.position, &one.relative, &one.line] {
+    for vector in [&one.position, &one.relative_velocity, &one.line] {
         for axis in 0..3 {
             put(vector[axis].to_ne_bytes());
         }

@@ -18,7 +18,7 @@ impl Observer for Journal {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.0
-                .push((collision.time, collision.line, collision.relative));
+                .push((collision.time, collision.line, collision.relative_velocity));
         }
     }
 }

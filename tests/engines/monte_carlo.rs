@@ -34,7 +34,7 @@ impl Observer for Sums {
         for collision in batch {
             let b = collision.impact_square().sqrt();
             self.bins[((10.0 * b) as usize).min(9)] += 1.0;
-            self.square += collision.relative.norm_squared();
+            self.square += collision.relative_velocity.norm_squared();
         }
     }
 }

@@ -150,10 +150,11 @@ struct Laws {
 impl Observer for Laws {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
-            let approach = -collision.relative.dot(&collision.line);
+            let approach = -collision.relative_velocity.dot(&collision.line);
             // A contact that grazes is where the square root of a difference of terms of 1e-14 says, so its line is turned
             // by up to 1e-7; velocities of order one are rounded besides.
-            let rounding = (GRAZING * collision.relative.norm() + 1e-14) * collision.line.norm();
+            let rounding =
+                (GRAZING * collision.relative_velocity.norm() + 1e-14) * collision.line.norm();
             if approach < -rounding {
                 self.fault = Some(format!("a receding pair collides: {collision:?}"));
             }
@@ -251,7 +252,7 @@ fn collisions_of_smooth_disks() {
             run(&mut engine, 1, &mut seen)?;
             let after = engine.state();
             let Some(seen) = seen.0 else { break };
-            let (relative, line) = (seen.relative.xy(), seen.line.xy());
+            let (relative, line) = (seen.relative_velocity.xy(), seen.line.xy());
             let pair: Vec<usize> = (0..before.bodies.len())
                 .filter(|&i| before.bodies[i].velocity != after.bodies[i].velocity)
                 .collect();
@@ -387,7 +388,7 @@ fn next_collision_is_that_of_all_pairs() {
             let rests = slow.first().is_some_and(|event| rests(&before, event.pair));
             let grazes = seen.0.is_some_and(|collision| {
                 let normal = collision.normal_square().sqrt();
-                normal <= GRAZING * collision.relative.norm() + 1e-14
+                normal <= GRAZING * collision.relative_velocity.norm() + 1e-14
             });
             if rests || grazes {
                 break;

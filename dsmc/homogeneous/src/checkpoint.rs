@@ -36,6 +36,8 @@ pub enum Stop {
     Collisions,
     /// Nothing will ever collide again: one particle is left, or all are at rest. A finite time is reached.
     Still,
+    /// A pause was asked for: [`Engine::pause_on`].
+    Paused,
     /// It was broken off: [`Engine::stop_on`].
     Interrupted,
 }
@@ -104,6 +106,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             clock: checkpoint.clock,
             tally: checkpoint.tally,
             stop: Interruption::default(),
+            paused: None,
         }
     }
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
     Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Interrupt, Kind, Law,
     Observer, Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf,
@@ -244,11 +243,7 @@ impl Homogeneous<'_> {
             let motion = motion(&gas);
             (Engine::new(gas, motion, contacts, self.streams)?, leg)
         };
-        Ok(Box::new(Positionless {
-            engine,
-            leg,
-            pause: None,
-        }))
+        Ok(Box::new(Positionless { engine, leg }))
     }
 }
 
@@ -328,7 +323,6 @@ struct Positionless<P: Grains, S, M, C> {
     engine: Engine<P, S, M, C>,
     /// Collisions in one leg.
     leg: u64,
-    pause: Option<Interrupt>,
 }
 
 impl<P, S, M, C> Simulation for Positionless<P, S, M, C>
@@ -365,15 +359,11 @@ where
             Budget::Leg => self.leg,
             Budget::Collisions(most) => most,
         };
-        let stop = in_slices(left, self.pause.as_ref(), |slice| {
-            let stop = self.engine.advance(until, slice, observer);
-            let goes_on = matches!(stop, Ok(Stop::Collisions));
-            (stop, goes_on)
-        });
+        let stop = self.engine.advance(until, left, observer);
         Ok(match stop.map_err(Failure::new)? {
             Stop::Time | Stop::Still => true,
             Stop::Collisions => self.engine.time() >= until,
-            Stop::Interrupted => false,
+            Stop::Paused | Stop::Interrupted => false,
         })
     }
 
@@ -382,7 +372,7 @@ where
     }
 
     fn pause_on(&mut self, pause: &Interrupt) {
-        self.pause = Some(pause.clone());
+        self.engine.pause_on(pause);
     }
 
     fn is_interrupted(&self) -> bool {

@@ -551,7 +551,7 @@ where
             self.report.log.push(Collision {
                 time: kernel.time,
                 position: pair[0].position.spatial(),
-                relative: relative.spatial(),
+                relative_velocity: relative.spatial(),
                 line: line.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution: law.coefficient,

@@ -53,7 +53,7 @@ impl Observer for Ledger {
             self.lost += collision.energy_lost();
             self.virial += collision.virial();
             self.collisions += 1;
-            let (relative, line) = (&collision.relative, &collision.line);
+            let (relative, line) = (&collision.relative_velocity, &collision.line);
             let receding = relative.dot(line) / ((relative.norm() + RESTING) * line.norm());
             self.receding = self.receding.max(receding);
             self.disordered |= collision.time < self.last;

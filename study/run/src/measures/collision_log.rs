@@ -62,7 +62,7 @@ impl Row {
             pair: one.pair,
             species: one.species,
             impact: one.impact_square().sqrt(),
-            relative: one.relative.norm(),
+            relative: one.relative_velocity.norm(),
             normal: one.normal_square().sqrt(),
             restitution: one.restitution,
             weight: one.weight,

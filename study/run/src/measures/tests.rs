@@ -354,7 +354,7 @@ fn check_fields(plan: &Plan, carries: bool) {
             .filter(|one| ((one.time / duration) as usize).min(3) == 3)
             .filter(|one| place(cell(one.position.x, one.position.y)))
             .fold((0.0, 0.0), |(count, virial), one| {
-                let approach = -one.relative.dot(&one.line.normalize());
+                let approach = -one.relative_velocity.dot(&one.line.normalize());
                 let carried =
                     one.reduced_mass * (1.0 + one.restitution) * approach * one.line.norm();
                 (count + one.weight, virial + one.weight * carried)
