@@ -75,19 +75,16 @@ pub enum Command {
     /// Print the JSON Schema of case files.
     Schema,
     /// Print the completions of a shell.
-    #[command(hide = true)]
     Completions {
         /// bash, elvish, fish, powershell or zsh.
         shell: clap_complete::Shell,
     },
     /// Print the page of all keys of cases, or of all columns of the tables of some results folders.
-    #[command(hide = true)]
     Reference {
         /// Results folders.
         folders: Vec<PathBuf>,
     },
     /// Write manual pages into a folder.
-    #[command(hide = true)]
     Manual {
         /// The folder.
         folder: PathBuf,
@@ -119,10 +116,10 @@ pub struct CaseArguments {
     /// The case file (TOML), or the name of a bundled case.
     pub case: PathBuf,
     /// Number of replicas, in place of the case's.
-    #[arg(long, value_name = "N", value_parser = whole_number)]
+    #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     pub replicas: Option<u64>,
     /// Seed, in place of the case's.
-    #[arg(long, value_name = "S", value_parser = whole_number)]
+    #[arg(long, value_name = "S", value_parser = whole_number, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// End of the run, in place of the case's and in its unit of time; times and windows beyond it are left out.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
@@ -175,19 +172,29 @@ pub struct InitArguments {
     #[arg(long, value_enum, default_value_t)]
     pub kind: Template,
     /// Number of particles.
-    #[arg(long, value_name = "N", default_value_t = 2500, value_parser = whole_number)]
+    #[arg(long, value_name = "N", default_value_t = 2500, value_parser = whole_number, allow_negative_numbers = true)]
     pub number: u64,
     /// Share of the area or volume that particles fill.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.25,
+        allow_negative_numbers = true
+    )]
     pub packing_fraction: f64,
     /// Coefficients of restitution, from 0 to 1: several, with commas between, make a sweep.
-    #[arg(long, value_name = "R", value_delimiter = ',', default_values_t = [0.8])]
+    #[arg(long, value_name = "R", value_delimiter = ',', default_values_t = [0.8], allow_negative_numbers = true)]
     pub restitution: Vec<f64>,
     /// End of the run, in the unit of time of the case.
-    #[arg(long, value_name = "T", default_value_t = 100.0)]
+    #[arg(
+        long,
+        value_name = "T",
+        default_value_t = 100.0,
+        allow_negative_numbers = true
+    )]
     pub until: f64,
     /// Independent runs.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole_number)]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole_number, allow_negative_numbers = true)]
     pub replicas: u64,
     /// Replace a file that exists.
     #[arg(long)]
@@ -216,7 +223,7 @@ pub struct RunArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Continue a stopped run from its checkpoints, to the same bytes.
     #[arg(long, conflicts_with = "force")]
@@ -261,7 +268,7 @@ pub struct ReproduceArguments {
     #[arg(long, value_name = "DIR", requires = "paper")]
     pub out: Option<PathBuf>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Replace finished runs.
     #[arg(long, requires = "paper")]
@@ -282,10 +289,20 @@ pub struct FrontierArguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub quantity: Vec<Kind>,
     /// Largest error that a recommended setting may have, as a share: 1% or 0.01.
-    #[arg(long, value_name = "E", default_value = "1%")]
+    #[arg(
+        long,
+        value_name = "E",
+        default_value = "1%",
+        allow_hyphen_values = true
+    )]
     pub target_error: String,
     /// Core time for the whole sweep, planned at nominal speeds: 90s, 10m or 1h. Two cores take half as long.
-    #[arg(long, value_name = "TIME", default_value = "10m")]
+    #[arg(
+        long,
+        value_name = "TIME",
+        default_value = "10m",
+        allow_hyphen_values = true
+    )]
     pub budget: humantime::Duration,
     /// Results folder [default: results/NAME-OF-THE-CASE-frontier].
     #[arg(long, value_name = "DIR")]
@@ -294,10 +311,10 @@ pub struct FrontierArguments {
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Most times that a recommendation is tested on fresh seeds.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1000), allow_negative_numbers = true)]
     pub tests: u64,
     /// Make all runs anew, in place of those that are kept in the results folder.
     #[arg(long)]

@@ -1,10 +1,11 @@
 //! What each command does.
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
+use crate::BUNDLE;
 use crate::case::CaseFile;
 use crate::case::format::share;
 use crate::model::Interrupt;
@@ -24,9 +25,8 @@ use crate::arguments::{
 };
 pub use crate::error::CommandError;
 pub(crate) use crate::terminal::say;
-pub use crate::terminal::{listen, note};
+pub use crate::terminal::{listen, note, outlive_file_limits};
 
-use crate::bundled;
 use crate::init as template;
 use crate::progress::Display;
 use crate::reference;
@@ -35,6 +35,15 @@ use crate::terminal::{beside, duration, line};
 
 /// How long `check` measures \[s\].
 const MEASURING: f64 = 10.0;
+
+/// Prints what was asked for beside the commands, such as `--help`, or why the arguments are none.
+pub fn tell(asked: &clap::Error) -> ExitCode {
+    let printed = asked.print().and_then(|()| io::stdout().flush());
+    match printed {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => ended(Err(error.into())),
+        _ => ExitCode::from(u8::try_from(asked.exit_code()).unwrap_or(2)),
+    }
+}
 
 /// Does what the command line asks.
 pub fn execute(arguments: Arguments) -> ExitCode {
@@ -92,22 +101,17 @@ fn explain(error: &CommandError) {
 /// # Errors
 /// [`CommandError::Case`] if it is refused.
 pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
-    let (format, overrides) = (study::format(), arguments.overrides());
-    Ok(match bundled::find(&arguments.case) {
-        Some(one) => {
-            format.from_text(&arguments.case.with_extension("toml"), one.text, &overrides)?
-        }
-        None if !arguments.case.exists() => {
-            return Err(CommandError::NoCase(arguments.case.display().to_string()));
-        }
-        None => format.read(&arguments.case, &overrides)?,
-    })
+    let file = BUNDLE.read(&study::format(), &arguments.case, &arguments.overrides())?;
+    for text in &file.notes {
+        note(text);
+    }
+    Ok(file)
 }
 
 /// The bundled cases with their questions, or the text of one.
 fn cases(name: Option<&str>) -> Result<(), CommandError> {
     let Some(name) = name else {
-        let all = bundled::all();
+        let all = BUNDLE.cases();
         let widest = all.iter().map(|one| one.name.len()).max().unwrap_or(0);
         for one in all {
             say(&beside(
@@ -117,7 +121,7 @@ fn cases(name: Option<&str>) -> Result<(), CommandError> {
         }
         return Ok(());
     };
-    let found = bundled::named(name);
+    let found = BUNDLE.named(name);
     let found = found.ok_or_else(|| CommandError::NoBundledCase(name.to_owned()))?;
     Ok(say(found.text.trim_end())?)
 }
@@ -164,8 +168,12 @@ fn print_reference(folders: &[PathBuf]) -> Result<(), CommandError> {
 }
 
 fn manual(folder: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder)?;
-    Ok(clap_mangen::generate_to(Arguments::command(), folder)?)
+    std::fs::create_dir_all(folder)
+        .and_then(|()| clap_mangen::generate_to(Arguments::command(), folder))
+        .map_err(|source| CommandError::Folder {
+            path: folder.to_owned(),
+            source,
+        })
 }
 
 /// Makes the report of a folder anew, and names the files in it that are not those of the manifest.
@@ -306,7 +314,12 @@ pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
 
 fn run_on_threads(arguments: &RunArguments) -> Result<(), CommandError> {
     let file = read(&arguments.case)?;
-    let (stop, display) = (listen(STOPPED_RUN), Display::new());
+    let stop = listen(STOPPED_RUN);
+    let display = if arguments.printed.quiet {
+        Display::silent()
+    } else {
+        Display::new()
+    };
     run(arguments, &file, &stop, &display, run_case)
 }
 

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::bundled;
-use crate::case::{CaseError, nearest};
+use crate::BUNDLE;
+use crate::case::CaseError;
 use crate::report::ReportError;
 use crate::reproduction::ReproduceError;
 use crate::results::ResultsError;
@@ -44,15 +44,20 @@ pub enum CommandError {
     /// There is no bundled case of this name.
     #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
     NoBundledCase(String),
-    /// There is neither a file nor a bundled case of this name.
-    #[error("{0}: there is no such file, and no bundled case of that name{close}; `stosszahl cases` lists them", close = close_case(.0))]
-    NoCase(String),
     /// A file that would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
     /// A page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
+    /// A folder that cannot be made or written into.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Answer of the system.
+        source: io::Error,
+    },
     /// Standard output cannot be written.
     #[error("standard output: {0}")]
     Output(#[from] io::Error),
@@ -87,9 +92,9 @@ impl CommandError {
             | Self::Reproduce(ReproduceError::NoFigure { .. } | ReproduceError::Occupied { .. })
             | Self::Target { .. }
             | Self::NoBundledCase(_)
-            | Self::NoCase(_)
             | Self::NoBundledPaper(_)
             | Self::FileExists(_)
+            | Self::Folder { .. }
             | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
             | Self::Report(ReportError::NoResults { .. }) => 2,
             Self::Run(_)
@@ -104,10 +109,7 @@ impl CommandError {
 
 /// Suggests the bundled case whose name is close to the given one, as a question.
 fn close_case(given: &str) -> String {
-    let name = Path::new(given).file_stem().and_then(|stem| stem.to_str());
-    let all = bundled::all();
-    let names = all.iter().map(|one| one.name);
-    match name.and_then(|name| nearest(name, names)) {
+    match BUNDLE.close_to(Path::new(given)) {
         Some(close) => format!(" (did you mean {close}?)"),
         None => String::new(),
     }

@@ -23,7 +23,6 @@
 // For other commands of this workspace, not for programs of one's own.
 #[doc(hidden)]
 pub mod arguments;
-mod bundled;
 #[doc(hidden)]
 pub mod commands;
 mod error;
@@ -45,6 +44,12 @@ pub use stosszahl_report as report;
 pub use stosszahl_reproduce as reproduction;
 pub use stosszahl_results as results;
 pub use stosszahl_study as study;
+
+/// The cases and papers that come with the program.
+static BUNDLE: case::Bundle = case::Bundle({
+    static FOLDER: include_dir::Dir<'_> = include_dir::include_dir!("$CARGO_MANIFEST_DIR/cases");
+    &FOLDER
+});
 
 /// The programs in the book, which are compiled and run as tests.
 #[cfg(doctest)]

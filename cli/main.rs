@@ -8,5 +8,9 @@ use stosszahl::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
     memory::return_large_blocks();
-    commands::execute(Arguments::parse())
+    commands::outlive_file_limits();
+    match Arguments::try_parse() {
+        Ok(arguments) => commands::execute(arguments),
+        Err(asked) => commands::tell(&asked),
+    }
 }

@@ -15,6 +15,7 @@ const LINE: Duration = Duration::from_secs(10);
 
 /// Shows how far the points of a run are.
 pub struct Display {
+    shows: bool,
     terminal: Option<MultiProgress>,
     points: Mutex<Vec<Option<Point>>>,
 }
@@ -39,7 +40,17 @@ impl Display {
     /// Shows progress on standard error.
     pub fn new() -> Self {
         Self {
+            shows: true,
             terminal: std::io::stderr().is_terminal().then(MultiProgress::new),
+            points: Mutex::default(),
+        }
+    }
+
+    /// A display that shows nothing.
+    pub fn silent() -> Self {
+        Self {
+            shows: false,
+            terminal: None,
             points: Mutex::default(),
         }
     }
@@ -85,7 +96,7 @@ impl Progress for Display {
             let done = point.work.share();
             if let Some(bar) = &point.bar {
                 bar.set_position((done * STEPS as f64) as u64);
-            } else if point.shown.elapsed() >= LINE {
+            } else if self.shows && point.shown.elapsed() >= LINE {
                 point.shown = Instant::now();
                 // A closed standard error ends nothing.
                 let _ = writeln!(
@@ -109,6 +120,8 @@ impl Progress for Display {
     }
 
     fn note(&self, text: &str) {
-        note(text);
+        if self.shows {
+            note(text);
+        }
     }
 }

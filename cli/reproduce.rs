@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::case::PaperFile;
+use crate::BUNDLE;
+use crate::case::{Bundled, PaperFile};
 use crate::report::figure_name;
 use crate::reproduction::{Demand, Reproduction};
 use crate::results::Existing;
@@ -10,7 +11,6 @@ use crate::study::Options;
 use crate::study::plan::available_threads;
 
 use crate::arguments::ReproduceArguments;
-use crate::bundled::{self, Bundled};
 use crate::error::CommandError;
 use crate::progress::Display;
 use crate::terminal::{duration, line, listen, note, say};
@@ -20,7 +20,7 @@ const STOPPED: &str = "stopped; the same command goes on from the checkpoints";
 
 /// The text of a bundled case.
 fn bundled_case(name: &str) -> Option<String> {
-    bundled::named(name).map(|one| one.text.to_owned())
+    BUNDLE.named(name).map(|one| one.text.to_owned())
 }
 
 /// A bundled paper.
@@ -82,7 +82,7 @@ fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
     if asked.is_file() {
         return Ok((name, PaperFile::read(asked)?));
     }
-    let found = bundled::papers()
+    let found = BUNDLE.papers()
         .into_iter()
         .find(|one| asked == Path::new(one.name));
     let Some(found) = found else {
@@ -99,7 +99,7 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     let threads = arguments
         .threads
         .map_or_else(available_threads, usize::from);
-    for (number, one) in bundled::papers().into_iter().enumerate() {
+    for (number, one) in BUNDLE.papers().into_iter().enumerate() {
         let file = bundled_paper(one)?;
         let planned = |quick| {
             let demand = Demand {

@@ -2,6 +2,8 @@
 
 use std::io::{self, IsTerminal, Write as _};
 use std::process;
+#[cfg(unix)]
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -47,6 +49,17 @@ pub(crate) fn beside(left: &str, text: &str) -> String {
     let indent = " ".repeat(left.len());
     let options = textwrap::Options::new(width).initial_indent(left);
     textwrap::fill(text, options.subsequent_indent(&indent))
+}
+
+/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error that names the file; without this it ends the
+/// process without a word. For a program to call first.
+pub fn outlive_file_limits() {
+    #[cfg(unix)]
+    {
+        use signal_hook::{consts::SIGXFSZ, flag::register};
+        // Where it is refused, the process ends as it would have.
+        let _ = register(SIGXFSZ, Arc::default());
+    }
 }
 
 /// Returns the interrupt that a signal raises: Ctrl-C, or the end of the session.

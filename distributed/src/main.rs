@@ -51,6 +51,7 @@ struct End {
 
 fn main() -> ExitCode {
     memory::return_large_blocks();
+    commands::outlive_file_limits();
     let Some((universe, level)) = mpi::initialize_with_threading(Threading::Serialized) else {
         note("error: MPI is started already");
         return ExitCode::FAILURE;

@@ -13,3 +13,4 @@ mod reproduce;
 mod resume;
 #[path = "../support/mod.rs"]
 mod support;
+mod words;

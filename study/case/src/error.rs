@@ -20,6 +20,14 @@ pub enum CaseError {
         /// What the system said.
         source: io::Error,
     },
+    /// There is neither a file nor a bundled case of this name.
+    #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), asked(*close))]
+    NoCase {
+        /// What was given.
+        path: PathBuf,
+        /// The name of a bundled case that is close to it.
+        close: Option<&'static str>,
+    },
     /// The path names a folder.
     #[error("{}: this is a folder; a case is one TOML file", path.display())]
     Folder {
@@ -47,6 +55,11 @@ pub enum CaseError {
     /// Something that is written is not allowed.
     #[error("{0}")]
     Refused(Box<Refusal>),
+}
+
+/// A close name as a question, in brackets; nothing where there is none.
+fn asked(close: Option<&str>) -> String {
+    close.map_or_else(String::new, |name| format!(" (did you mean {name}?)"))
 }
 
 impl CaseError {
@@ -136,8 +149,10 @@ pub enum Fault {
     },
     /// A value of the wrong type, out of range, or at odds with another key.
     BadValue {
-        /// What was found.
+        /// The value as written.
         value: String,
+        /// What was found behind it, such as in a file that it names.
+        found: Option<String>,
         /// What is allowed.
         allowed: String,
     },
@@ -152,12 +167,12 @@ impl Refusal {
     /// What is wrong, without the place.
     fn fault(&self, suggest: bool) -> String {
         let key = &self.key;
-        let close = match &self.suggestion {
-            Some(close) if suggest => format!(" (did you mean {close}?)"),
-            _ => String::new(),
-        };
+        let close = asked(self.suggestion.as_deref().filter(|_| suggest));
         match &self.fault {
             Fault::Syntax { message } => format!("this is not TOML: {message}"),
+            Fault::OldFormat { changes } if changes.is_empty() => {
+                "this case does not say its format; write `format = 2` in its first line".to_owned()
+            }
             Fault::OldFormat { changes } => {
                 let mut text = "this case is not of format 2, which this program reads; \
                                 write `format = 2` and change:"
@@ -183,10 +198,18 @@ impl Refusal {
                 }
             }
             Fault::MissingKey { allowed } => format!("{key} is missing: {allowed}"),
-            Fault::BadValue { value, allowed } => {
-                format!("{key} = {value} is not allowed{close}: {allowed}")
+            Fault::BadValue {
+                value,
+                found,
+                allowed,
+            } => {
+                let found = match found {
+                    Some(found) => format!(" ({found})"),
+                    None => String::new(),
+                };
+                format!("{key} = {value} is refused{found}{close}; the rule: {allowed}")
             }
-            Fault::BadArgument { allowed } => format!("not allowed: {allowed}"),
+            Fault::BadArgument { allowed } => allowed.clone(),
         }
     }
 }
@@ -228,6 +251,7 @@ impl Problem {
     pub(crate) fn bad(key: &[String], value: &toml::Value, allowed: impl Into<String>) -> Self {
         let fault = Fault::BadValue {
             value: brief(value),
+            found: None,
             allowed: allowed.into(),
         };
         Self::new(key, fault)
@@ -317,7 +341,7 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("volume_fraction", "packing_fraction"),
 ];
 
-/// The choice closest to a word, if any is close: another name of the same thing, or two letters away at most.
+/// The choice closest to a word, if any is close: another name of the same thing, or two letters away at most, or a word that it begins.
 pub fn nearest<'a>(word: &str, choices: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A word from a file may be of any length, and nothing this long is close.
     if word.len() > 64 {
@@ -335,5 +359,9 @@ pub fn nearest<'a>(word: &str, choices: impl IntoIterator<Item = &'a str>) -> Op
     let scored = choices
         .iter()
         .filter_map(|choice| Some((close(choice)?, *choice)));
-    scored.min().map(|(_, choice)| choice)
+    // A word may also be the beginning of another.
+    let begun = |choice: &&&str| word.len() >= 3 && choice.starts_with(word);
+    let longer = || choices.iter().filter(begun).min_by_key(|one| one.len());
+    let near = scored.min().map(|(_, choice)| choice);
+    near.or_else(|| longer().copied())
 }

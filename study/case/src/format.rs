@@ -313,7 +313,7 @@ pub enum TimeUnit {
 #[serde(deny_unknown_fields, default)]
 pub struct Judging {
     /// Chance of any false alarm in all verdicts of the case, those of all points of a sweep together.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 0.5))]
+    #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 0.5))]
     pub false_alarm: f64,
     /// Largest deviation from theory that counts as agreement, in gases without positions.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]

@@ -30,6 +30,7 @@
 //! # Ok::<(), stosszahl_case::CaseError>(())
 //! ```
 
+pub mod bundled;
 pub mod error;
 pub mod format;
 mod old;
@@ -48,6 +49,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use toml::{Table, Value};
 
+pub use bundled::{Bundle, Bundled};
 pub use error::{CaseError, Fault, Refusal, SYNONYMS, nearest};
 pub use format::{Case, Kind};
 pub use paper::{Paper, PaperFile};
@@ -72,6 +74,8 @@ pub struct CaseFile {
     pub path: PathBuf,
     /// The points of the sweeps, each different from the others; one point without settings if there is no sweep.
     pub points: Vec<Point>,
+    /// What a user should know of how it was read, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// One point of a sweep.
@@ -102,7 +106,26 @@ impl Point {
     /// The error that refuses the value of a dotted key such as `measure.fields.cells`, or its absence. Elements of lists
     /// are counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
-        let problem = relations::refusal(&self.table, key, allowed);
+        self.refuse_found(key, None, allowed)
+    }
+
+    /// The same with what was found behind the value, such as in a file that it names.
+    pub fn refuse_found(
+        &self,
+        key: &str,
+        what: Option<String>,
+        allowed: impl Into<String>,
+    ) -> CaseError {
+        let mut problem = relations::refusal(&self.table, key, allowed);
+        match &mut problem.fault {
+            Fault::BadValue { found, .. } => *found = what,
+            Fault::MissingKey { allowed } => {
+                if let Some(what) = what {
+                    *allowed = format!("{allowed}; found: {what}");
+                }
+            }
+            _ => {}
+        }
         self.origins.refuse(problem)
     }
 }
@@ -158,14 +181,16 @@ impl Format {
             Ok(if as_text { read.into_text() } else { read })
         };
         let overrides = overrides.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        let (points, mut may_repeat) = sweep::expand(self, &mut table, &overrides)
-            .map_err(|problem| origins.refuse(problem))?;
+        for one in &overrides {
+            origins.set_by_argument(&one.key, &one.argument);
+        }
+        let expanded = sweep::expand(self, &mut table, &overrides);
+        let sweep::Expanded { points, fixed } =
+            expanded.map_err(|problem| origins.refuse(problem))?;
         let until_key = split("run.until");
         let mut until = None;
         for one in &overrides {
-            set(&mut table, &mut origins, &one.key, &one.value, |origins| {
-                origins.set_by_argument(&one.key, &one.argument);
-            })?;
+            set(&mut table, &origins, &one.key, &one.value)?;
             if one.key == until_key {
                 until = one
                     .value
@@ -173,16 +198,15 @@ impl Format {
                     .or(one.value.as_integer().map(|n| n as f64));
             }
         }
-        may_repeat |= until.is_some();
+        let may_repeat = until.is_some() || !fixed.is_empty();
         let mut names = sweep::Names::new(&points);
         let mut seen: BTreeMap<String, String> = BTreeMap::new();
         let mut read = Vec::new();
         for settings in points {
             let (mut table, mut origins) = (table.clone(), origins.clone());
             for one in &settings {
-                set(&mut table, &mut origins, &one.key, &one.value, |origins| {
-                    origins.set_by_sweep(&one.key, &one.source);
-                })?;
+                origins.set_by_sweep(&one.key, &one.source);
+                set(&mut table, &origins, &one.key, &one.value)?;
             }
             if let Some(until) = until {
                 overrides::shorten(&mut table, until);
@@ -218,6 +242,7 @@ impl Format {
             text: text.to_owned(),
             path: path.to_owned(),
             points: read,
+            notes: fixed.iter().map(|key| ended(key)).collect(),
         })
     }
 
@@ -232,19 +257,22 @@ impl Format {
     }
 }
 
-/// Sets a key of a table and notes where its value comes from.
+/// Sets a key of a table.
 fn set(
     table: &mut Table,
-    origins: &mut Origins,
+    origins: &Origins,
     key: &[String],
     value: &Value,
-    note: impl FnOnce(&mut Origins),
 ) -> Result<(), CaseError> {
-    note(origins);
     overrides::set(table, key, value.clone()).map_err(|length| {
         let allowed = format!("elements are counted from 1; this list has {length}");
         origins.refuse(Problem::bad(key, value, allowed))
     })
+}
+
+/// What is said of a sweep that an override ends.
+fn ended(key: &str) -> String {
+    format!("{key} is set from outside, so that the sweep of the case over it is left out")
 }
 
 /// Refuses another format before any of its keys is looked at.

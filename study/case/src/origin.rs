@@ -64,8 +64,8 @@ struct Spans {
 enum Replaced {
     /// An argument of the command line.
     Argument(Arc<str>),
-    /// A value of a sweep.
-    Sweep(Range<usize>),
+    /// A sweep: its value, and its key.
+    Sweep(Range<usize>, Range<usize>),
 }
 
 /// Where every key of a case was written.
@@ -111,9 +111,13 @@ impl Origins {
 
     /// Puts a key, and everything below it, where a sweep gives it.
     pub(crate) fn set_by_sweep(&mut self, key: &[String], source: &[String]) {
-        let (by, _) = self.find(source, false);
-        if let Some(span) = by {
-            self.replaced.push((key.to_vec(), Replaced::Sweep(span)));
+        /// Of a source, the keys `sweep`, the number of the block, and the swept key; then comes the place in its list.
+        const TO_KEY: usize = 3;
+        let axis = &source[..source.len().min(TO_KEY)];
+        let spans = [self.find(source, false).0, self.find(axis, true).0];
+        if let [Some(value), Some(name)] = spans {
+            let by = Replaced::Sweep(value, name);
+            self.replaced.push((key.to_vec(), by));
         }
     }
 
@@ -145,7 +149,10 @@ impl Origins {
                 }
                 error
             }
-            Some((_, Replaced::Sweep(span))) => self.at(problem, Some(span.clone()), true),
+            Some((_, Replaced::Sweep(value, name))) => {
+                let span = if is_key { name } else { value };
+                self.at(problem, Some(span.clone()), true)
+            }
             None => self.at(problem, Some(span.unwrap_or(0..0)), false),
         }
     }

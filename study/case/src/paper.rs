@@ -36,7 +36,7 @@ pub struct Paper {
     pub remark: Option<String>,
     /// Chance that any claim of the paper is called different though it is not.
     #[serde(default = "usual")]
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1.0))]
     pub false_alarm: f64,
     /// The runs, by name.
     pub run: BTreeMap<String, PaperRun>,

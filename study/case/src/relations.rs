@@ -273,6 +273,12 @@ impl Relations<'_> {
             let allowed = format!("a number above 0 and below run.until = {until:?}");
             self.ensure(first < until, "run.first_sample", allowed)?;
         }
+        if let Some(ed) = &case.engine.ed {
+            let allowed = format!(
+                "a number from 0 to run.until = {until:?}: beyond, each contact after the first would be elastic"
+            );
+            self.ensure(ed.contact_time <= until, "engine.ed.contact_time", allowed)?;
+        }
         if run.samples.is_some() {
             let allowed =
                 "run.samples sets samples at equal intervals; this is for equal factors of time";

@@ -121,6 +121,11 @@ impl Format {
                     let close = nearest(text, words).map(|word| format!("\"{word}\""));
                     return refuse(value, close);
                 }
+                // Titles and names reach terminals.
+                if text.chars().any(|one| one.is_control() && one != '\n') {
+                    let allowed = "text without control characters";
+                    return Err(Problem::bad(key, value, allowed));
+                }
                 let least = first["minLength"].as_u64().unwrap_or(0);
                 if (text.trim().chars().count() as u64) < least {
                     return refuse(value, None);
@@ -373,12 +378,21 @@ fn list(schema: &Json) -> String {
     }
 }
 
+/// A limit in few digits.
+fn brief(limit: f64) -> String {
+    if limit != 0.0 && limit.abs() < 1e-4 {
+        format!("{limit:e}")
+    } else {
+        format!("{limit}")
+    }
+}
+
 /// The range of a number.
 fn range(schema: &Json) -> String {
     let limit = |key: &str| {
         let number = schema.get(key)?;
         let number = number.as_u64().map_or_else(
-            || number.as_f64().map(|number| format!("{number}")),
+            || number.as_f64().map(brief),
             |whole| Some(whole.to_string()),
         )?;
         Some(number)

@@ -26,22 +26,33 @@ pub(crate) struct Chosen {
     pub(crate) source: Key,
 }
 
-/// Takes the sweeps out of a case: the settings of each point, and whether an override fixes a key that is swept.
+/// The points of all sweeps.
+pub(crate) struct Expanded {
+    /// What is set in each point.
+    pub(crate) points: Vec<Vec<Chosen>>,
+    /// Keys, as written, that are swept no more, as an override fixes them.
+    pub(crate) fixed: Vec<String>,
+}
+
+/// Takes the sweeps out of a case. An override of a swept key, or of a table around it, takes the place of the sweep.
 ///
 /// Each block is the product of its axes, the last key (in alphabetical order) running fastest.
 pub(crate) fn expand(
     format: &Format,
     table: &mut Table,
     overrides: &[Override],
-) -> Result<(Vec<Vec<Chosen>>, bool), Problem> {
+) -> Result<Expanded, Problem> {
     let mut sweep = table.remove("sweep").unwrap_or(Value::Array(Vec::new()));
     format.check_part("sweep", &mut sweep)?;
     let blocks = sweep.as_array().map(Vec::as_slice).unwrap_or_default();
     if blocks.is_empty() {
-        return Ok((vec![Vec::new()], false));
+        return Ok(Expanded {
+            points: vec![Vec::new()],
+            fixed: Vec::new(),
+        });
     }
     let mut points = Vec::new();
-    let mut fixed = false;
+    let mut fixed = Vec::new();
     for (index, block) in blocks.iter().enumerate() {
         let path = below(&["sweep".to_owned()], (index + 1).to_string());
         let read: Result<BTreeMap<String, Axis>, _> = block.clone().try_into();
@@ -70,9 +81,16 @@ pub(crate) fn expand(
                 return refuse("the same block already sweeps what holds this key");
             }
             swept.push(key.clone());
-            let meets = |set: &Override| key.starts_with(&set.key) || set.key.starts_with(&key);
-            if overrides.iter().any(meets) {
-                fixed = true;
+            let inside = |set: &&Override| set.key.len() > key.len() && set.key.starts_with(&key);
+            if let Some(set) = overrides.iter().find(inside) {
+                let allowed = format!(
+                    "the case sweeps {written:?}, the whole table that holds this key: set it in the values of the sweep, or set \
+                     {written} as a whole, which ends the sweep"
+                );
+                return Err(Problem::bad(&set.key, &set.value, allowed));
+            }
+            if overrides.iter().any(|set| key.starts_with(&set.key)) {
+                fixed.push(written.clone());
                 continue;
             }
             let values = match axis {
@@ -108,7 +126,7 @@ pub(crate) fn expand(
         }
         points.append(&mut product);
     }
-    Ok((points, fixed))
+    Ok(Expanded { points, fixed })
 }
 
 fn value_at_of(block: &Value, key: &str) -> Value {

@@ -1,5 +1,8 @@
 //! Tables as CSV: numbers in the shortest form that reads back the same, nothing where nothing is known.
 //!
+//! Words that spreadsheets would take for a formula, as they begin with `=`, `+`, `-` or `@`, are written behind an apostrophe, which
+//! spreadsheets do not show; numbers stay numbers.
+//!
 //! A column with a unit (`1` for pure numbers) holds numbers, one without holds words. Numbers with a point or an
 //! exponent are read as numbers, all others as counts, so a table that is written and read is the same table, but for
 //! numbers that are not finite and empty words, which are written as nothing.
@@ -15,6 +18,7 @@ use crate::table::{Cell, Column, Table};
 impl Serialize for Cell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
+            Self::Text(text) if is_formula(text) => serializer.serialize_str(&format!("'{text}")),
             Self::Text(text) => serializer.serialize_str(text),
             Self::Number(number) if number.is_finite() => serializer.serialize_f64(*number),
             Self::Count(count) => serializer.serialize_u64(*count),
@@ -38,12 +42,19 @@ impl Cell {
             return Some(Self::Empty);
         }
         if column.unit.is_empty() {
-            return Some(Self::Text(text.to_owned()));
+            let inner = text.strip_prefix('\'').filter(|inner| is_formula(inner));
+            return Some(Self::Text(inner.unwrap_or(text).to_owned()));
         }
         let number = || text.parse().ok().filter(|number: &f64| number.is_finite());
         let count = text.parse().ok().map(Self::Count);
         count.or_else(|| number().map(Self::Number))
     }
+}
+
+/// Whether a spreadsheet would take words for a formula, or would once an apostrophe is taken away.
+fn is_formula(text: &str) -> bool {
+    let begin = text.trim_start_matches('\'');
+    begin.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 impl Table {

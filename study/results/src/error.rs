@@ -43,6 +43,12 @@ pub enum ResultsError {
         /// The folder.
         path: PathBuf,
     },
+    /// The mark of the folder cannot be understood.
+    #[error("{}: run.json is damaged, so that nothing says which run this is; restore it, or use --out for another folder", path.display())]
+    Damaged {
+        /// The folder.
+        path: PathBuf,
+    },
     /// The folder belongs to another case.
     #[error("{} belongs to another run ({differences}); use --force to replace it, or --out for another folder", path.display())]
     Foreign {
@@ -120,7 +126,7 @@ pub enum ResultsError {
     System {
         /// Where.
         path: PathBuf,
-        /// What was tried: `written`, `read`, `removed`.
+        /// What was tried: `made`, `written`, `read`, `removed`.
         action: &'static str,
         /// What the system said.
         source: io::Error,
@@ -188,9 +194,11 @@ pub enum ResultsError {
 }
 
 impl ResultsError {
-    /// Whether the system is at fault, and not what was asked. A place where nothing may be written is what was asked.
+    /// Whether the system is at fault, and not what was asked. A folder that cannot be made, and a place where nothing may be written,
+    /// are what was asked.
     pub fn is_system(&self) -> bool {
-        use io::ErrorKind::{AlreadyExists, NotADirectory, PermissionDenied, ReadOnlyFilesystem};
+        use io::ErrorKind::{AlreadyExists, NotADirectory, PermissionDenied};
+        use io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
         let refused = [
             AlreadyExists,
             NotADirectory,
@@ -199,6 +207,11 @@ impl ResultsError {
         ];
         match self {
             Self::Moved { .. } | Self::TakenOver { .. } => true,
+            Self::System {
+                source,
+                action: "made",
+                ..
+            } => matches!(source.kind(), StorageFull | QuotaExceeded),
             // A folder that cannot be made, as below /proc, is not found.
             Self::System { source, action, .. } => {
                 let absent = *action == "written" && source.kind() == io::ErrorKind::NotFound;

@@ -106,7 +106,7 @@ impl Folder {
     ) -> Result<Self, ResultsError> {
         require_names(&runs)?;
         admit(path, existing, inputs, &runs)?;
-        fs::create_dir_all(path).map_err(ResultsError::system(path, "written"))?;
+        fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         let (mut list, warning) = List::lock(path, false)?;
         // Another process may have come between.
         let known = admit(path, existing, inputs, &runs)?;

@@ -133,13 +133,18 @@ impl Mark {
         }
     }
 
-    /// The mark of a folder; `None` without one of this program.
+    /// The mark of a folder; `None` without one of this program. One that is no JSON, or not what this program writes, is damaged.
     pub(crate) fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
-        let read = regular::read(&folder.join(RUN_FILE)).ok();
-        let value = read.and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
-        let Some(value) = value.filter(|value| value["program"] == "stosszahl") else {
+        let damaged = || ResultsError::Damaged {
+            path: folder.to_owned(),
+        };
+        let Ok(bytes) = regular::read(&folder.join(RUN_FILE)) else {
             return Ok(None);
         };
+        let value: Value = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
+        if value["program"] != "stosszahl" {
+            return Ok(None);
+        }
         if value["format"] != RUN_FORMAT {
             let found = value.get("format");
             return Err(ResultsError::OtherVersion {
@@ -148,7 +153,9 @@ impl Mark {
                 expected: RUN_FORMAT,
             });
         }
-        Ok(serde_json::from_value(value).ok())
+        serde_json::from_value(value)
+            .map(Some)
+            .map_err(|_| damaged())
     }
 
     /// What differs from some runs in what decides the numbers; `None` if nothing does.

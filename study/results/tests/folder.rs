@@ -97,6 +97,36 @@ fn tables_are_written_as_before_and_read_back_the_same() {
     assert!(stored.changed.is_empty());
 }
 
+/// Words that a spreadsheet would compute are behind an apostrophe in the file, and themselves when they are read back; numbers stay
+/// numbers, also below zero.
+#[test]
+fn words_of_a_table_are_no_formulas() {
+    let words = ["=1+1", "+1", "-x", "@sum", "'=1", "'x", "a=b", "ed", "\t=1"];
+    let mut written = Table::new("energy", "Energy")
+        .key("engine", "", "The engine")
+        .note("value", "1", "A number");
+    for word in words {
+        written.add((word, -1.5));
+    }
+    let text = String::from_utf8(written.to_csv().unwrap()).unwrap();
+    let lines: Vec<&str> = text.lines().skip(1).collect();
+    let expected = [
+        "'=1+1", "'+1", "'-x", "'@sum", "''=1", "'x", "a=b", "ed", "'\t=1",
+    ];
+    for (line, expected) in lines.iter().zip(expected) {
+        assert_eq!(*line, format!("{expected},-1.5"));
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = Folder::open(place.path(), Existing::Refuse, &[], id(&case(7, "a"))).unwrap();
+    let finished = folder.places().next().unwrap();
+    finished
+        .finish(Manifest::default(), &[written.clone()])
+        .unwrap();
+    drop(folder);
+    let stored = Stored::read(place.path()).unwrap().unwrap();
+    assert_eq!(stored.tables, [written]);
+}
+
 #[test]
 fn a_row_that_does_not_fit_is_an_error() {
     let mut table = table(1);
@@ -405,10 +435,7 @@ fn a_folder_that_cannot_be_is_named() {
     .unwrap_err();
     // What was asked is at fault, not the system: another folder helps.
     assert!(
-        !error.is_system()
-            && error
-                .to_string()
-                .contains("file/results: cannot be written"),
+        !error.is_system() && error.to_string().contains("file/results: cannot be made"),
         "{error}"
     );
 }

@@ -287,10 +287,6 @@ fn refused(point: &Point, error: &PlanError) -> CaseError {
         found,
         allowed,
     } = error;
-    let message = if found.is_empty() {
-        allowed.clone()
-    } else {
-        format!("{allowed}; found: {found}")
-    };
-    point.refuse(key, message)
+    let found = (!found.is_empty()).then(|| found.clone());
+    point.refuse_found(key, found, allowed.as_str())
 }

@@ -814,7 +814,7 @@ fn places_are_lines_arguments_and_sweeps() {
     assert!(
         error
             .to_string()
-            .starts_with("case.toml:10:9: run.until = 10 is not allowed: less"),
+            .starts_with("case.toml:10:9: run.until = 10 is refused; the rule: less"),
         "{error}"
     );
 }

@@ -28,6 +28,11 @@ use crate::unsaved::{Unsaved, measures, resized};
 /// Most memory of the starts that are kept for other settings \[bytes\].
 const STARTS: usize = 1 << 29;
 
+/// First replica of references, whose starts no setting shares.
+pub(super) const REFERENCE: u64 = 1 << 32;
+/// First replica of tests on fresh seeds.
+pub(super) const FRESH: u64 = 1 << 33;
+
 /// What one run gives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sample {
@@ -167,12 +172,23 @@ impl Workshop<'_> {
             match (&mut outcomes[*task], found) {
                 (Ok(samples), Ok(sample)) => samples.push(sample),
                 (known @ Ok(_), Err(reason)) => {
-                    *known = Err(format!("replica {replica}: {reason}"));
+                    *known = Err(format!("{}: {reason}", replica_name(*replica)));
                 }
                 (Err(_), _) => {}
             }
         }
         Ok(outcomes)
+    }
+}
+
+/// A replica in words: those of the reference, and those on fresh seeds, are counted from numbers of their own.
+fn replica_name(replica: u64) -> String {
+    match replica {
+        0..REFERENCE => format!("replica {replica}"),
+        REFERENCE..FRESH => {
+            format!("replica {} of the reference", replica - REFERENCE)
+        }
+        _ => format!("replica {} of fresh seeds", replica - FRESH),
     }
 }
 

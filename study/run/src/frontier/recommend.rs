@@ -4,12 +4,10 @@ use stosszahl_analysis::accuracy::Accuracy;
 
 use super::FrontierError;
 use super::front::Measured;
-use super::measure::{Task, Workshop};
+use super::measure::{FRESH, Task, Workshop};
 use super::quantity::{Kind, Quantity};
 use super::reference::Reference;
 
-/// First replica of the tests: none that a setting or the reference has run.
-const FIRST: u64 = 1 << 33;
 /// Most replicas that are recommended.
 const MOST: u64 = 4096;
 
@@ -172,7 +170,7 @@ impl<'a> Search<'a> {
         let setting = self.measured[choice.index].setting.clone();
         let one = setting.nominal_seconds(workshop.plan) * choice.replicas as f64;
         let tests = ((share / one) as u64).clamp(1, most.max(1));
-        let replicas = FIRST..FIRST + tests * choice.replicas;
+        let replicas = FRESH..FRESH + tests * choice.replicas;
         let outcome = workshop.one(Task { setting, replicas })?;
         let what = "the recommended setting failed";
         let samples = outcome.map_err(|reason| FrontierError::Runs { what, reason })?;

@@ -13,13 +13,11 @@ use stosszahl_case::format::Engines;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
 use super::FrontierError;
-use super::measure::{Sample, Task, Workshop};
+use super::measure::{REFERENCE, Sample, Task, Workshop};
 use super::quantity::{Quantity, theory};
 use super::setting::Setting;
 use crate::plan::Plan;
 
-/// First replica of the ensemble; settings begin at zero.
-const FIRST: u64 = 1 << 32;
 /// Runs of the ensemble between two writes of the file.
 const BATCH: usize = 64;
 
@@ -111,7 +109,7 @@ pub(crate) fn find(
             let end = count.min(runs.len() + BATCH);
             let task = Task {
                 setting: Setting::exact(workshop.plan.count()),
-                replicas: FIRST + runs.len() as u64..FIRST + end as u64,
+                replicas: REFERENCE + runs.len() as u64..REFERENCE + end as u64,
             };
             let more = workshop.one(task)?;
             runs.extend(more.map_err(failed)?);

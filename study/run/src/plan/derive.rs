@@ -111,12 +111,30 @@ impl Plan {
         boundaries::check(&plan)?;
         plan.find_times()?;
         plan.check_times()?;
+        plan.check_gravity()?;
         plan.check_drive()?;
         plan.check_start()?;
         plan.engines = engines::all(&mut plan)?;
         plan.check_density()?;
         plan.warnings.extend(plan.notable());
         Ok(plan)
+    }
+
+    /// Refuses a fall so fast that thermal motion is below the rounding of its energy.
+    fn check_gravity(&self) -> Result<(), PlanError> {
+        const STRONGEST: f64 = 1e12;
+        let gravity = self.gravity();
+        let masses = self.species.iter().map(|one| one.count as f64 * one.mass);
+        let mass = masses.sum::<f64>() / self.count() as f64;
+        let found = (0..self.dimension)
+            .map(|axis| mass * gravity[axis].abs() * self.lengths[axis] / self.temperature)
+            .fold(0.0, f64::max);
+        if found <= STRONGEST {
+            return Ok(());
+        }
+        let found = format!("a fall through the box gives {} T", short(found));
+        let allowed = format!("at most {STRONGEST:e} T");
+        Err(PlanError::new("gravity.acceleration", found, allowed))
     }
 
     /// Haff's time, the mean free time, and the unit of time.

@@ -1,0 +1,102 @@
+//! Cases and papers that come with a program: a folder that is built into it.
+
+use std::path::Path;
+
+use include_dir::Dir;
+
+use crate::{CaseError, CaseFile, Format, nearest, read_text};
+
+/// The folder of cases, with papers in a folder `papers` inside it.
+#[derive(Clone, Copy, Debug)]
+pub struct Bundle(pub &'static Dir<'static>);
+
+/// A case or paper that comes with the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Bundled {
+    /// Its name: that of its file without the ending.
+    pub name: &'static str,
+    /// The file.
+    pub text: &'static str,
+}
+
+impl Bundled {
+    /// The question of the case: the comment that it begins with, up to the question mark.
+    pub fn question(self) -> String {
+        let comment = self.text.lines().map_while(|line| line.strip_prefix('#'));
+        let words: Vec<&str> = comment.flat_map(str::split_whitespace).collect();
+        let text = words.join(" ");
+        let end = text.find('?').map_or(text.len(), |mark| mark + 1);
+        text[..end].to_owned()
+    }
+}
+
+impl Bundle {
+    /// All cases, by name.
+    pub fn cases(self) -> Vec<Bundled> {
+        files(self.0)
+    }
+
+    /// All papers, by name.
+    pub fn papers(self) -> Vec<Bundled> {
+        self.0.get_dir("papers").map(files).unwrap_or_default()
+    }
+
+    /// The case of a name.
+    pub fn named(self, name: &str) -> Option<Bundled> {
+        self.cases().into_iter().find(|one| one.name == name)
+    }
+
+    /// The name of a case that is close to what was given, if any is.
+    pub fn close_to(self, given: &Path) -> Option<&'static str> {
+        let name = given.file_stem()?.to_str()?;
+        let cases = self.cases();
+        nearest(name, cases.iter().map(|one| one.name))
+    }
+
+    /// The text of a case file, or of the bundled case of that name where there is no file.
+    ///
+    /// # Errors
+    /// [`CaseError::NoCase`] if there is neither; or the file cannot be read.
+    pub fn text(self, path: &Path) -> Result<String, CaseError> {
+        if path.exists() {
+            return read_text(path);
+        }
+        match path.to_str().and_then(|name| self.named(name)) {
+            Some(one) => Ok(one.text.to_owned()),
+            None => Err(CaseError::NoCase {
+                path: path.to_owned(),
+                close: self.close_to(path),
+            }),
+        }
+    }
+
+    /// Reads a case file, or the bundled case of that name where there is no file.
+    ///
+    /// # Errors
+    /// As [`Self::text`] and [`Format::from_text`].
+    pub fn read(
+        self,
+        format: &Format,
+        path: &Path,
+        overrides: &[String],
+    ) -> Result<CaseFile, CaseError> {
+        let text = self.text(path)?;
+        if path.exists() {
+            format.from_text(path, &text, overrides)
+        } else {
+            format.from_text(&path.with_extension("toml"), &text, overrides)
+        }
+    }
+}
+
+/// The files of a folder, by name.
+fn files(folder: &'static Dir<'static>) -> Vec<Bundled> {
+    let one = |file: &'static include_dir::File<'static>| {
+        let name = file.path().file_stem()?.to_str()?;
+        let text = file.contents_utf8()?;
+        Some(Bundled { name, text })
+    };
+    let mut all: Vec<_> = folder.files().filter_map(one).collect();
+    all.sort_by_key(|one| one.name);
+    all
+}
