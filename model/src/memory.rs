@@ -67,6 +67,29 @@ pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     vector
 }
 
+/// Memory that this process can still take \[bytes\], where the system says so: what is free for all programs, or what is left of the
+/// process's own limit of address space (`ulimit -v`), if that is less.
+pub fn available() -> Option<f64> {
+    let free = value_of("/proc/meminfo", "MemAvailable:")?;
+    let limit = std::fs::read_to_string("/proc/self/limits").ok();
+    let limit = limit.as_deref().and_then(|text| {
+        let line = text
+            .lines()
+            .find_map(|one| one.strip_prefix("Max address space"))?;
+        line.split_whitespace().next()?.parse::<f64>().ok()
+    });
+    let left = limit.zip(value_of("/proc/self/status", "VmSize:"));
+    Some(left.map_or(free, |(limit, taken)| free.min((limit - taken).max(0.0))))
+}
+
+/// The number of kibibytes beside a name in a file of the system, in bytes.
+fn value_of(file: &str, name: &str) -> Option<f64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024.0 * kibibytes)
+}
+
 /// Gives large blocks back to the system as soon as they are freed.
 ///
 /// The GNU allocator keeps blocks of up to 32 MiB once it has seen one freed, for each thread by itself. A checkpoint is made of such

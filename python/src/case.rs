@@ -1,23 +1,31 @@
 //! Cases: read, checked, run; and folders of results.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use include_dir::{Dir, include_dir};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyUserWarning};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
-use stosszahl_case::CaseFile;
+use stosszahl_case::{Bundle, CaseFile};
 use stosszahl_report::{ReportError, write_held_report, write_report};
 use stosszahl_results::{Existing, Manifest, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
 use stosszahl_study::{Gauge, Options, Progress, format, run_case};
 
-use crate::error::Raise;
-use crate::wait::{Stop, wait};
+use crate::error::{Raise, raised};
+use crate::wait::{Messages, Stop, wait};
 
-/// A case as `stosszahl.Case` has it: a name, which stands in messages, the text unless it is to be read from the file of that
-/// name, and overrides `key=value`.
+/// The cases that come with the package.
+static BUNDLE: Bundle = Bundle({
+    static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../cases");
+    &FOLDER
+});
+
+/// A case as `stosszahl.Case` has it: a path, which stands in messages, the text unless it is that of the file or bundled case of
+/// that name, and overrides `key=value`.
 #[derive(FromPyObject)]
 pub struct Given {
     path: PathBuf,
@@ -26,14 +34,32 @@ pub struct Given {
 }
 
 impl Given {
-    fn read(&self) -> PyResult<CaseFile> {
+    fn read(&self, py: Python<'_>) -> PyResult<CaseFile> {
         let format = format();
         let read = match &self.text {
             Some(text) => format.from_text(&self.path, text, &self.overrides),
-            None => format.read(&self.path, &self.overrides),
+            None => BUNDLE.read(&format, &self.path, &self.overrides),
         };
-        read.map_err(Raise::raise)
+        let file = read.map_err(Raise::raise)?;
+        for text in &file.notes {
+            let text = CString::new(text.as_str())?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 3)?;
+        }
+        Ok(file)
     }
+}
+
+/// The bundled cases by name, each with its question.
+#[pyfunction]
+pub fn bundled() -> Vec<(&'static str, String)> {
+    let cases = BUNDLE.cases().into_iter();
+    cases.map(|one| (one.name, one.question())).collect()
+}
+
+/// The text of a case file, or of the bundled case of that name.
+#[pyfunction]
+pub fn case_text(path: PathBuf) -> PyResult<String> {
+    BUNDLE.text(&path).map_err(Raise::raise)
 }
 
 /// The JSON Schema of case files.
@@ -45,15 +71,15 @@ pub fn schema() -> String {
 /// TOML of a JSON object.
 #[pyfunction]
 pub fn toml_of_json(text: &str) -> PyResult<String> {
-    let bad = |error: String| PyValueError::new_err(format!("no case: {error}"));
+    let bad = |error: String| raised("CaseError", &format!("no case: {error}"));
     let table: toml::Table = serde_json::from_str(text).map_err(|error| bad(error.to_string()))?;
     toml::to_string(&table).map_err(|error| bad(error.to_string()))
 }
 
 /// What each point of a case means, as JSON.
 #[pyfunction]
-pub fn check(case: Given, threads: Option<usize>) -> PyResult<String> {
-    let file = case.read()?;
+pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<String> {
+    let file = case.read(py)?;
     let threads = threads.unwrap_or_else(available_threads);
     let planned = stosszahl_study::check(&file).map_err(Raise::raise)?;
     let level = stosszahl_study::check::level(&planned);
@@ -139,7 +165,7 @@ pub fn run(
     force_memory: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(PathBuf, bool)> {
-    let file = case.read()?;
+    let file = case.read(py)?;
     let (stop, seen) = (Stop::default(), Seen::default());
     let existing = match existing {
         "resume" => Existing::Resume,
@@ -158,7 +184,7 @@ pub fn run(
         drop(far);
         progress.call1(py, (share, collisions, notes)).map(drop)
     };
-    let work = |_: std::sync::mpsc::SyncSender<()>| {
+    let work = |_: Messages<()>| {
         let options = Options {
             out,
             existing,
@@ -170,7 +196,7 @@ pub fn run(
         };
         run_case(&file, &options)
     };
-    let summary = wait(py, &stop, Duration::MAX, work, |_, ()| Ok(()), tell)?;
+    let summary = wait(py, &stop, work, |_, ()| Ok(()), tell)?;
     let summary = summary.map_err(|error| {
         if error.is_interruption() {
             PyKeyboardInterrupt::new_err("stopped")

@@ -2,24 +2,22 @@
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
-use std::sync::mpsc::SyncSender;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use stosszahl_dsmc::Parameters;
 use stosszahl_gas::{EventDriven, GasError, MonteCarlo, Scheme};
-use stosszahl_model::{Budget, Collision, Observer, Simulation};
+use stosszahl_model::{Collision, Interrupt, Observer, Simulation};
 
 use crate::arrays::{WORDS, column, vectors, write_collision};
 use crate::error::{Raise, raised};
 use crate::gas::Gas;
-use crate::wait::{Stop, wait};
+use crate::wait::{Messages, Stop, wait};
 
-/// How long an engine may take to come to a moment at which it can stop and go on.
-const GRACE: Duration = Duration::from_secs(1);
+/// Collisions of a batch for which memory is taken at once.
+const MOST_RESERVED: usize = 1 << 16;
 
 /// An engine of either kind.
 enum Kind {
@@ -51,19 +49,22 @@ impl DerefMut for Kind {
 #[pyclass(module = "stosszahl._native", frozen)]
 pub struct Engine(Mutex<Kind>);
 
-/// Hands collisions to Python in large batches.
+/// Hands collisions to Python in large batches, and asks for a pause when Python has failed.
 struct Batches {
     size: usize,
     bytes: Vec<u8>,
-    send: SyncSender<Vec<u8>>,
+    messages: Messages<Vec<u8>>,
+    pause: Interrupt,
 }
 
 impl Batches {
     fn flush(&mut self) {
-        if !self.bytes.is_empty() {
-            let next = Vec::with_capacity(self.bytes.capacity());
-            // Nobody hears where Python has failed.
-            let _ = self.send.send(std::mem::replace(&mut self.bytes, next));
+        if self.bytes.is_empty() {
+            return;
+        }
+        let next = Vec::with_capacity(self.bytes.capacity());
+        if !self.messages.send(std::mem::replace(&mut self.bytes, next)) {
+            self.pause.raise();
         }
     }
 }
@@ -127,17 +128,16 @@ impl ImpactParameters {
 /// What a wall gave: name, particles, momentum, energy.
 type Flux = (String, f64, [f64; 3], f64);
 
-/// Advances, unless it is asked to stop.
-fn advance(
-    engine: &mut Kind,
-    until: f64,
-    observer: &mut dyn Observer,
-    stop: &Stop,
-) -> Result<(), GasError> {
-    engine.pause_on(&stop.soon);
-    engine.stop_on(&stop.now);
-    engine.advance(until, Budget::Unlimited, observer)?;
-    Ok(())
+impl Kind {
+    /// Advances, unless it is asked to stop.
+    fn go(&mut self, until: f64, observer: &mut dyn Observer, stop: &Stop) -> Result<(), GasError> {
+        self.pause_on(&stop.soon);
+        self.stop_on(&stop.now);
+        match self {
+            Self::Exact(engine) => engine.advance(until, observer),
+            Self::Chaos(engine) => engine.advance(until, observer),
+        }
+    }
 }
 
 impl Engine {
@@ -223,35 +223,33 @@ impl Engine {
         let mut guard = self.lock()?;
         let engine = &mut *guard;
         let stop = Stop::default();
-        if until.is_nan() {
-            return Err(raised(
-                "GasError",
-                "advance to a time that is no number; allowed: a time",
-            ));
-        }
         let rust = observer.and_then(|one| one.cast::<ImpactParameters>().ok());
         let python = observer
             .filter(|_| rust.is_none())
             .map(|one| one.clone().unbind());
         let rust = rust.map(Bound::get);
         let looks = python.is_some();
-        let work = |send: SyncSender<Vec<u8>>| match rust {
-            Some(one) => advance(engine, until, &mut Shared(one), &stop),
+        let work = |messages: Messages<Vec<u8>>| match rust {
+            Some(one) => engine.go(until, &mut Shared(one), &stop),
             None if looks => {
-                let bytes = Vec::with_capacity(8 * WORDS * batch.max(1));
                 let size = batch.max(1);
-                let mut batches = Batches { size, bytes, send };
-                let done = advance(engine, until, &mut batches, &stop);
+                let mut batches = Batches {
+                    size,
+                    bytes: Vec::with_capacity(8 * WORDS * size.min(MOST_RESERVED)),
+                    messages,
+                    pause: stop.soon.clone(),
+                };
+                let done = engine.go(until, &mut batches, &stop);
                 batches.flush();
                 done
             }
-            None => advance(engine, until, &mut (), &stop),
+            None => engine.go(until, &mut (), &stop),
         };
         let hear = |py: Python<'_>, bytes: Vec<u8>| match &python {
             Some(function) => function.call1(py, (PyBytes::new(py, &bytes),)).map(drop),
             None => Ok(()),
         };
-        let done = wait(py, &stop, GRACE, work, hear, |_| Ok(()))?;
+        let done = wait(py, &stop, work, hear, |_| Ok(()))?;
         done.map_err(Raise::raise)?;
         Ok(())
     }
@@ -264,9 +262,8 @@ impl Engine {
             return Err(raised("GasError", text));
         };
         let stop = Stop::default();
-        let work =
-            |_: SyncSender<()>| engine.equilibrate_unless(collisions_per_particle, &stop.soon);
-        let done = wait(py, &stop, GRACE, work, |_, ()| Ok(()), |_| Ok(()))?;
+        let work = |_: Messages<()>| engine.equilibrate_unless(collisions_per_particle, &stop.soon);
+        let done = wait(py, &stop, work, |_, ()| Ok(()), |_| Ok(()))?;
         done.map_err(Raise::raise)?;
         Ok(())
     }

@@ -47,7 +47,11 @@ fn explained(error: &dyn Error) -> String {
 
 impl Raise for GasError {
     fn raise(self) -> PyErr {
-        raised("GasError", &explained(&self))
+        let class = match self {
+            Self::Memory { .. } => "OutOfMemoryError",
+            _ => "GasError",
+        };
+        raised(class, &explained(&self))
     }
 }
 

@@ -1,7 +1,5 @@
 //! Gases: [`stosszahl_gas::Gas`] with a description and arrays.
 
-use std::time::Duration;
-
 use nalgebra::{Vector3, vector};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -11,7 +9,7 @@ use stosszahl_model::{Particle, Particles, Viscoelastic, Volume};
 
 use crate::arrays::{column, vectors};
 use crate::error::Raise;
-use crate::wait::{Stop, wait};
+use crate::wait::{Messages, Stop, wait};
 
 /// A gas.
 #[pyclass(module = "stosszahl._native", frozen)]
@@ -41,6 +39,7 @@ struct Description {
     tangential_restitution: Option<f64>,
     walls: Vec<(usize, [GivenFace; 2])>,
     gravity: Option<[f64; 2]>,
+    contact_time: f64,
     temperature: f64,
     seed: u64,
     replica: u64,
@@ -161,6 +160,7 @@ fn build(
         gas = gas.start_from(start.particles(given.dimension));
     }
     gas.temperature(given.temperature)
+        .contact_time(given.contact_time)
         .seed(given.seed)
         .replica(given.replica)
         .stop_on(&stop.soon)
@@ -172,9 +172,8 @@ impl Gas {
     #[new]
     fn new(py: Python<'_>, description: Description, start: Option<Start>) -> PyResult<Self> {
         let stop = Stop::default();
-        let work = |_| build(&description, start.as_ref(), &stop);
-        let never = |_: Python<'_>, (): ()| Ok(());
-        let gas = wait(py, &stop, Duration::ZERO, work, never, |_| Ok(()))?;
+        let work = |_: Messages<()>| build(&description, start.as_ref(), &stop);
+        let gas = wait(py, &stop, work, |_, ()| Ok(()), |_| Ok(()))?;
         Ok(Self(gas.map_err(Raise::raise)?))
     }
 

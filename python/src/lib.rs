@@ -21,7 +21,9 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = true)]
 mod _native {
     #[pymodule_export]
-    use crate::case::{check, engines, manifest, report, run, schema, sweep, toml_of_json};
+    use crate::case::{
+        bundled, case_text, check, engines, manifest, report, run, schema, sweep, toml_of_json,
+    };
     #[pymodule_export]
     use crate::engine::{Engine, ImpactParameters};
     #[pymodule_export]

@@ -20,9 +20,9 @@ True
 
 from importlib.metadata import version as _version
 
-from .cases import Case, check, report, run, schema, sweep
+from .cases import Case, bundled_cases, check, report, run, schema, sweep
 from .engines import COLLISION, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
-from .errors import CaseError, EngineError, Error, GasError, PackageError, ResultsError, RunError
+from .errors import CaseError, EngineError, Error, GasError, OutOfMemoryError, PackageError, ResultsError, RunError
 from .files import Trajectory, trajectory
 from .gas import Gas, Viscoelastic, Wall
 from .log import CollisionLog
@@ -44,6 +44,7 @@ __all__ = [
     "GasError",
     "ImpactParameters",
     "MonteCarlo",
+    "OutOfMemoryError",
     "PackageError",
     "Results",
     "ResultsError",
@@ -53,6 +54,7 @@ __all__ = [
     "Verdict",
     "Viscoelastic",
     "Wall",
+    "bundled_cases",
     "check",
     "impact_parameters",
     "report",

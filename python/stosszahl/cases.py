@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from . import _native
-from .errors import CaseError
+from . import _native, given
+from .errors import CaseError, ResultsError, RunError
 from .results import Results
 
-__all__ = ["Case", "check", "report", "run", "schema", "sweep"]
+__all__ = ["Case", "bundled_cases", "check", "report", "run", "schema", "sweep"]
 
 Path_ = str | os.PathLike[str]
 Progress = Callable[[float, int], Any]
@@ -28,7 +28,7 @@ class Case:
     Parameters
     ----------
     path : path
-        The file. With `text` it need not exist: it stands in messages, and start files are looked for beside it.
+        The file, or the name of a case that comes with the package, such as ``"quick"``. With `text` it need not exist: it stands in messages, and start files are looked for beside it.
     text : str, optional
         TOML, in place of the contents of the file.
     overrides : sequence of str
@@ -45,8 +45,8 @@ class Case:
         if isinstance(source, Case):
             return source
         if isinstance(source, Mapping):
-            return cls(Path(f"{name}.toml"), _native.toml_of_json(json.dumps(source)))
-        return cls(Path(source))
+            return cls(Path(f"{name}.toml"), _native.toml_of_json(json.dumps(given.plain(source))))
+        return cls(given.path("case", source))
 
     def set(
         self,
@@ -58,37 +58,53 @@ class Case:
     ) -> Case:
         """The case with dotted keys set, such as ``{"gas.restitution": 0.9, "species.1.number": 4000}``."""
         further = {"replicas": replicas, "seed": seed, "run.until": until}
-        given = {**(keys or {}), **{key: value for key, value in further.items() if value is not None}}
-        return Case(self.path, self.text, self.overrides + [f"{key}={toml(value)}" for key, value in given.items()])
+        if not isinstance(keys, Mapping | None):
+            raise CaseError(f"keys are {keys!r}; allowed: a dictionary of dotted keys")
+        all_ = {**(keys or {}), **{key: value for key, value in further.items() if value is not None}}
+        return Case(self.path, self.text, self.overrides + [f"{given.key_of(key)}={toml(value)}" for key, value in all_.items()])
 
     def swept(self, over: Mapping[str, Sequence[Any]]) -> Case:
         """The case with a sweep over dotted keys: all combinations of the values."""
-        text = self.text
-        if text is None:
-            try:
-                text = self.path.read_text(encoding="utf-8")
-            except (OSError, UnicodeDecodeError):
-                _native.check(self, None)  # says what is wrong
-                raise
-        block = "".join(f"{json.dumps(key)} = {toml(list(values))}\n" for key, values in over.items())
+        text = _native.case_text(self.path) if self.text is None else self.text
+        block = "".join(f"{json.dumps(key)} = {toml(listed(key, values))}\n" for key, values in mapped(over).items())
         return Case(self.path, f"{text.rstrip()}\n\n[[sweep]]\n{block}", self.overrides)
+
+
+def mapped(over: Any) -> Mapping[str, Any]:
+    if isinstance(over, Mapping):
+        return over
+    raise CaseError(f"a sweep over {over!r}; allowed: a dictionary of dotted keys, each with the list of its values")
+
+
+def listed(key: str, values: Any) -> list[Any]:
+    """The values of a key in a sweep."""
+    values = given.plain(values)
+    if isinstance(values, list):
+        return values
+    raise CaseError(f"a sweep of {key} over {values!r}; allowed: the list of its values")
 
 
 def toml(value: Any) -> str:
     """A value as TOML."""
+    value = given.plain(value)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return json.dumps(value)
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return "{ " + ", ".join(f"{json.dumps(key)} = {toml(one)}" for key, one in value.items()) + " }"
-    if isinstance(value, (list, tuple)) or hasattr(value, "tolist") and not hasattr(value, "__float__"):
+    if isinstance(value, list):
         return "[" + ", ".join(toml(one) for one in value) + "]"
-    if hasattr(value, "tolist"):
-        return toml(value.tolist())
-    if isinstance(value, (int, float)):
-        return repr(value)
-    raise CaseError(f"{value!r} has no place in a case; allowed: numbers, words, true and false, lists and dictionaries")
+    return repr(value)
+
+
+def bundled_cases() -> dict[str, str]:
+    """Names of the cases that come with the package, each with the question that it answers: ``run("quick")`` runs one."""
+    return dict(_native.bundled())
+
+
+def threads_of(threads: int | None) -> int | None:
+    return None if threads is None else given.whole("threads", threads, 0, 2**32, RunError)
 
 
 def schema() -> dict[str, Any]:
@@ -122,7 +138,7 @@ def check(
         Says file, line and key that are to blame, and what is allowed.
     """
     whole = Case.of(case).set(keys, replicas=replicas, seed=seed, until=until)
-    points: list[dict[str, Any]] = json.loads(_native.check(whole, threads))
+    points: list[dict[str, Any]] = json.loads(_native.check(whole, threads_of(threads)))
     return points
 
 
@@ -149,9 +165,10 @@ def run(
     Parameters
     ----------
     case : Case, path or dict
-        A case file, or its tables as a dictionary.
+        A case file, the name of a case of :func:`bundled_cases`, or the tables of a case as a dictionary.
     keys : dict, optional
-        Dotted keys to set, as by ``--set``: ``{"gas.restitution": 0.9}``.
+        Dotted keys to set, as by ``--set``: ``{"gas.restitution": 0.9}``. A key that the case sweeps is then swept no more, which a
+        warning says.
     out : path, optional
         The results folder; ``results/NAME`` of the case by default.
     replicas, seed, until : optional
@@ -179,6 +196,9 @@ def run(
     if resume and force:
         raise CaseError("resume and force; allowed: one of them")
     tell = Line(whole.path.stem) if progress is True else progress or None
+    if not (tell is None or callable(tell)):
+        raise RunError(f"progress is {progress!r}; allowed: True, False, or a function of the share done and the collisions so far")
+    folder = None if out is None else given.path("out", out, RunError)
     hear = None
     if tell is not None:
 
@@ -189,15 +209,15 @@ def run(
 
     existing = "resume" if resume else "force" if force else "refuse"
     try:
-        folder, _ = _native.run(
-            whole, out=out, existing=existing, threads=threads, force_memory=force_memory, progress=hear
+        written, _ = _native.run(
+            whole, out=folder, existing=existing, threads=threads_of(threads), force_memory=force_memory, progress=hear
         )
     except KeyboardInterrupt:
         raise KeyboardInterrupt("stopped; run(..., resume=True) goes on from the checkpoints") from None
     finally:
         if isinstance(tell, Line):
             tell.end()
-    return Results(folder)
+    return Results(written)
 
 
 def sweep(
@@ -206,7 +226,7 @@ def sweep(
     keys: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> Results:
-    """Runs all combinations of values of some keys: ``sweep("cases/quick.toml", {"gas.restitution": [0.8, 0.9]})``.
+    """Runs all combinations of values of some keys: ``sweep("quick", {"gas.restitution": [0.8, 0.9]})``.
 
     Parameters
     ----------
@@ -225,7 +245,7 @@ def sweep(
 
 def report(folder: Path_) -> Path:
     """Writes ``report.html`` of a folder anew from its tables, and returns its path."""
-    return Path(_native.report(folder))
+    return Path(_native.report(given.path("folder", folder, ResultsError)))
 
 
 class Line:

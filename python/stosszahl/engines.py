@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _native
+from . import _native, given
 from .errors import GasError
-from .gas import Gas, HasParticles, given_vectors, numbers
+from .gas import Gas, HasParticles, numbers, optional_number
 
 __all__ = ["COLLISION", "EventDriven", "ImpactParameters", "MonteCarlo", "impact_parameters"]
 
@@ -61,9 +61,18 @@ class ImpactParameters:
     """
 
     def __init__(self, dimension: int = 2, bins: int = 20) -> None:
-        if dimension not in (2, 3) or not 1 <= bins <= 10**6:
-            raise GasError(f"impact parameters in {dimension} dimensions and {bins} bins; allowed: 2 or 3, and 1 to 1000000")
-        self._handle = _native.ImpactParameters(dimension, bins)
+        self.dimension = given.whole("dimension", dimension, 2, 3)
+        self._handle = _native.ImpactParameters(self.dimension, given.whole("bins", bins, 1, 10**6))
+
+    def __len__(self) -> int:
+        return self.collisions
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __repr__(self) -> str:
+        slope = "" if self.slope is None else f", slope {self.slope:.4g}"
+        return f"<ImpactParameters of {self.collisions} collisions{slope}>"
 
     @property
     def collisions(self) -> int:
@@ -86,6 +95,12 @@ class ImpactParameters:
         return self._handle.slope_error()
 
 
+def gas_of(start: Any) -> Gas:
+    if isinstance(start, Gas):
+        return start
+    raise GasError(f"the start is {start!r}; allowed: a Gas, such as that of EventDriven.state()")
+
+
 class Engine(HasParticles):
     """A gas under way. :class:`EventDriven` and :class:`MonteCarlo` are engines."""
 
@@ -100,24 +115,26 @@ class Engine(HasParticles):
         """Advances to a time.
 
         Other threads of Python run meanwhile. Ctrl-C stops it between two collisions or steps: the engine then stands at a
-        time before `until` and can go on.
+        time before `until`, and the same call goes on to the same bytes as without the stop. A second Ctrl-C, a second later or
+        more, breaks off a step that takes long; the engine has no state then.
 
         Parameters
         ----------
         until : float
-            The time [time].
+            The time [time]: the present or later, and finite.
         observer : callable or ImpactParameters, optional
             Is called with all collisions until then, in order, in arrays of the type :data:`COLLISION` that cannot be
-            written to. It runs in this thread while the engine goes on in another. An exception in it stops the engine, which
-            by then has gone on for some batches.
+            written to. It runs in this thread while the engine works on the next batch in another. An exception in it stops the engine
+            as Ctrl-C does, when that batch is full or `until` is reached: always at the same time.
         batch : int
             Collisions in an array; the last has what is left.
 
         Raises
         ------
         GasError
-            The gas cannot go on, as in inelastic collapse.
+            The time is past or infinite, or so far that the gas would need years; or it cannot go on, as in inelastic collapse.
         """
+        until, batch = given.number("until", until), given.whole("batch", batch, 1, 2**32)
         if observer is None:
             self._handle.advance(until, None, batch)
         elif isinstance(observer, ImpactParameters):
@@ -153,22 +170,22 @@ class Engine(HasParticles):
 
     @property
     def boundaries(self) -> dict[str, dict[str, Any]]:
-        """What each wall has given so far: contacts, momentum (3,) and energy."""
+        """What each wall or opening has given so far: ``particles`` that touched it (negative where they left), ``momentum`` (3,) and ``energy``."""
         return {
-            name: {"contacts": contacts, "momentum": np.array(momentum), "energy": energy}
-            for name, contacts, momentum, energy in self._handle.boundaries()
+            name: {"particles": particles, "momentum": np.array(momentum), "energy": energy}
+            for name, particles, momentum, energy in self._handle.boundaries()
         }
 
     def kick(self, changes: ArrayLike) -> None:
         """Adds to all velocities [length/time], shape (number, dimension)."""
-        changes = given_vectors("changes", changes, (len(self), self.dimension))
+        changes = given.vectors("changes", changes, (len(self), self.dimension))
         if not np.isfinite(changes).all():
             raise GasError("changes of velocities are not finite; allowed: finite numbers")
         self._handle.kick(changes.tobytes())
 
     def scale_velocities(self, factor: float) -> None:
         """Multiplies all velocities with a positive factor."""
-        self._handle.scale_velocities(factor)
+        self._handle.scale_velocities(given.number("factor", factor))
 
     def follow_displacements(self) -> bool:
         """Measures displacements from now on; False if this engine cannot."""
@@ -199,13 +216,14 @@ class EventDriven(Engine):
     """
 
     def __init__(self, gas: Gas) -> None:
-        super().__init__(gas, _native.Engine.event_driven(gas._handle))
+        super().__init__(gas, _native.Engine.event_driven(gas_of(gas)._handle))
 
     def equilibrate(self, collisions_per_particle: float) -> None:
         """Runs elastically until each disk has collided so often, then restores temperature and time.
 
         After Ctrl-C the gas is as it was.
         """
+        collisions_per_particle = given.number("collisions_per_particle", collisions_per_particle)
         if not 0.0 <= collisions_per_particle < 1e12:
             raise GasError(f"collisions per particle are {collisions_per_particle}; allowed: 0 to 1e12")
         self._handle.equilibrate(collisions_per_particle)
@@ -218,7 +236,7 @@ class MonteCarlo(Engine):
     """
 
     def __init__(self, gas: Gas) -> None:
-        super().__init__(gas, _native.Engine.without_positions(gas._handle))
+        super().__init__(gas, _native.Engine.without_positions(gas_of(gas)._handle))
 
     @classmethod
     def from_state(
@@ -253,9 +271,16 @@ class MonteCarlo(Engine):
             Of contact-point: radius around the point of contact from which partners are drawn [length].
         """
         engine = cls.__new__(cls)
+        if not isinstance(scheme, str):
+            raise GasError(f"scheme is {scheme!r}; allowed: its name")
         handle = _native.Engine.in_cells(
-            gas._handle, scheme, cell_size=cell_size, steps_per_crossing=steps_per_crossing,
-            largest_contact_value=largest_contact_value, stiffness=stiffness, partner_radius=partner_radius,
+            gas_of(gas)._handle,
+            scheme,
+            cell_size=optional_number("cell_size", cell_size),
+            steps_per_crossing=optional_number("steps_per_crossing", steps_per_crossing),
+            largest_contact_value=optional_number("largest_contact_value", largest_contact_value),
+            stiffness=optional_number("stiffness", stiffness),
+            partner_radius=optional_number("partner_radius", partner_radius),
         )
         Engine.__init__(engine, gas, handle)
         return engine

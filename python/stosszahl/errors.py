@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["CaseError", "EngineError", "Error", "GasError", "PackageError", "ResultsError", "RunError"]
+__all__ = ["CaseError", "EngineError", "Error", "GasError", "OutOfMemoryError", "PackageError", "ResultsError", "RunError"]
 
 
 class Error(Exception):
@@ -13,6 +13,10 @@ class Error(Exception):
 
 class GasError(Error, ValueError):
     """A gas that cannot be, or an engine that cannot start or go on with it."""
+
+
+class OutOfMemoryError(GasError, MemoryError):
+    """A gas or an engine that needs more memory than is free."""
 
 
 class EngineError(Error, RuntimeError):

@@ -11,6 +11,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from . import given
 from .engines import Engine
 from .errors import ResultsError
 from .gas import Gas
@@ -31,7 +32,7 @@ class Trajectory(Sequence[Snapshot]):
     """
 
     def __init__(self, snapshots: Iterable[Snapshot | Gas]) -> None:
-        self._all = [snapshot_of(one) for one in snapshots]
+        self._all = [snapshot_of(one) for one in iterated("snapshots", snapshots)]
 
     def __len__(self) -> int:
         return len(self._all)
@@ -46,6 +47,10 @@ class Trajectory(Sequence[Snapshot]):
 
     def __iter__(self) -> Iterator[Snapshot]:
         return iter(self._all)
+
+    def __repr__(self) -> str:
+        span = f", times {self._all[0].time:g} to {self._all[-1].time:g}" if self._all else ""
+        return f"<Trajectory of {len(self)} snapshots{span}>"
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Writes a file; its ending decides the format.
@@ -74,7 +79,7 @@ class Trajectory(Sequence[Snapshot]):
         PackageError
             The package that the format needs is not installed.
         """
-        path = Path(path)
+        path = given.path("path", path, ResultsError)
         write = writer_of(WRITERS, path)
         if not self._all:
             raise ResultsError(f"{path}: there is no snapshot to write; allowed: one or more")
@@ -113,15 +118,24 @@ def trajectory(
         if replica not in replicas:
             raise ResultsError(f"{source.folder}: no snapshots of replica {replica}; there are some of: {', '.join(map(str, replicas))}")
         return Trajectory(one for one in own if one.replica == replica)
+    if not isinstance(source, Engine):
+        raise ResultsError(f"a trajectory of {source!r}; allowed: an engine, or Results")
     if times is None:
         raise ResultsError("a trajectory of an engine without times; allowed: times=[...]")
+    moments = given.vectors("times", times if isinstance(times, np.ndarray) else [*iterated("times", times)], (None,)).tolist()
 
     def states() -> Iterator[Gas]:
-        for time in times:
+        for time in moments:
             source.advance(time)
             yield source.state()
 
     return Trajectory(states())
+
+
+def iterated(name: str, values: Any) -> Iterable[Any]:
+    if isinstance(values, Iterable) and not isinstance(values, str | bytes):
+        return values
+    raise ResultsError(f"{name} are {values!r}; allowed: a list of numbers")
 
 
 def require_positions(path: Path, all_: Iterable[Snapshot]) -> None:

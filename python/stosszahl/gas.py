@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _native
+from . import _native, given
 from .errors import GasError
 
 __all__ = ["Gas", "Viscoelastic", "Wall"]
@@ -41,6 +41,15 @@ class Wall:
     sliding: tuple[float, float] = (0.0, 0.0)
     vibration: tuple[float, float] | None = None
 
+    def __post_init__(self) -> None:
+        for name in ("restitution", "slip"):
+            object.__setattr__(self, name, given.number(f"{name} of a wall", getattr(self, name)))
+        if self.temperature is not None:
+            object.__setattr__(self, "temperature", given.number("temperature of a wall", self.temperature))
+        object.__setattr__(self, "sliding", given.pair("sliding of a wall", self.sliding))
+        if self.vibration is not None:
+            object.__setattr__(self, "vibration", given.pair("vibration of a wall", self.vibration))
+
 
 @dataclass(frozen=True)
 class Viscoelastic:
@@ -54,21 +63,14 @@ class Viscoelastic:
 
     strength: float
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "strength", given.number("strength", self.strength))
+
 
 def numbers(data: bytearray, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Numbers over bytes that nobody else holds, as an array that cannot be written to."""
     array = np.frombuffer(data, dtype=np.float64).reshape(shape)
     array.setflags(write=False)
-    return array
-
-
-def given_vectors(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-    """An array of one's own in a shape, where ``None`` stands for any number."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    fits = array.ndim == len(shape) and all(want in (None, found) for want, found in zip(shape, array.shape))
-    if not fits:
-        wanted = ", ".join("any" if side is None else str(side) for side in shape)
-        raise GasError(f"{name} has the shape {array.shape}; allowed: ({wanted})")
     return array
 
 
@@ -161,6 +163,7 @@ class Gas(HasParticles):
         species: Sequence[tuple[int, float, float]] = (),
         walls: Mapping[str, tuple[Wall | str, Wall | str]] | None = None,
         gravity: tuple[float, float] | None = None,
+        contact_time: float = 0.0,
         temperature: float = 1.0,
         seed: int = 1,
         replica: int = 0,
@@ -177,7 +180,7 @@ class Gas(HasParticles):
         number : int
             Number of disks of the first species.
         packing_fraction : float, optional
-            Covered share of a square box; 0.1 unless a box size is given.
+            Covered share of a square box; 0.1 unless this or a box size is given.
         box_size : (float, float), optional
             Sides of the box [length].
         restitution : float or Viscoelastic
@@ -191,12 +194,17 @@ class Gas(HasParticles):
             lets particles out (Monte Carlo only).
         gravity : (float, float), optional
             A uniform acceleration [length/time^2].
+        contact_time : float
+            Duration of a contact in exact dynamics [time]: contacts of disks that touched something less than this time ago are
+            elastic, which lets a gas go on where it would collapse (TC model; Luding & McNamara, Granular Matter 1, 113 (1998)).
         temperature : float
             Granular temperature of the start [energy].
         seed, replica : int
             The same numbers give the same bytes.
         positions, velocities : array_like, optional
-            A start of one's own, shapes (number, 2); it needs `box_size`. Disks that overlap are refused by the engine.
+            A start of one's own, shapes (number, 2); it needs `box_size`. Along periodic axes positions are taken into the box;
+            between walls they lie inside. Disks of several species come one species after the other. Disks that overlap are refused
+            by the engine.
         spins : array_like, optional
             Angular velocities of that start, shape (number,).
 
@@ -207,9 +215,11 @@ class Gas(HasParticles):
         """
         description = describe(
             2, number, species, packing_fraction, restitution, temperature, seed, replica,
-            box_size=None if box_size is None else tuple(box_size), tangential_restitution=tangential_restitution,
-            walls=[(axis_of(axis), faces_of(axis, faces)) for axis, faces in (walls or {}).items()],
-            gravity=None if gravity is None else tuple(gravity),
+            box_size=None if box_size is None else given.pair("box_size", box_size),
+            tangential_restitution=optional_number("tangential_restitution", tangential_restitution),
+            walls=[(axis_of(axis), faces_of(axis, faces)) for axis, faces in walls_of(walls).items()],
+            gravity=None if gravity is None else given.pair("gravity", gravity),
+            contact_time=given.number("contact_time", contact_time),
         )
         if positions is None:
             if velocities is not None or spins is not None:
@@ -217,12 +227,15 @@ class Gas(HasParticles):
             return cls(description)
         if box_size is None:
             raise GasError("positions without a box; allowed: box_size=(x, y) beside them")
-        places = given_vectors("positions", positions, (None, 2))
-        count = len(places)
-        moves = given_vectors("velocities", np.zeros_like(places) if velocities is None else velocities, (count, 2))
-        turns = given_vectors("spins", np.zeros(count) if spins is None else spins, (count,))
+        places = given.vectors("positions", positions, (None, 2))
+        count = counted(description)
+        if len(places) != count:
+            raise GasError(f"positions are {len(places)} in a gas of {count} disks; allowed: one for each disk")
+        moves = given.vectors("velocities", np.zeros_like(places) if velocities is None else velocities, (count, 2))
+        turns = given.vectors("spins", np.zeros(count) if spins is None else spins, (count,))
+        box = description["box_size"]
         periodic = [all(face == "periodic" for face in dict(description["walls"]).get(axis, ["periodic"])) for axis in (0, 1)]
-        return cls(description, start_of(0.0, (*box_size, 0.0), (*periodic, True), places, moves, turns, np.ones(count)))
+        return cls(description, start_of(0.0, (*box, 0.0), (*periodic, True), places, moves, turns, np.ones(count)))
 
     @classmethod
     def spheres(
@@ -244,8 +257,8 @@ class Gas(HasParticles):
 
     def with_velocities(self, velocities: ArrayLike) -> Gas:
         """The same gas with velocities of one's own [length/time], shape (number, dimension)."""
-        moves = given_vectors("velocities", velocities, (len(self), self.dimension))
-        return Gas(self._description, {**self._start(), "velocities": moves.tobytes()})
+        moves = given.vectors("velocities", velocities, (len(self), self.dimension))
+        return Gas(self._described(), {**self._start(), "velocities": moves.tobytes()})
 
     @property
     def time(self) -> float:
@@ -287,7 +300,13 @@ class Gas(HasParticles):
         return {"time": time, "lengths": lengths, "periodic": periodic, **columns}
 
     def __reduce__(self) -> tuple[type[Gas], tuple[dict[str, Any], dict[str, Any]]]:
-        return Gas, (self._description, self._start())
+        return Gas, (self._described(), self._start())
+
+    def _described(self) -> dict[str, Any]:
+        """The description with as many particles of each species as there are now: some may have left through open faces."""
+        first, *further = np.bincount(self.species, minlength=1 + len(self._description["species"])).tolist()
+        species = [(count, *one[1:]) for count, one in zip(further, self._description["species"])]
+        return {**self._description, "number": first, "species": species}
 
 
 def describe(
@@ -302,27 +321,51 @@ def describe(
     **further: Any,
 ) -> dict[str, Any]:
     """What :class:`_native.Gas` is made of."""
-    viscoelastic = restitution.strength if isinstance(restitution, Viscoelastic) else None
-    whole = {"number": number, "seed": seed, "replica": replica}
-    for name, value in whole.items():
-        if isinstance(value, bool) or value != int(value) or not 0 <= value < 2**64:
-            raise GasError(f"{name} is {value}; allowed: whole numbers from 0")
+    law = restitution.strength if isinstance(restitution, Viscoelastic) else None
     return {
         "dimension": dimension,
-        "number": int(number),
-        "species": [tuple(one) for one in species],
-        "packing_fraction": packing_fraction,
+        "number": given.whole("number", number),
+        "species": species_of(species),
+        "packing_fraction": optional_number("packing_fraction", packing_fraction),
         "box_size": None,
-        "restitution": None if viscoelastic is not None else restitution,
-        "viscoelastic": viscoelastic,
+        "restitution": None if isinstance(restitution, Viscoelastic) else given.number("restitution", restitution),
+        "viscoelastic": law,
         "tangential_restitution": None,
         "walls": [],
         "gravity": None,
-        "temperature": temperature,
-        "seed": int(seed),
-        "replica": int(replica),
+        "contact_time": 0.0,
+        "temperature": given.number("temperature", temperature),
+        "seed": given.whole("seed", seed),
+        "replica": given.whole("replica", replica),
         **further,
     }
+
+
+def optional_number(name: str, value: Any) -> float | None:
+    return None if value is None else given.number(name, value)
+
+
+def species_of(species: Iterable[Iterable[float]]) -> list[tuple[int, float, float]]:
+    try:
+        rows = [(count, radius, mass) for count, radius, mass in species]
+    except (TypeError, ValueError):
+        raise GasError(f"species are {species!r}; allowed: a list of (number, radius, mass)") from None
+    return [
+        (given.whole("number of a species", count), given.number("radius", radius), given.number("mass", mass))
+        for count, radius, mass in rows
+    ]
+
+
+def counted(description: Mapping[str, Any]) -> int:
+    """Particles of all species."""
+    further: list[tuple[int, float, float]] = description["species"]
+    return int(description["number"]) + sum(count for count, *_ in further)
+
+
+def walls_of(walls: Any) -> Mapping[str, Sequence[Wall | str]]:
+    if walls is None or isinstance(walls, Mapping):
+        return walls or {}
+    raise GasError(f"walls are {walls!r}; allowed: a dictionary of faces by axis, such as {{'y': (Wall(), Wall())}}")
 
 
 def axis_of(name: str) -> int:
@@ -332,7 +375,7 @@ def axis_of(name: str) -> int:
 
 
 def faces_of(axis: str, faces: Sequence[Wall | str]) -> list[Wall | str]:
-    faces = list(faces)
+    faces = [*faces] if isinstance(faces, Sequence) and not isinstance(faces, str) else [faces]
     if len(faces) != 2 or not all(isinstance(face, Wall) or face in ("open", "periodic") for face in faces):
         raise GasError(f"walls along {axis}: {faces}; allowed: a lower and an upper one, each a Wall, 'open' or 'periodic'")
     return faces

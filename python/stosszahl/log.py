@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import given
 from .engines import COLLISION, impact_parameters
-from .errors import GasError
+from .errors import ResultsError
 from .writing import optional, replacing, writer_of
 
 __all__ = ["CollisionLog"]
@@ -31,11 +32,18 @@ class CollisionLog:
     """
 
     def __init__(self, most: int = 1_000_000) -> None:
-        if isinstance(most, bool) or most != int(most) or most < 0:
-            raise GasError(f"most is {most}; allowed: whole numbers from 0")
-        self.most = int(most)
+        self.most = given.whole("most", most)
         self.seen = 0
         self._parts: list[NDArray[np.void]] = []
+
+    def __len__(self) -> int:
+        return min(self.seen, self.most)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __repr__(self) -> str:
+        return f"<CollisionLog of {len(self)} collisions, {self.seen} seen>"
 
     def __call__(self, batch: NDArray[np.void]) -> None:
         room = self.most - min(self.seen, self.most)
@@ -72,7 +80,7 @@ class CollisionLog:
         PackageError
             The package that the format needs is not installed.
         """
-        path = Path(path)
+        path = given.path("path", path, ResultsError)
         write = writer_of(WRITERS, path)
         with replacing(path) as partial:
             write(partial, self)

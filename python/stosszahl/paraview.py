@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from . import given
 from .errors import ResultsError
 from .gas import Gas
 from .results import Results
@@ -62,7 +63,7 @@ def write_particles(frames: Iterable[Snapshot | Gas], folder: str | os.PathLike[
     ResultsError
         There is no snapshot, or a file cannot be written.
     """
-    return write_series(folder, name, ".vtu", ((one.time, points(one)) for one in placed(Path(folder) / name, frames)))
+    return write_series(folder, name, ".vtu", ((one.time, points(one)) for one in placed(given.path("folder", folder, ResultsError) / name, frames)))
 
 
 def write_fields(results: Results, folder: str | os.PathLike[str], engine: str | None = None) -> Path:
@@ -101,7 +102,7 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
 
 def write_series(folder: str | os.PathLike[str], name: str, ending: str, texts: Iterable[tuple[float, str]], stem: str | None = None) -> Path:
     """Writes files ``STEM-0``, ... as they are made, and at last ``NAME.pvd``, which tells the time of each."""
-    folder = Path(folder)
+    folder = given.path("folder", folder, ResultsError)
     collection = folder / f"{name}.pvd"
     sets = []
     for number, (time, text) in enumerate(texts):

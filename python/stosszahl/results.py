@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from . import _native
+from . import _native, given
 from .errors import ResultsError
 from .snapshots import Snapshot, read_snapshot
 from .writing import optional
@@ -85,7 +85,7 @@ class Results:
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder)
+        self.folder = given.path("folder", folder, ResultsError)
         self.points: dict[str, Results] = {}
         self._values: dict[str, dict[str, Any]] = {}
         self.changed: list[str] = []
@@ -183,7 +183,8 @@ class Results:
 
         self._refuse_sweep("figure")
         figures = self._entry(name)["figures"]
-        if not 0 <= number < len(figures):
+        number = given.whole("number of the figure", number, refusal=ResultsError)
+        if not number < len(figures):
             raise ResultsError(f"table {name} has {len(figures)} figures; found number {number}; allowed: below that, from 0")
         return draw(self.tables[name], figures[number], self._entry(name)["columns"])
 
@@ -220,5 +221,8 @@ class Results:
         else:
             words = {column["name"]: str for column in entry["columns"] if column["unit"] == ""}
             table = pd.read_csv(self.folder / f"{name}.csv", dtype=words, keep_default_na=False, na_values=[""])
+            for name in words:
+                # Words that spreadsheets would take for a formula stand behind an apostrophe.
+                table[name] = table[name].astype(object).str.replace(r"^'(?='*[=+\-@\t\r])", "", regex=True)
         table.attrs = {"about": entry["about"], "units": {column["name"]: column["unit"] for column in entry["columns"]}}
         return table

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from .errors import ResultsError
 from .gas import Gas
 
 __all__ = ["Snapshot"]
@@ -74,6 +75,8 @@ def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
     """A gas as a snapshot."""
     if isinstance(gas, Snapshot):
         return gas
+    if not isinstance(gas, Gas):
+        raise ResultsError(f"{gas!r} is no snapshot; allowed: a Snapshot, or a Gas such as that of engine.state()")
     spins, species, weights = gas.spins, gas.species, gas.weights
     turns = gas._description["tangential_restitution"] is not None or np.any(spins)
     in_plane = gas.dimension == 2

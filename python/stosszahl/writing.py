@@ -19,6 +19,8 @@ def replacing(path: Path) -> Iterator[Path]:
     """A file beside `path`, which takes its place at the end; after an error it is gone, and `path` is as it was."""
     partial = path.with_name(f".partial-{path.name}")
     try:
+        # With the permissions of any new file: some packages make theirs for few eyes.
+        partial.touch()
         yield partial
         os.replace(partial, path)
     except OSError as error:

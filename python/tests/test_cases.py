@@ -31,6 +31,41 @@ def test_the_folder_is_that_of_the_command_line(program, root, quick, tmp_path):
     assert quick.report.exists()
 
 
+def test_a_bundled_case_runs_by_its_name(quick, tmp_path, monkeypatch):
+    # From a folder without cases, as after an installation.
+    monkeypatch.chdir(tmp_path)
+    named = stosszahl.run("quick", {"gas.number": 400, "run.until": 10}, replicas=4, progress=False)
+    assert named.folder.resolve() == tmp_path / "results/quick" and tables(named) == tables(quick)
+    with pytest.raises(stosszahl.CaseError, match=r"quik: there is no such file, .* \(did you mean quick\?\); `stosszahl cases` lists them"):
+        stosszahl.check("quik")
+
+
+def test_every_bundled_case_is_in_the_package(root, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cases = stosszahl.bundled_cases()
+    assert sorted(cases) == sorted(path.stem for path in (root / "cases").glob("*.toml"))
+    assert all(question.endswith("?") for question in cases.values())
+    for name in cases:
+        assert stosszahl.check(name)
+    swept = stosszahl.Case.of("quick").swept({"gas.restitution": [0.8, 0.9]})
+    assert [point["point"] for point in stosszahl.check(swept)] == ["restitution=0.8", "restitution=0.9"]
+
+
+def test_types_of_numpy_are_numbers_of_a_case(root):
+    gas = {"number": np.int64(100), "restitution": np.float32(0.5), "temperature": np.array(2.0)}
+    case = {"format": np.int8(2), "title": "x", "gas": gas, "box": {"size": np.array([20, 20])}, "run": {"until": np.float64(1)}, "engine": {"ed": {}}}
+    assert stosszahl.check(case)
+    swept = stosszahl.Case.of(case).swept({"gas.restitution": np.linspace(0.8, 0.9, 3), "gas.number": range(100, 102)})
+    assert len(stosszahl.check(swept)) == 6
+    assert stosszahl.check("quick", {"gas.number": np.int64(100), "gas.restitution": np.float64(0.9)}, replicas=np.int32(4))
+
+
+def test_a_sweep_that_is_ended_from_outside_is_told():
+    case = stosszahl.Case.of("quick").swept({"gas.restitution": [0.8, 0.9]})
+    with pytest.warns(UserWarning, match="gas.restitution is set from outside, so that the sweep of the case over it is left out"):
+        assert len(stosszahl.check(case, {"gas.restitution": 0.7})) == 1
+
+
 def test_tables_are_frames_that_know_their_units(quick):
     energy = quick["energy"]
     entry = next(one for one in quick.manifest["tables"] if one["name"] == "energy")

@@ -165,16 +165,40 @@ def test_ctrl_c_stops_exact_dynamics_which_goes_on_to_the_same_bytes():
     assert same(stopped, alone)
 
 
+def monte_carlo():
+    """Two engines of a gas without positions, and two in cells, which stop between steps."""
+    spheres = Gas.spheres(1000, restitution=1.0)
+    start = exact(2000, 1.0, restitution=1.0).state()
+    return (MonteCarlo(spheres), MonteCarlo(spheres)), (MonteCarlo.from_state(start), MonteCarlo.from_state(start))
+
+
 def test_ctrl_c_stops_monte_carlo_after_a_step():
-    spheres = MonteCarlo(Gas.spheres(1000, restitution=1.0))
-    chaos = MonteCarlo.from_state(exact(2000, 1.0, restitution=1.0).state())
-    for engine in (spheres, chaos):
+    for engine, _ in monte_carlo():
         interrupted(lambda: engine.advance(1e9))
         middle, energy = engine.time, engine.temperature
         assert 0 < middle < 1e9
         engine.advance(middle + 1.0)
         # Elastic, so that a state in the middle of a step would show: rounding of some 1e6 collisions.
         assert engine.time == middle + 1.0 and abs(engine.temperature / energy - 1.0) < 1e-9
+
+
+def test_monte_carlo_that_ctrl_c_has_stopped_goes_on_to_the_same_bytes():
+    for stopped, alone in monte_carlo():
+        before = time.monotonic()
+        alone.advance(100.0)
+        # So far that Ctrl-C comes about in the middle.
+        until = 100.0 + 100.0 * 0.6 / (time.monotonic() - before)
+        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+        stopped.advance(100.0)
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            stopped.advance(until)
+            # It was faster than before.
+            signal.pause()
+        timer.join()
+        stopped.advance(until)
+        alone.advance(until)
+        assert stopped.time == alone.time == until and np.array_equal(stopped.velocities, alone.velocities)
 
 
 def test_ctrl_c_leaves_a_gas_that_is_being_equilibrated_as_it_was():
@@ -195,6 +219,79 @@ def test_an_exception_of_an_observer_stops_the_engine():
         engine.advance(1e6, observer, batch=10)
     assert calls == [10] and engine.time < 1e6
     engine.advance(engine.time + 0.1)
+
+
+def test_an_exception_of_an_observer_stops_at_the_same_time_and_the_gas_goes_on_to_the_same_bytes():
+    until = 100.0
+
+    def stopped(engine, seconds):
+        seen = []
+
+        def observer(collisions):
+            seen.append(len(collisions))
+            time.sleep(seconds)
+            if len(seen) == 20:
+                raise RuntimeError("enough")
+
+        with pytest.raises(RuntimeError, match="enough"):
+            engine.advance(until, observer, batch=100)
+        assert len(seen) == 20
+        return engine.time
+
+    start, spheres = exact(2000, 1.0, restitution=1.0).state(), Gas.spheres(1000, restitution=1.0)
+    for make in (lambda: EventDriven(start), lambda: MonteCarlo.from_state(start), lambda: MonteCarlo(spheres)):
+        one, other, alone = make(), make(), make()
+        # However fast the observer is. Exact dynamics looks every 50000 collisions.
+        assert 0 < stopped(one, 0.0) == stopped(other, 0.003) < until
+        one.advance(until)
+        alone.advance(until)
+        assert one.collisions == alone.collisions and np.array_equal(one.velocities, alone.velocities)
+
+
+def test_a_collapse_is_told_again_until_something_changes_and_a_contact_time_prevents_it():
+    dense = {"packing_fraction": 0.5, "restitution": 0.3}
+    engine, said = EventDriven(Gas.disks(300, **dense)), []
+    for _ in range(3):
+        with pytest.raises(stosszahl.GasError, match="inelastic collapse .* a contact time above zero") as caught:
+            engine.advance(100.0)
+        said.append((engine.time, str(caught.value)))
+    assert said[0] == said[1] == said[2]
+    engine.kick(np.zeros((300, 2)))
+    with pytest.raises(stosszahl.GasError, match="inelastic collapse"):
+        engine.advance(100.0)
+    regular = EventDriven(Gas.disks(300, **dense, contact_time=1e-3))
+    regular.advance(100.0)
+    assert regular.time == 100.0
+    # It is part of the gas: what goes on from a pickled state has it too.
+    again = EventDriven(pickle.loads(pickle.dumps(regular.state())))
+    again.advance(101.0)
+
+
+def test_positions_in_any_image_are_taken_into_a_periodic_box():
+    gas = Gas.disks(2, box_size=(8, 4), positions=[[-3.0, 17.0], [2.0, 4.0]])
+    assert gas.positions.tolist() == [[5.0, 1.0], [2.0, 0.0]]
+
+
+def test_a_gas_that_particles_have_left_can_be_pickled():
+    start = gas(300, species=[(100, 1.0, 4.0)], walls={"y": ("open", "open")})
+    chaos = MonteCarlo.from_state(start, "boltzmann")
+    chaos.advance(20.0)
+    state = chaos.state()
+    copy = pickle.loads(pickle.dumps(state))
+    assert len(copy) == len(state) < 400 and np.array_equal(copy.species, state.species) and same(copy, state)
+
+
+def test_observers_say_what_they_have_seen():
+    impact, log = stosszahl.ImpactParameters(), stosszahl.CollisionLog(50)
+    assert (len(impact), len(log)) == (0, 0) and impact and log
+    assert repr(impact) == "<ImpactParameters of 0 collisions>" and repr(log) == "<CollisionLog of 0 collisions, 0 seen>"
+    engine = exact()
+    before = engine.collisions
+    engine.advance(5.0, impact)
+    assert len(impact) == impact.collisions == engine.collisions - before
+    assert repr(impact) == f"<ImpactParameters of {len(impact)} collisions, slope {impact.slope:.4g}>"
+    engine.advance(6.0, log)
+    assert len(log) == 50 and repr(log) == f"<CollisionLog of 50 collisions, {log.seen} seen>"
 
 
 def test_kicks_displacements_and_velocities_of_ones_own():

@@ -251,3 +251,17 @@ def test_species_with_ovito(mixture, tmp_path):
     for ending in ("xyz", "gsd"):
         particles = import_file(str(mixture.write(tmp_path / f"x.{ending}")), multiple_frames=True).compute(2).particles
         assert np.array_equal(particles.particle_types, mixture[2].species)
+
+
+@pytest.mark.parametrize("ending", [".xyz", ".npz", ".gsd", ".h5"])
+def test_files_have_the_permissions_of_any_new_file(ending, tmp_path):
+    (tmp_path / "any").touch()
+    engine = EventDriven(Gas.disks(10))
+    written = trajectory(engine, [1.0]).write(tmp_path / f"disks{ending}")
+    assert written.stat().st_mode == (tmp_path / "any").stat().st_mode
+
+
+def test_a_trajectory_says_what_it_is():
+    shown = trajectory(EventDriven(Gas.disks(10)), [1.0, 2.5])
+    assert len(shown) == 2 and repr(shown) == "<Trajectory of 2 snapshots, times 1 to 2.5>"
+    assert repr(stosszahl.Trajectory([])) == "<Trajectory of 0 snapshots>"

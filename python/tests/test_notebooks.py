@@ -34,7 +34,7 @@ def test_broken_chaos(notebook):
 def test_case_and_sweep(notebook, capsys):
     found = notebook("case_and_sweep")
     said = capsys.readouterr().out
-    assert "gas.restitution = 1.2 is not allowed" in said and "haff_time" in said and "differ " in said
+    assert "gas.restitution = 1.2 is refused" in said and "haff_time" in said and "differ " in said
     # Who loses more leaves Haff's law by more, by many errors.
     last = found["last"].set_index(["engine", "gas.restitution"])
     for engine in ("ed", "dsmc-contact-point"):

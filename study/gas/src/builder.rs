@@ -10,6 +10,7 @@ use stosszahl_model::{
 };
 
 use crate::GasError;
+use crate::memory::{BUILDING, need_memory};
 
 /// A gas: its physics, and all particles at one time. Engines start from it and give it back.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub struct Gas {
     pub volume: f64,
     /// Random streams of engines and walls.
     pub streams: Streams,
+    /// Duration of a contact in exact dynamics (TC model) \[time\]; 0 for none.
+    pub contact_time: f64,
 }
 
 impl Gas {
@@ -72,12 +75,13 @@ impl Gas {
 pub struct GasBuilder {
     dimension: usize,
     species: Vec<Kind>,
-    packing: f64,
+    packing: Option<f64>,
     size: Option<[f64; 2]>,
     walls: [[Face<Volume>; 2]; 3],
     law: Result<Law, Invalid>,
     tangential: Option<f64>,
     gravity: Option<Vector3<f64>>,
+    contact_time: f64,
     temperature: f64,
     seed: u64,
     replica: u64,
@@ -94,12 +98,13 @@ impl GasBuilder {
                 mass: 1.0,
                 count,
             }],
-            packing: 0.1,
+            packing: None,
             size: None,
             walls: [[Face::Periodic; 2]; 3],
             law: Ok(Law::ELASTIC),
             tangential: None,
             gravity: None,
+            contact_time: 0.0,
             temperature: 1.0,
             seed: 1,
             replica: 0,
@@ -108,9 +113,9 @@ impl GasBuilder {
         }
     }
 
-    /// Covered share of the area or volume; 0.1 unless set. The box is a square.
+    /// Covered share of the area or volume; 0.1 unless this or a box size is set. The box is a square.
     pub fn packing_fraction(mut self, packing_fraction: f64) -> Self {
-        self.packing = packing_fraction;
+        self.packing = Some(packing_fraction);
         self
     }
 
@@ -162,6 +167,14 @@ impl GasBuilder {
         self
     }
 
+    /// Duration of a contact in exact dynamics \[time\]; 0 unless set. Contacts of disks that touched something less than this time ago
+    /// are elastic, which lets a gas go on where it would collapse: the TC model of Luding & McNamara, Granular Matter 1, 113 (1998),
+    /// doi:10.1007/s100350050017. Disks only.
+    pub fn contact_time(mut self, contact_time: f64) -> Self {
+        self.contact_time = contact_time;
+        self
+    }
+
     /// Granular temperature of the start \[energy\]; 1 unless set.
     pub fn temperature(mut self, temperature: f64) -> Self {
         self.temperature = temperature;
@@ -181,7 +194,8 @@ impl GasBuilder {
     }
 
     /// Starts from these particles, such as those of [`Gas::particles`], instead of placing them and drawing velocities.
-    /// Radii, masses and species are those of the description, in its order.
+    /// Radii, masses and species are those of the description, in its order. Along periodic axes a position may be in any image of
+    /// the box, and is taken into it; between walls it lies inside.
     pub fn start_from(mut self, particles: Particles) -> Self {
         self.start = Some(particles);
         self
@@ -201,15 +215,29 @@ impl GasBuilder {
     pub fn build(self) -> Result<Gas, GasError> {
         let streams = Streams::new(self.seed, self.replica);
         Invalid::unless_positive("temperature", self.temperature)?;
+        Invalid::unless(
+            self.contact_time >= 0.0 && self.contact_time.is_finite(),
+            "contact time",
+            self.contact_time,
+            "finite numbers from 0",
+        )?;
+        if self.packing.is_some() && self.size.is_some() {
+            return Err(GasError::Unfit {
+                what: "a packing fraction and the size of the box together",
+                instead: "give one of them",
+            });
+        }
         let sizes = Species::new(self.species.clone())?;
+        need_memory(sizes.count(), BUILDING)?;
         let bounded = self
             .walls
             .iter()
             .flatten()
             .any(|face| *face != Face::Periodic);
-        if self.dimension == 3 && (bounded || self.gravity.is_some() || self.tangential.is_some()) {
+        let places = bounded || self.gravity.is_some() || self.contact_time > 0.0;
+        if self.dimension == 3 && (places || self.tangential.is_some()) {
             return Err(GasError::Unfit {
-                what: "walls, gravity or spin of spheres without positions",
+                what: "walls, gravity, spin or a contact time of spheres without positions",
                 instead: "use a gas of disks, or a case file for spheres in a box",
             });
         }
@@ -238,12 +266,13 @@ impl GasBuilder {
             (Some(start), _) if start.lengths[0] > 0.0 => start.volume(),
             (_, Some([x, y])) => x * y,
             (_, None) => {
-                covered.sum::<f64>() / Invalid::unless_positive("packing fraction", self.packing)?
+                let packing = self.packing.unwrap_or(0.1);
+                covered.sum::<f64>() / Invalid::unless_positive("packing fraction", packing)?
             }
         };
         let walls = Walls::new(&self.walls)?;
         let particles = match &self.start {
-            Some(start) => self.given(start, &sizes)?,
+            Some(start) => self.given(start, &sizes, &walls)?,
             None if self.dimension == 2 => self.placed(&sizes, volume, streams)?,
             None => self.unplaced(&sizes),
         };
@@ -253,21 +282,26 @@ impl GasBuilder {
             walls,
             volume,
             streams,
+            contact_time: self.contact_time,
         })
     }
 
     /// A start of one's own, if it can be one; whether disks overlap is the engine's to find.
-    fn given(&self, start: &Particles, sizes: &Species) -> Result<Particles, GasError> {
+    fn given(
+        &self,
+        start: &Particles,
+        sizes: &Species,
+        walls: &Walls<Volume>,
+    ) -> Result<Particles, GasError> {
         let refused = |found: String, allowed: &'static str| GasError::Start { found, allowed };
         if start.dimension != self.dimension {
             let found = format!("particles in {} dimensions", start.dimension);
             return Err(refused(found, "2 for disks, 3 for spheres"));
         }
-        // Of one species there may be several simulators for each particle.
         let (found, count) = (start.all.len(), sizes.count());
-        if found == 0 || (sizes.kinds().len() > 1 && found != count) {
-            let found = format!("{found} particles, where species have {count}");
-            return Err(refused(found, "as many as all species have"));
+        if found == 0 || found != count {
+            let found = format!("{found} particles in a gas that has {count}");
+            return Err(refused(found, "as many as the gas has, and at least one"));
         }
         if !start.time.is_finite() {
             return Err(refused(format!("time {}", start.time), "a finite time"));
@@ -283,30 +317,47 @@ impl GasBuilder {
                 let found = format!("a number of particle {number} that is not finite");
                 return Err(refused(found, "finite numbers"));
             }
-            let inside = |axis: &usize| (0.0..=start.lengths[*axis]).contains(&one.position[*axis]);
-            if let Some(axis) = (0..self.dimension).find(|axis| !inside(axis)) {
-                let (at, side) = (one.position[axis], start.lengths[axis]);
-                let found =
-                    format!("particle {number} at {at} along axis {axis} of a box of {side}");
-                return Err(refused(found, "positions inside the box"));
-            }
         }
+        let mut lengths = Vector3::from(start.lengths);
+        if self.dimension == 2 {
+            lengths[2] = 1.0;
+        }
+        let has_places = start.lengths[0] > 0.0;
+        let domain = has_places.then(|| walls.domain(lengths)).transpose()?;
+        let place = |number: usize, position: Vector3<f64>| {
+            let inside = domain.map_or(position, |domain| domain.wrap(position));
+            let is_outside = |axis: &usize| !(0.0..=lengths[*axis]).contains(&inside[*axis]);
+            match (0..self.dimension).find(is_outside) {
+                Some(axis) if has_places => {
+                    let (at, side) = (position[axis], lengths[axis]);
+                    let found =
+                        format!("particle {number} at {at} along axis {axis} of a box of {side}");
+                    Err(refused(
+                        found,
+                        "positions inside the box where it has walls",
+                    ))
+                }
+                _ => Ok(inside),
+            }
+        };
         let kind = |index: usize| match sizes.kinds() {
             [_] => 0,
             _ => sizes.kind(sizes.tag(index)),
         };
-        let all = start.all.iter().enumerate().map(|(index, one)| {
+        let particle = |(index, one): (usize, &Particle)| {
             let species = kind(index);
             let Kind { radius, mass, .. } = sizes.kinds()[species as usize];
-            Particle {
+            Ok(Particle {
+                position: place(index, one.position)?,
                 radius,
                 mass,
                 species,
                 ..*one
-            }
-        });
+            })
+        };
+        let all = start.all.iter().enumerate().map(particle);
         Ok(Particles {
-            all: all.collect(),
+            all: all.collect::<Result<_, GasError>>()?,
             ..start.clone()
         })
     }

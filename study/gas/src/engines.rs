@@ -7,12 +7,26 @@ use stosszahl_dsmc::{Boundaries, Clearance, Parameters, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
 
+use crate::memory::{RUNNING, need_memory};
+use crate::reach::check_time;
 use crate::{Gas, GasError};
+
+impl Gas {
+    /// Which collisions lose energy in exact dynamics.
+    fn dissipation(&self) -> Dissipation {
+        if self.contact_time > 0.0 {
+            Dissipation::ContactTime(self.contact_time)
+        } else {
+            Dissipation::Scene
+        }
+    }
+}
 
 /// Exact event-driven dynamics of a gas of disks. It is a [`Simulation`], by `Deref`.
 pub struct EventDriven {
     gas: Gas,
     simulation: Box<dyn Simulation>,
+    collides: bool,
 }
 
 impl EventDriven {
@@ -22,8 +36,9 @@ impl EventDriven {
     /// [`GasError`] if the gas has no positions, or open faces, or disks that overlap.
     pub fn new(gas: &Gas) -> Result<Self, GasError> {
         Ok(Self {
-            simulation: exact(gas, &gas.particles, Dissipation::Scene)?,
+            simulation: exact(gas, &gas.particles, gas.dissipation())?,
             gas: gas.clone(),
+            collides: true,
         })
     }
 
@@ -60,7 +75,7 @@ impl EventDriven {
         }
         particles = elastic.particles();
         particles.time = time;
-        self.simulation = exact(&self.gas, &particles, Dissipation::Scene)?;
+        self.simulation = exact(&self.gas, &particles, self.gas.dissipation())?;
         Ok(true)
     }
 }
@@ -76,6 +91,7 @@ fn exact(
             instead: "use Monte Carlo, or a gas of disks",
         });
     }
+    need_memory(particles.all.len(), RUNNING)?;
     let boundaries = stosszahl_ed::Boundaries {
         walls: gas.walls.in_plane(),
         obstacles: Vec::new(),
@@ -89,6 +105,7 @@ fn exact(
 pub struct MonteCarlo {
     gas: Gas,
     simulation: Box<dyn Simulation>,
+    collides: bool,
 }
 
 impl MonteCarlo {
@@ -97,6 +114,7 @@ impl MonteCarlo {
     /// # Errors
     /// [`GasError`] if the gas spins or falls.
     pub fn new(gas: &Gas) -> Result<Self, GasError> {
+        need_memory(gas.particles.all.len(), RUNNING)?;
         let temperature = match gas.particles.temperature() {
             // Nothing moves yet: a gas without positions draws its velocities itself.
             0.0 => 1.0,
@@ -120,6 +138,7 @@ impl MonteCarlo {
         Ok(Self {
             gas: gas.clone(),
             simulation,
+            collides: true,
         })
     }
 
@@ -136,6 +155,7 @@ impl MonteCarlo {
     /// # Errors
     /// As [`Self::from_state`].
     pub fn with(gas: &Gas, parameters: Parameters) -> Result<Self, GasError> {
+        need_memory(gas.particles.all.len(), RUNNING)?;
         let boundaries = Boundaries {
             walls: gas.walls.clone(),
             clearance: match parameters.scheme {
@@ -155,6 +175,7 @@ impl MonteCarlo {
         Ok(Self {
             simulation: stosszahl_dsmc::simulate(&parts, starts)?,
             gas: gas.clone(),
+            collides: parameters.scheme != Scheme::Collisionless,
         })
     }
 }
@@ -174,12 +195,14 @@ macro_rules! is_a_simulation {
             /// Advances to a time; the observer sees all collisions until then.
             ///
             /// # Errors
-            /// [`GasError::Failure`] if the gas cannot go on, as in inelastic collapse.
+            /// [`GasError::Time`] for a time that is past or infinite, or so far that it would take years; [`GasError::Failure`] if
+            /// the gas cannot go on, as in inelastic collapse, and again until velocities change.
             pub fn advance(
                 &mut self,
                 until: f64,
                 observer: &mut dyn Observer,
             ) -> Result<(), GasError> {
+                check_time(&self.gas, &*self.simulation, self.collides, until)?;
                 self.simulation
                     .advance(until, Budget::Unlimited, observer)?;
                 Ok(())
@@ -204,75 +227,3 @@ macro_rules! is_a_simulation {
 
 is_a_simulation!(EventDriven);
 is_a_simulation!(MonteCarlo);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use stosszahl_model::Collision;
-
-    /// Asks for a pause at its first collision.
-    struct Enough<'a>(&'a Interrupt);
-
-    impl Observer for Enough<'_> {
-        fn collisions(&mut self, _batch: &[Collision]) {
-            self.0.raise();
-        }
-    }
-
-    fn paused(engine: &mut dyn Simulation, until: f64) -> Result<f64, GasError> {
-        let pause = Interrupt::default();
-        engine.pause_on(&pause);
-        assert!(!engine.advance(until, Budget::Unlimited, &mut Enough(&pause))?);
-        assert!(!engine.is_interrupted());
-        let time = engine.time();
-        assert!(time > 0.0 && time < until);
-        engine.pause_on(&Interrupt::default());
-        Ok(time)
-    }
-
-    #[test]
-    fn a_gas_goes_on_after_a_pause() -> Result<(), GasError> {
-        let gas = Gas::disks(300).packing_fraction(0.25).build()?;
-        let (mut alone, mut exact) = (EventDriven::new(&gas)?, EventDriven::new(&gas)?);
-        let until = paused(&mut *exact, 1e4)? + 1.0;
-        exact.advance(until, &mut ())?;
-        alone.advance(until, &mut ())?;
-        assert_eq!(exact.particles(), alone.particles());
-        let mut chaos = MonteCarlo::from_state(&gas, Scheme::CONTACT_POINT)?;
-        let mut spheres = MonteCarlo::new(&Gas::spheres(300).build()?)?;
-        for engine in [&mut chaos, &mut spheres] {
-            let before = engine.temperature();
-            let until = paused(&mut **engine, 1e4)? + 1.0;
-            engine.advance(until, &mut ())?;
-            assert_eq!(engine.time(), until);
-            // Rounding of some 1e5 collisions.
-            assert!((engine.temperature() / before - 1.0).abs() < 1e-10);
-        }
-        Ok(())
-    }
-
-    #[test]
-    fn a_start_of_ones_own_is_checked() -> Result<(), GasError> {
-        let describe = || Gas::disks(2).packing_fraction(0.1).restitution(0.5);
-        let gas = describe().build()?;
-        let again = describe().start_from(gas.particles.clone()).build()?;
-        assert_eq!(again.particles, gas.particles);
-        assert_eq!(again.volume, gas.volume);
-        let refused = |change: &dyn Fn(&mut Particles)| {
-            let mut particles = gas.particles.clone();
-            change(&mut particles);
-            let made = describe().start_from(particles).build();
-            assert!(matches!(made, Err(GasError::Start { .. })));
-        };
-        refused(&|one| one.all[1].position.x = 2.0 * one.lengths[0]);
-        refused(&|one| one.all[0].velocity.y = f64::NAN);
-        refused(&|one| one.dimension = 3);
-        refused(&|one| one.time = f64::INFINITY);
-        refused(&|one| one.all.clear());
-        let mixed = describe()
-            .and(3, 1.0, 2.0)
-            .start_from(gas.particles.clone());
-        assert!(matches!(mixed.build(), Err(GasError::Start { .. })));
-        Ok(())
-    }
-}

@@ -23,10 +23,13 @@
 
 mod builder;
 mod engines;
+mod memory;
+mod reach;
 
 pub use builder::{Gas, GasBuilder};
 pub use engines::{EventDriven, MonteCarlo};
 pub use stosszahl_dsmc::Scheme;
+use stosszahl_model::brief;
 pub use stosszahl_model::walls::{Face, Rebound, Wall};
 pub use stosszahl_model::{Law, Rough, Simulation};
 
@@ -55,6 +58,26 @@ pub enum GasError {
     /// An engine cannot go on.
     #[error(transparent)]
     Failure(#[from] stosszahl_model::Failure),
+    /// More memory than is free.
+    #[error("{particles} particles need {needed:.2} GiB of memory; {free:.2} GiB are free")]
+    Memory {
+        /// Number of particles.
+        particles: usize,
+        /// Needed \[GiB\].
+        needed: f64,
+        /// Free \[GiB\].
+        free: f64,
+    },
+    /// A time to which a gas cannot be advanced.
+    #[error("advance to time {} from time {}; allowed: {allowed}", brief(*until), brief(*now))]
+    Time {
+        /// The present time.
+        now: f64,
+        /// The time that was asked for.
+        until: f64,
+        /// What is allowed.
+        allowed: String,
+    },
     /// Particles that a gas cannot start from.
     #[error("the start has {found}; allowed: {allowed}")]
     Start {
@@ -72,3 +95,6 @@ pub enum GasError {
         instead: &'static str,
     },
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,6 +10,7 @@ use std::thread;
 use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
 use stosszahl_model::GrainSizes;
+pub use stosszahl_model::memory::available as available_memory;
 
 use super::data::{Class, EngineKind, EnginePlan, Plan};
 
@@ -404,16 +405,6 @@ impl Plan {
 /// Some of all, evenly, as sums over all pairs are taken.
 fn sampled<T>(all: &[T]) -> impl Iterator<Item = &T> {
     all.iter().step_by(all.len().div_ceil(MOST_KINDS).max(1))
-}
-
-/// Memory that is free for programs now \[bytes\], where the system says so.
-pub fn available_memory() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text
-        .lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024.0 * kibibytes)
 }
 
 /// Threads that the system offers.

@@ -1,0 +1,95 @@
+//! Times that a gas can be advanced to.
+
+use stosszahl_model::walls::{Face, Rebound, Vibration};
+use stosszahl_model::{Law, Simulation, brief};
+
+use crate::{Gas, GasError};
+
+/// Most collisions and crossings of the box, by nominal rates, in one advance: years of work for any machine.
+const MOST_EVENTS: f64 = 1e15;
+
+/// Latest time of any gas, as in cases.
+const LATEST: f64 = 1e100;
+
+/// Refuses a time that is past or infinite, or at which a gas that stays warm has more to do than any machine does.
+///
+/// # Errors
+/// [`GasError::Time`]
+pub(crate) fn check_time(
+    gas: &Gas,
+    engine: &dyn Simulation,
+    collides: bool,
+    until: f64,
+) -> Result<(), GasError> {
+    let now = engine.time();
+    let refused = |allowed: String| {
+        Err(GasError::Time {
+            now,
+            until,
+            allowed,
+        })
+    };
+    if !until.is_finite() {
+        return refused("finite times".into());
+    }
+    if until < now {
+        return refused(format!("the present time {} or later", brief(now)));
+    }
+    if until > LATEST {
+        return refused(format!("times up to {LATEST:e}"));
+    }
+    if collides && cools(gas) {
+        // Collisions become rarer as it cools, and few are left.
+        return Ok(());
+    }
+    let rate = events_per_time(gas, engine);
+    if rate * (until - now) > MOST_EVENTS {
+        let last = now + MOST_EVENTS / rate;
+        return refused(format!(
+            "times up to about {}, when this gas has had {MOST_EVENTS:e} collisions",
+            brief(last)
+        ));
+    }
+    Ok(())
+}
+
+/// Whether collisions take energy out of the gas and nothing else puts some in.
+fn cools(gas: &Gas) -> bool {
+    let law = &gas.grains.restitution;
+    let may_add = matches!(law, Law::Delta(_) | Law::Pairs(_));
+    let dissipates = !law.is_elastic() || gas.grains.rough.is_some();
+    dissipates && !may_add && gas.grains.gravity.is_none() && heat(gas) == 0.0
+}
+
+/// Largest speed that walls give, squared, over that of a unit mass at temperature one: 0 where they give none.
+fn heat(gas: &Gas) -> f64 {
+    let faces = (0..gas.particles.dimension).flat_map(|axis| [(axis, 0), (axis, 1)]);
+    let given = faces.map(|(axis, side)| match gas.walls.face(axis, side) {
+        Face::Wall(wall) => {
+            let thermal = match wall.rebound {
+                Rebound::Diffuse { temperature } => temperature,
+                Rebound::Restitutive { .. } => 0.0,
+            };
+            let shaken = wall.vibration.as_ref().map_or(0.0, Vibration::speed);
+            thermal
+                .max(wall.sliding.norm_squared())
+                .max(shaken * shaken)
+        }
+        _ => 0.0,
+    });
+    given.fold(0.0, f64::max)
+}
+
+/// Collisions of all particles, and crossings of the box, in a unit of time, about: at the present temperature, or that of the walls.
+fn events_per_time(gas: &Gas, engine: &dyn Simulation) -> f64 {
+    let all = &gas.particles;
+    let (count, dimension) = (engine.count() as f64, all.dimension as i32);
+    let sum = |of: fn(&stosszahl_model::Particle) -> f64| all.all.iter().map(of).sum::<f64>();
+    let mean = |of| sum(of) / all.all.len().max(1) as f64;
+    let (diameter, mass) = (2.0 * mean(|one| one.radius), mean(|one| one.mass));
+    let side = gas.volume.powf(1.0 / f64::from(dimension));
+    let fall = gas.grains.gravity.map_or(0.0, |pull| pull.norm() * side);
+    let square = (engine.temperature() / mass).max(heat(gas)).max(fall);
+    let rate = count * diameter.powi(dimension - 1) / gas.volume;
+    count * square.sqrt() * (rate + 1.0 / side)
+}
