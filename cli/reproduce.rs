@@ -82,7 +82,8 @@ fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
     if asked.is_file() {
         return Ok((name, PaperFile::read(asked)?));
     }
-    let found = BUNDLE.papers()
+    let found = BUNDLE
+        .papers()
         .into_iter()
         .find(|one| asked == Path::new(one.name));
     let Some(found) = found else {

@@ -215,7 +215,7 @@ fn chances_of_a_false_alarm_are_large_enough_to_be_computed() {
     let desk = Desk::new(COOLING);
     desk.refused(
         "check case.toml --guess --set verdict.false_alarm=1e-99",
-        &["from 1e-12"],
+        &["of at least 1e-12"],
     );
     desk.done("check case.toml --guess --set verdict.false_alarm=1e-12");
 }
