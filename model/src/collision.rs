@@ -134,7 +134,8 @@ impl Collision {
         } else {
             self.added_speed * self.line.square().sqrt()
         };
-        self.reduced_mass * (added - (1.0 + self.restitution) * self.relative_velocity.dot(&self.line))
+        self.reduced_mass
+            * (added - (1.0 + self.restitution) * self.relative_velocity.dot(&self.line))
     }
 }
 
