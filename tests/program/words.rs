@@ -111,7 +111,7 @@ fn what_a_setting_does_to_a_sweep_is_told() {
             "the case sweeps \"gas\", the whole table that holds this key",
         ],
     );
-    let desk = swept("\"run.until\" = [5, 10]");
+    let desk = swept("\"run.until\" = [10, 20]");
     let said = desk.done("check case.toml --guess --until 3");
     assert!(
         said.err.contains(
@@ -120,7 +120,7 @@ fn what_a_setting_does_to_a_sweep_is_told() {
         "{}",
         said.err
     );
-    assert!(!said.out.contains("points"), "{}", said.out);
+    assert!(!said.out.contains("2 points"), "{}", said.out);
     // Another key leaves the sweep as it is, and nothing is told.
     let said = desk.done("check case.toml --guess --set gas.number=100");
     assert!(
@@ -260,5 +260,5 @@ fn forces_and_contact_times_beyond_all_reason_are_refused() {
             "from 0 to run.until = 20",
         ],
     );
-    desk.done("check case.toml --guess --set gravity.acceleration=[0,-1e9]");
+    desk.done("check case.toml --guess --set gravity.acceleration=[0,-1e3]");
 }

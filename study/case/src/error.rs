@@ -171,7 +171,8 @@ impl Refusal {
         match &self.fault {
             Fault::Syntax { message } => format!("this is not TOML: {message}"),
             Fault::OldFormat { changes } if changes.is_empty() => {
-                "this case does not say its format; write `format = 2` in its first line".to_owned()
+                "this case does not say that it is of format 2; write `format = 2` in its first line"
+                    .to_owned()
             }
             Fault::OldFormat { changes } => {
                 let mut text = "this case is not of format 2, which this program reads; \
