@@ -1,5 +1,5 @@
 use super::*;
-use nalgebra::{Vector3, vector};
+use nalgebra::vector;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
