@@ -73,7 +73,7 @@ impl Species {
     ///
     /// # Errors
     /// [`Invalid`] unless there is one for each entry.
-    pub(crate) fn of_kinds(self, numbers: Vec<u32>) -> Result<Self, Invalid> {
+    pub fn of_kinds(self, numbers: Vec<u32>) -> Result<Self, Invalid> {
         let (found, complete) = (numbers.len() as f64, numbers.len() == self.kinds.len());
         let allowed = "one for each entry";
         Invalid::unless(complete, "number of species of entries", found, allowed)?;

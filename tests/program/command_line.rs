@@ -360,7 +360,7 @@ fn a_start_from_a_file_runs_in_both_engines() {
         .replace("[run]", "velocities = \"file\"\nequilibration = 0\n[run]");
     desk.write("again.toml", again);
     let said = desk.done("run again.toml --replicas 1");
-    assert!(said.out.contains("equilibr"), "{}", said.out);
+    assert!(!said.out.contains("equilibr"), "{}", said.out);
     // A start file of equal velocities has no temperature, and rounding gives it none: of ten times 0.1, the mean is another.
     let mean: f64 = [0.1 * 0.1; 10].iter().sum();
     assert!(mean != 0.1);
@@ -382,7 +382,8 @@ fn a_start_from_a_file_runs_in_both_engines() {
 /// A gas in which nothing ever collides ends like any other.
 #[test]
 fn parallel_flight_is_no_endless_preparation() {
-    let desk = Desk::new(&FROM_FILE.replace("[run]", "velocities = \"file\"\n[run]"));
+    let own = "velocities = \"file\"\nequilibration = 10\n[run]";
+    let desk = Desk::new(&FROM_FILE.replace("[run]", own));
     desk.write(
         "start.csv",
         "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,-1,0\n7,9,0,0\n",

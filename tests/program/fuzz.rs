@@ -45,19 +45,18 @@ fn damaged_start_files() {
             match initial::read(&path) {
                 Err(error) => clear(&error.to_string(), &path),
                 Ok(start) => {
-                    let count = start.positions.len();
+                    let count = start.count();
                     let alike = |other: Option<usize>| other.is_none_or(|n| n == count);
                     prop_assert!(count > 0);
                     prop_assert!(
                         start
                             .lengths
                             .iter()
+                            .flatten()
+                            .take(2)
                             .all(|side| *side > 0.0 && side.is_finite())
                     );
-                    let mut vectors = start
-                        .positions
-                        .iter()
-                        .chain(start.velocities.iter().flatten());
+                    let mut vectors = start.positions.iter().chain(&start.velocities).flatten();
                     prop_assert!(vectors.all(|v| v.iter().all(|x| x.is_finite())));
                     let mut sizes = start.radii.iter().chain(&start.masses).flatten();
                     prop_assert!(sizes.all(|x| *x > 0.0 && x.is_finite()));

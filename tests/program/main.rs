@@ -11,6 +11,7 @@ mod literature;
 mod memory;
 mod reproduce;
 mod resume;
+mod starts;
 #[path = "../support/mod.rs"]
 mod support;
 mod words;

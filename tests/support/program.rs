@@ -319,6 +319,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("map-uniform", "replicas=2 box.critical_lengths=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-waves", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),
+    ("mpemba", "replicas=2 gas.number=100 run.until=10"),
     ("quick", "gas.number=100 run.until=1"),
     ("rough-disks", "gas.number=50 box.size=[60,60] run.until=5 run.samples=12"),
     ("scaled-cooling", "replicas=2 gas.restitution=0.9 box.packing_fraction=0.1 run.until=1 measure.spectra.interval=0.1 measure.displacement.from=0.5"),

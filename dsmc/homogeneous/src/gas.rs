@@ -1,8 +1,8 @@
 //! Particles without positions.
 
 use rand::Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
+use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::{Free, Invalid, Physics, Sizes, Smooth, Space, Vector, VectorOf, memory};
 
 use super::error::GasError;
@@ -127,8 +127,7 @@ impl<P: Grains> Gas<P> {
         Ok(gas)
     }
 
-    /// A gas of `count` particles, numbered from 0, whose sizes the scene has by their number, with Maxwellian
-    /// velocities of the given temperature m<v^2>/D for each species, without drift.
+    /// Creates a gas with Maxwellian velocities: [`Gas::drawn`].
     ///
     /// # Errors
     /// As [`Gas::new`].
@@ -140,16 +139,29 @@ impl<P: Grains> Gas<P> {
         temperature: impl Fn(u32) -> f64,
         stream: &mut impl Rng,
     ) -> Result<Self, GasError> {
+        let law = VelocityDistribution::MAXWELLIAN;
+        Self::drawn(scene, contact, volume, count, temperature, law, stream)
+    }
+
+    /// Creates a gas of `count` particles, numbered from 0, whose sizes the scene has by their number. Velocities are of a distribution,
+    /// with the given temperature m<v^2>/D for each species, without drift.
+    ///
+    /// # Errors
+    /// As [`Gas::new`].
+    pub fn drawn(
+        scene: P,
+        contact: Contact,
+        volume: f64,
+        count: usize,
+        temperature: impl Fn(u32) -> f64,
+        law: VelocityDistribution,
+        stream: &mut impl Rng,
+    ) -> Result<Self, GasError> {
         let sizes = scene.sizes().clone();
         let particles = (0..count).map(|index| {
             let tag = sizes.tag(index);
             let spread = (temperature(sizes.kind(tag)) / sizes.mass(tag)).sqrt();
-            let mut velocity = VectorOf::<P>::default();
-            for axis in 0..P::Space::DIMENSION {
-                let normal: f64 = StandardNormal.sample(stream);
-                velocity[axis] = spread * normal;
-            }
-            (velocity, tag)
+            (law.draw::<P::Space>(spread, stream), tag)
         });
         let mut gas = Self::new(scene, contact, volume, particles)?;
         gas.settle(temperature);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
     Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Interrupt, Kind, Law,
@@ -56,6 +57,8 @@ pub struct Homogeneous<'a> {
     pub contact: Contact,
     /// Temperature of each species at the start.
     pub temperatures: &'a [f64],
+    /// Velocity distribution of each species at the start.
+    pub velocities: VelocityDistribution,
     /// How pairs are selected.
     pub pick: Pick,
     /// The species in the tracer limit.
@@ -71,10 +74,11 @@ pub struct Homogeneous<'a> {
 }
 
 impl Homogeneous<'_> {
-    /// Starts from Maxwellian velocities.
+    /// Starts from velocities that are drawn.
     ///
     /// ```
     /// use stosszahl_homogeneous::{Contact, Homogeneous, Pick};
+    /// use stosszahl_model::initial::VelocityDistribution;
     /// use stosszahl_model::random::Streams;
     /// use stosszahl_model::{Budget, Constant, Grains, Simulation};
     ///
@@ -86,6 +90,7 @@ impl Homogeneous<'_> {
     ///     volume: 1e4,
     ///     contact: Contact::Dilute,
     ///     temperatures: &[1.0],
+    ///     velocities: VelocityDistribution::MAXWELLIAN,
     ///     pick: Pick::AliasTables,
     ///     tracer: None,
     ///     sticking: None,
@@ -231,12 +236,13 @@ impl Homogeneous<'_> {
                 let last = self.temperatures.len().saturating_sub(1);
                 self.temperatures.get((kind as usize).min(last)).copied()
             };
-            let gas = Gas::maxwellian(
+            let gas = Gas::drawn(
                 scene,
                 self.contact,
                 self.volume,
                 self.count,
                 |kind| temperature(kind).unwrap_or(1.0),
+                self.velocities,
                 &mut self.streams.at(Purpose::Velocities, [0, 0]),
             )?;
             let leg = ((LEG * gas.count() as f64) as u64).max(LEAST_LEG);

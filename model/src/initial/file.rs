@@ -1,28 +1,45 @@
 //! Starts read from a file: CSV, or the extended XYZ that OVITO and ASE write.
 //!
-//! CSV: a first line `# box: Lx Ly`, then a header with the columns `x,y` and, optionally,
-//! `vx,vy,radius,mass` in any order. Extended XYZ: a second line with `Lattice="..."` (orthogonal) and
-//! `Properties=...` naming `pos`, and optionally `velo`, `radius`, `mass`.
+//! CSV: a first line `# box: Lx Ly` (`Lx Ly Lz` of spheres), then a header with the columns `x,y` (`z`) and,
+//! optionally, `vx,vy,vz,wx,wy,wz,radius,mass,type` in any order; velocities alone need no box. Extended XYZ: a
+//! second line with `Lattice="..."` (orthogonal) and `Properties=...` naming `pos`, and optionally `velo`,
+//! `angular_velocity`, `radius`, `mass`, `type` or `species`, `weight`; and `pbc="..."`, optionally.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use nalgebra::{Vector2, vector};
+use nalgebra::Vector3;
 
-/// What a start file says. Radii and masses are as written, or the given defaults.
-#[derive(Clone, Debug, PartialEq)]
+/// Content of a start file, as written; components that the file lacks are zero.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StartFile {
-    /// Side lengths of the periodic box.
-    pub lengths: [f64; 2],
-    /// Centres.
-    pub positions: Vec<Vector2<f64>>,
+    /// Side lengths of the box, the third 0 where the file names two; none where it names no box.
+    pub lengths: Option<[f64; 3]>,
+    /// Axes along which the file calls the box periodic; none where it does not say.
+    pub periodic: Option<[bool; 3]>,
+    /// Centres, if the file has them.
+    pub positions: Option<Vec<Vector3<f64>>>,
     /// Velocities, if the file has them.
-    pub velocities: Option<Vec<Vector2<f64>>>,
+    pub velocities: Option<Vec<Vector3<f64>>>,
+    /// Angular velocities, if the file has them.
+    pub spins: Option<Vec<Vector3<f64>>>,
     /// Radii, if the file has them.
     pub radii: Option<Vec<f64>>,
     /// Masses, if the file has them.
     pub masses: Option<Vec<f64>>,
+    /// Names of the species of the particles, if the file has them.
+    pub types: Option<Vec<String>>,
+    /// Numbers of particles that each stands for, if the file has them.
+    pub weights: Option<Vec<f64>>,
+}
+
+impl StartFile {
+    /// Number of particles.
+    pub fn count(&self) -> usize {
+        let placed = self.positions.as_ref().or(self.velocities.as_ref());
+        placed.map_or(0, Vec::len)
+    }
 }
 
 /// Why a start file could not be used.
@@ -56,6 +73,9 @@ const LARGEST: f64 = 1e100;
 
 /// Most columns of one property of an extended XYZ file.
 const MOST_COLUMNS: usize = 1000;
+
+/// Most characters in the name of a species.
+const LONGEST_NAME: usize = 40;
 
 struct Source<'a> {
     path: &'a Path,
@@ -103,13 +123,37 @@ impl Source<'_> {
     }
 }
 
-/// Which column holds what.
+impl Source<'_> {
+    fn name(&self, line: usize, text: Option<&str>) -> Result<String, FileError> {
+        let name = text.unwrap_or("").trim();
+        let plain = !name.chars().any(char::is_control) && name.chars().count() <= LONGEST_NAME;
+        if !plain || name.is_empty() || name == "all" {
+            let expected = format!("a name of 1 to {LONGEST_NAME} characters other than \"all\"");
+            return Err(self.error(line, format!("type = `{name}`"), expected));
+        }
+        Ok(name.to_owned())
+    }
+}
+
+/// Columns of the components of a vector, some of which may be absent.
+type Components = [Option<usize>; 3];
+
+/// Columns of the quantities in a file.
+#[derive(Default)]
 struct Columns {
-    position: [usize; 2],
-    velocity: Option<[usize; 2]>,
+    position: Option<Components>,
+    velocity: Option<Components>,
+    spin: Option<Components>,
     radius: Option<usize>,
     mass: Option<usize>,
+    kind: Option<usize>,
+    weight: Option<usize>,
 }
+
+/// Names of the columns of CSV.
+const NAMES: [&str; 12] = [
+    "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "radius", "mass", "type",
+];
 
 /// Reads a start file; its name's ending (`.csv` or `.xyz`) decides the format.
 ///
@@ -150,21 +194,9 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
 
 fn read_csv(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
     let first = text.lines().next().unwrap_or("");
-    let sizes: Vec<&str> = first
-        .strip_prefix("# box:")
-        .map(|rest| rest.split_whitespace().collect())
-        .unwrap_or_default();
-    if sizes.len() != 2 {
-        return Err(source.error(
-            1,
-            format!("`{first}`"),
-            "`# box: Lx Ly`, the sides of the periodic box",
-        ));
-    }
-    let lengths = [
-        source.positive(1, "Lx", Some(sizes[0]))?,
-        source.positive(1, "Ly", Some(sizes[1]))?,
-    ];
+    let boxed = first.strip_prefix("# box:");
+    let lengths = boxed.map(|rest| csv_box(source, first, rest)).transpose()?;
+    let header = if boxed.is_some() { 2 } else { 1 };
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
@@ -178,47 +210,81 @@ fn read_csv(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
         )
     };
     let headers = reader.headers().map_err(|error| table(&error))?.clone();
+    let all = format!("columns {}", NAMES.join(", "));
     let mut names = HashMap::new();
     for (column, name) in headers.iter().enumerate() {
-        if !["x", "y", "vx", "vy", "radius", "mass"].contains(&name) {
-            return Err(source.error(
-                2,
-                format!("column `{name}`"),
-                "columns x, y, vx, vy, radius, mass",
-            ));
+        if !NAMES.contains(&name) {
+            return Err(source.error(header, format!("column `{name}`"), all));
         }
         if names.insert(name.to_owned(), column).is_some() {
-            return Err(source.error(2, format!("column `{name}` twice"), "each column once"));
+            return Err(source.error(header, format!("column `{name}` twice"), "each column once"));
         }
     }
     let column = |name: &str| names.get(name).copied();
-    let pair = |a: &str, b: &str| match (column(a), column(b)) {
-        (Some(a), Some(b)) => Ok(Some([a, b])),
-        (None, None) => Ok(None),
+    // The first two components come together; the third may be left out.
+    let vector = |[a, b, c]: [&str; 3]| match [column(a), column(b), column(c)] {
+        [None, None, None] => Ok(None),
+        found @ [Some(_), Some(_), _] => Ok(Some(found)),
         _ => Err(source.error(
-            2,
-            format!("only one of the columns `{a}` and `{b}`"),
-            "both or none",
+            header,
+            format!("only some of the columns `{a}`, `{b}` and `{c}`"),
+            format!("`{a}` and `{b}` both or none, and `{c}` with both"),
         )),
     };
+    let spin = ["wx", "wy", "wz"].map(column);
     let columns = Columns {
-        position: pair("x", "y")?.ok_or_else(|| {
-            source.error(
-                2,
-                "no columns `x` and `y`",
-                "columns x, y, vx, vy, radius, mass",
-            )
-        })?,
-        velocity: pair("vx", "vy")?,
+        position: vector(["x", "y", "z"])?,
+        velocity: vector(["vx", "vy", "vz"])?,
+        spin: spin.iter().any(Option::is_some).then_some(spin),
         radius: column("radius"),
         mass: column("mass"),
+        kind: column("type"),
+        weight: None,
     };
+    let moves = columns.velocity.is_some();
+    if lengths.is_some() && columns.position.is_none() && !moves {
+        return Err(source.error(header, "no columns `x` and `y`, or `vx` and `vy`", all));
+    }
+    if lengths.is_none() && (columns.position.is_some() || !moves) {
+        return Err(source.error(
+            1,
+            format!("`{first}`"),
+            "`# box: Lx Ly`, the sides of the box; of spheres `# box: Lx Ly Lz`",
+        ));
+    }
     let mut rows = Rows::new(source, lengths, columns);
     for record in reader.records() {
         let record = record.map_err(|error| table(&error))?;
         rows.push(line_of(record.position()), |column| record.get(column))?;
     }
     rows.finish()
+}
+
+/// Reads the sides of the box from the first line of a CSV file.
+fn csv_box(source: &Source<'_>, line: &str, sides: &str) -> Result<[f64; 3], FileError> {
+    let sides: Vec<&str> = sides.split_whitespace().collect();
+    if !(2..=3).contains(&sides.len()) {
+        let expected = "`# box: Lx Ly`, the sides of the box; of spheres `# box: Lx Ly Lz`";
+        return Err(source.error(1, format!("`{line}`"), expected));
+    }
+    let mut lengths = [0.0; 3];
+    for ((length, name), text) in lengths.iter_mut().zip(["Lx", "Ly", "Lz"]).zip(sides) {
+        *length = source.positive(1, name, Some(text))?;
+    }
+    Ok(lengths)
+}
+
+/// Reads which axes are periodic from the `pbc` of an extended XYZ file.
+fn xyz_periodic(source: &Source<'_>, text: &str) -> Result<[bool; 3], FileError> {
+    let word = |word: &str| match word {
+        "T" | "True" | "true" | "1" => Some(true),
+        "F" | "False" | "false" | "0" => Some(false),
+        _ => None,
+    };
+    let found: Option<Vec<bool>> = text.split_whitespace().map(word).collect();
+    found
+        .and_then(|axes| <[bool; 3]>::try_from(axes).ok())
+        .ok_or_else(|| source.error(2, format!("pbc=\"{text}\""), "three of T and F"))
 }
 
 fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
@@ -250,7 +316,12 @@ fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
     let lengths = [
         source.positive(2, "Lx", Some(entries[0]))?,
         source.positive(2, "Ly", Some(entries[4]))?,
+        source.number(2, "Lz", Some(entries[8]))?,
     ];
+    let periodic = fields.get("pbc");
+    let periodic = periodic
+        .map(|text| xyz_periodic(source, text))
+        .transpose()?;
     let properties = fields
         .get("properties")
         .map_or("species:S:1:pos:R:3", String::as_str);
@@ -273,26 +344,30 @@ fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
         columns.insert(property[0].to_ascii_lowercase(), (next, width));
         next += width;
     }
-    let planar = |name: &str| {
-        columns
-            .get(name)
-            .filter(|entry| entry.1 >= 2)
-            .map(|entry| [entry.0, entry.0 + 1])
+    let vector = |name: &str| -> Option<Components> {
+        let &(first, width) = columns.get(name).filter(|entry| entry.1 >= 2)?;
+        Some([0, 1, 2].map(|axis| (axis < width).then_some(first + axis)))
     };
     let single = |name: &str| columns.get(name).map(|entry| entry.0);
+    let flat_spin = || single("angular_velocity").map(|column| [None, None, Some(column)]);
+    let position = vector("pos").ok_or_else(|| {
+        source.error(
+            2,
+            format!("Properties={properties}"),
+            "pos:R:2 or pos:R:3 among them",
+        )
+    })?;
     let columns = Columns {
-        position: planar("pos").ok_or_else(|| {
-            source.error(
-                2,
-                format!("Properties={properties}"),
-                "pos:R:2 or pos:R:3 among them",
-            )
-        })?,
-        velocity: planar("velo").or_else(|| planar("vel")),
+        position: Some(position),
+        velocity: vector("velo").or_else(|| vector("vel")),
+        spin: vector("angular_velocity").or_else(flat_spin),
         radius: single("radius"),
         mass: single("mass").or_else(|| single("masses")),
+        kind: single("type").or_else(|| single("species")),
+        weight: single("weight"),
     };
-    let mut rows = Rows::new(source, lengths, columns);
+    let mut rows = Rows::new(source, Some(lengths), columns);
+    rows.start.periodic = periodic;
     for _ in 0..count {
         let Some((line, row)) = lines.next() else {
             return Err(source.error(
@@ -344,13 +419,17 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(source: &'a Source<'a>, lengths: [f64; 2], columns: Columns) -> Self {
+    fn new(source: &'a Source<'a>, lengths: Option<[f64; 3]>, columns: Columns) -> Self {
         let start = StartFile {
             lengths,
-            positions: Vec::new(),
+            periodic: None,
+            positions: columns.position.map(|_| Vec::new()),
             velocities: columns.velocity.map(|_| Vec::new()),
+            spins: columns.spin.map(|_| Vec::new()),
             radii: columns.radius.map(|_| Vec::new()),
             masses: columns.mass.map(|_| Vec::new()),
+            types: columns.kind.map(|_| Vec::new()),
+            weights: columns.weight.map(|_| Vec::new()),
         };
         Self {
             source,
@@ -365,32 +444,46 @@ impl<'a> Rows<'a> {
         line: usize,
         value: impl Fn(usize) -> Option<&'b str>,
     ) -> Result<(), FileError> {
-        let source = self.source;
+        let (source, columns) = (self.source, &self.columns);
         self.last_line = line;
-        let planar = |names: [&str; 2], columns: [usize; 2]| -> Result<Vector2<f64>, FileError> {
-            let x = source.number(line, names[0], value(columns[0]))?;
-            let y = source.number(line, names[1], value(columns[1]))?;
-            Ok(vector![x, y])
+        let vector = |names: [&str; 3], columns: Components| -> Result<Vector3<f64>, FileError> {
+            let mut found = Vector3::zeros();
+            for ((component, name), column) in found.iter_mut().zip(names).zip(columns) {
+                if let Some(column) = column {
+                    *component = source.number(line, name, value(column))?;
+                }
+            }
+            Ok(found)
         };
-        self.start
-            .positions
-            .push(planar(["x", "y"], self.columns.position)?);
-        if let (Some(velocities), Some(columns)) =
-            (&mut self.start.velocities, self.columns.velocity)
-        {
-            velocities.push(planar(["vx", "vy"], columns)?);
+        let start = &mut self.start;
+        let vectors = [
+            (["x", "y", "z"], columns.position, &mut start.positions),
+            (["vx", "vy", "vz"], columns.velocity, &mut start.velocities),
+            (["wx", "wy", "wz"], columns.spin, &mut start.spins),
+        ];
+        for (names, columns, list) in vectors {
+            if let (Some(list), Some(columns)) = (list, columns) {
+                list.push(vector(names, columns)?);
+            }
         }
-        if let (Some(radii), Some(column)) = (&mut self.start.radii, self.columns.radius) {
-            radii.push(source.positive(line, "radius", value(column))?);
+        let numbers = [
+            ("radius", columns.radius, &mut start.radii),
+            ("mass", columns.mass, &mut start.masses),
+            ("weight", columns.weight, &mut start.weights),
+        ];
+        for (name, column, list) in numbers {
+            if let (Some(list), Some(column)) = (list, column) {
+                list.push(source.positive(line, name, value(column))?);
+            }
         }
-        if let (Some(masses), Some(column)) = (&mut self.start.masses, self.columns.mass) {
-            masses.push(source.positive(line, "mass", value(column))?);
+        if let (Some(list), Some(column)) = (&mut start.types, columns.kind) {
+            list.push(source.name(line, value(column))?);
         }
         Ok(())
     }
 
     fn finish(self) -> Result<StartFile, FileError> {
-        if self.start.positions.is_empty() {
+        if self.start.count() == 0 {
             return Err(self
                 .source
                 .error(self.last_line, "no particle", "at least one"));
@@ -401,6 +494,8 @@ impl<'a> Rows<'a> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::vector;
+
     use super::*;
 
     fn from_text(name: &str, text: &str) -> Result<StartFile, FileError> {
@@ -416,16 +511,15 @@ mod tests {
 
     #[test]
     fn both_formats_give_the_same_start() {
-        let csv =
-            "# box: 10 8\nx,y,vx,vy,radius,mass\n1,2,0.5,-0.5,0.5,1\n# a remark\n3,4,-1,1,0.25,2\n";
+        let csv = "# box: 10 8 1\nx,y,vx,vy,radius,mass\n1,2,0.5,-0.5,0.5,1\n# a remark\n3,4,-1,1,0.25,2\n";
         let xyz = "2\nTime=0 Lattice=\"10 0 0 0 8 0 0 0 1\" Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1\n\
                    1 1 2 0 0.5 -0.5 0 0.5 1\n2 3 4 0 -1 1 0 0.25 2\n";
         let start = from_text("a.csv", csv).expect("a start");
         assert_eq!(start, from_text("a.xyz", xyz).expect("a start"));
-        assert_eq!(start.lengths, [10.0, 8.0]);
+        assert_eq!(start.lengths, Some([10.0, 8.0, 1.0]));
         assert_eq!(start.radii, Some(vec![0.5, 0.25]));
         let bare = from_text("a.csv", "# box: 1 1\ny,x\n0.5,0.25\n").expect("positions alone");
-        assert_eq!(bare.positions, vec![vector![0.25, 0.5]]);
+        assert_eq!(bare.positions, Some(vec![vector![0.25, 0.5, 0.0]]));
         assert_eq!(bare.velocities, None);
     }
 
@@ -445,7 +539,10 @@ mod tests {
         for (name, text, line, fragment) in [
             ("a.csv", "x,y\n1,2\n", 1, "# box: Lx Ly"),
             ("a.csv", "# box: 1 -1\nx,y\n", 1, "above zero"),
-            ("a.csv", "# box: 1 1\nx,z\n", 2, "column `z`"),
+            ("a.csv", "# box: 1 1\nx,q\n", 2, "column `q`"),
+            ("a.csv", "# box: 1 1\nx,z\n", 2, "both or none"),
+            ("a.csv", "x,y,vx,vy\n1,2,3,4\n", 1, "# box: Lx Ly"),
+            ("a.csv", "# box: 1 1\nx,y,type\n1,1,all\n", 3, "other than"),
             ("a.csv", "# box: 1 1\nx,y,vx\n", 2, "both or none"),
             ("a.csv", "# box: 1 1\nx,y\n1,NaN\n", 3, "finite number"),
             ("a.csv", "# box: 1 1\nx,y\n1\n", 3, "equally many"),

@@ -22,7 +22,7 @@ pub struct Overlap {
 /// The overlapping pair with the smallest indices, if any overlaps by more than `tolerance` \[length\].
 ///
 /// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image that
-/// reaches into the box; the distance of a candidate pair is parry's ball-ball contact, a closed form.
+/// reaches into the box, along the axes that are periodic; the distance of a candidate pair is parry's ball-ball contact, a closed form.
 /// Cost N log N for any mixture of sizes.
 pub fn first_overlap(
     positions: &[Vector2<f64>],
@@ -52,6 +52,13 @@ pub fn first_overlap(
         );
         contact.map_or(0.0, |contact| -contact.dist)
     };
+    let shifts = [0, 1].map(|axis| {
+        if domain.is_periodic(axis) {
+            &[-1.0, 0.0, 1.0][..]
+        } else {
+            &[0.0]
+        }
+    });
     // The tree with itself is faster than with each disk, and nearly always nothing is found. It says whether, not which is the first.
     let meets = |one: &BvhNode, other: &BvhNode| one.intersects(other);
     let is_inside = tree.leaf_pairs(&tree, meets).any(|(first, second)| {
@@ -66,8 +73,8 @@ pub fn first_overlap(
         }
         let own = radius(first);
         // Images beyond one box length matter only to disks wider than the box.
-        for shift_x in [-1.0, 0.0, 1.0] {
-            for shift_y in [-1.0, 0.0, 1.0] {
+        for &shift_x in shifts[0] {
+            for &shift_y in shifts[1] {
                 let shifted = centre + domain.images().image([shift_x, shift_y, 0.0]).position;
                 let image = shift_x != 0.0 || shift_y != 0.0;
                 if !image && !is_inside {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 mod domain;
 mod engines;
@@ -208,12 +209,16 @@ pub struct Thermostat {
 pub struct Start {
     /// How particles are placed.
     pub placement: Placement,
-    /// File with the positions, `.csv` or `.xyz`, relative to the case file; only with placement = "file".
+    /// File with positions or velocities, `.csv` or `.xyz`, relative to the case file; with placement or velocities = "file".
     #[schemars(length(min = 1))]
     pub file: Option<String>,
+    /// Corners `[[x0, y0], [x1, y1]]` of the region in which the particles lie, of three numbers in space. Default: the whole box.
+    #[schemars(extend("items" = json!({"type": "array", "minItems": 2, "maxItems": 3, "items": {"type": "number"}})))]
+    pub region: Option<[Vec<f64>; 2]>,
     /// Where the velocities come from.
     pub velocities: Velocities,
-    /// Elastic collisions per particle before t = 0; 0 means none. Default: 10 in a periodic box, 0 in flows.
+    /// Elastic collisions per particle before t = 0; 0 means none. Default: 10 in a periodic box, 0 in flows and where a file or a
+    /// region gives the places.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub equilibration: Option<f64>,
     /// Give up equilibrating here. Default: four times `equilibration`, and at least 200.
@@ -234,7 +239,8 @@ impl Default for Start {
         Self {
             placement: Placement::Disordered,
             file: None,
-            velocities: Velocities::Maxwellian,
+            region: None,
+            velocities: Velocities::MAXWELLIAN,
             equilibration: None,
             longest_equilibration: None,
             velocity: None,
@@ -258,14 +264,40 @@ pub enum Placement {
     File,
 }
 
-/// Where the initial velocities come from.
+/// Where the initial velocities come from: a word, or a distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Velocities {
+    /// A word.
+    Word(VelocityWord),
+    /// Drawn from a distribution with a given fourth cumulant.
+    Drawn(VelocityCumulant),
+}
+
+impl Velocities {
+    /// Drawn from a Maxwell distribution.
+    pub const MAXWELLIAN: Self = Self::Word(VelocityWord::Maxwellian);
+    /// As in the start file.
+    pub const FILE: Self = Self::Word(VelocityWord::File);
+}
+
+/// Where the initial velocities come from, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Velocities {
+pub enum VelocityWord {
     /// Drawn from a Maxwell distribution.
     Maxwellian,
-    /// As in `start.file`.
+    /// As in `start.file`. With another placement than "file" each replica deals them to its particles anew, within species.
     File,
+}
+
+/// Isotropic velocities whose squares are Gamma-distributed, with a given fourth cumulant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VelocityCumulant {
+    /// Fourth cumulant `D/(D + 2) <v^4>/<v^2>^2 - 1`: from -1/2 of disks and -2/5 of spheres, all of one speed, to 10; 0 is Maxwellian.
+    #[schemars(range(min = -0.5, max = 10.0))]
+    pub a2: f64,
 }
 
 /// How long to run and when to sample.

@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Case, EnergyPart, Kind, Placement, Sticking, TimeUnit, Velocities};
+use crate::format::{Case, EnergyPart, Face, Kind, Placement, Sticking, TimeUnit, Velocities};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -37,6 +37,7 @@ pub(crate) fn check(table: &Table, case: &Case, folder: &Path) -> Checked {
     all.species()?;
     all.laws()?;
     all.start(folder)?;
+    all.region()?;
     all.temperatures()?;
     all.spins()?;
     all.vectors()?;
@@ -92,7 +93,14 @@ impl Relations<'_> {
                     "inflow",
                     "gravity",
                     "drive",
-                    "start",
+                    "start.placement",
+                    "start.file",
+                    "start.region",
+                    "start.equilibration",
+                    "start.longest_equilibration",
+                    "start.velocity",
+                    "start.spin_temperature",
+                    "start.empty",
                     "accuracy",
                     "gas.tangential_restitution",
                     "gas.mean_free_path",
@@ -137,15 +145,11 @@ impl Relations<'_> {
         let (start, case) = (&self.case.start, self.case);
         let placed_by_file = start.placement == Placement::File;
         self.ensure(
-            start.file.is_some() == placed_by_file,
+            start.file.is_some() == (placed_by_file || start.velocities == Velocities::FILE),
             "start.file",
-            "a .csv or .xyz file; given with placement = \"file\", always and only",
+            "a .csv or .xyz file; given with placement = \"file\" or velocities = \"file\", always and only",
         )?;
-        self.ensure(
-            placed_by_file || start.velocities == Velocities::Maxwellian,
-            "start.velocities",
-            "\"maxwellian\"; \"file\" only with placement = \"file\"",
-        )?;
+        self.cumulant()?;
         if let Some(file) = &start.file {
             let path = folder.join(file);
             let ending = path
@@ -161,13 +165,20 @@ impl Relations<'_> {
                 path.display()
             );
             self.ensure(path.is_file(), "start.file", missing)?;
-            let keys = ["box.packing_fraction", "box.aspect_ratio"];
-            self.without(&keys, "with start.placement = \"file\" the file says it")?;
+            let keys = [
+                "box.packing_fraction",
+                "box.aspect_ratio",
+                "gas.mean_free_path",
+            ];
+            if placed_by_file {
+                self.without(&keys, "with start.placement = \"file\" the file says it")?;
+            }
         }
         self.ensure(
-            start.velocities == Velocities::Maxwellian || case.replicas == 1,
+            case.replicas == 1 || !self.repeats_itself(),
             "replicas",
-            "1 with start.velocities = \"file\", as one file is one start",
+            "1, as exact disks from one file with velocities go the same way in every replica; start.placement = \"disordered\" \
+             places them anew in each replica and deals the velocities of the file to them",
         )?;
         self.ensure(
             case.species.is_empty() || matches!(start.placement, Placement::Disordered),
@@ -175,10 +186,15 @@ impl Relations<'_> {
             "\"disordered\" with [[species]]",
         )?;
         self.ensure(
-            self.dimension() == 2 || start.placement == Placement::Disordered,
+            self.dimension() == 2
+                || matches!(start.placement, Placement::Disordered | Placement::File),
             "start.placement",
-            "\"disordered\" in space; lattices and files are of disks",
+            "\"disordered\" or \"file\" in space; lattices are of disks",
         )?;
+        if start.velocities == Velocities::FILE {
+            let allowed = "with start.velocities = \"file\" the file says it";
+            self.without(&["start.velocity"], allowed)?;
+        }
         if let (Some(most), Some(least)) = (start.longest_equilibration, start.equilibration) {
             let allowed = format!("a number of at least start.equilibration = {least}");
             self.ensure(most >= least, "start.longest_equilibration", allowed)?;
@@ -188,6 +204,63 @@ impl Relations<'_> {
             !start.empty || !case.inflow.is_empty(),
             "start.empty",
             allowed,
+        )
+    }
+
+    /// A fourth cumulant is one that some distribution has.
+    fn cumulant(&self) -> Checked {
+        let Velocities::Drawn(drawn) = self.case.start.velocities else {
+            return Ok(());
+        };
+        let (least, dimension) = (-2.0 / (self.dimension() as f64 + 2.0), self.dimension());
+        let allowed = format!(
+            "a fourth cumulant from {least}, which particles of one speed have in {dimension} dimensions and below which no \
+             distribution lies, to 10"
+        );
+        self.ensure(drawn.a2 >= least, "start.velocities.a2", allowed)
+    }
+
+    /// Whether all replicas of exact dynamics would be one: from one state, with nothing random on the way.
+    fn repeats_itself(&self) -> bool {
+        let case = self.case;
+        let one_state =
+            case.start.placement == Placement::File && case.start.velocities == Velocities::FILE;
+        let walls = case.walls.all().filter_map(|face| match face {
+            Face::Wall(wall) => wall.temperature,
+            Face::Word(_) => None,
+        });
+        let bodies = case.obstacle.iter().filter_map(|body| body.temperature);
+        let random = case.drive.is_some() || walls.chain(bodies).next().is_some();
+        one_state && case.engine.ed.is_some() && !random
+    }
+
+    /// A region has corners in order, and a gas that is placed at random and not equilibrated.
+    fn region(&self) -> Checked {
+        let (start, case) = (&self.case.start, self.case);
+        let Some([low, high]) = &start.region else {
+            return Ok(());
+        };
+        let dimension = self.dimension();
+        let allowed = format!("two corners of {dimension} numbers, as gas.dimension = {dimension}");
+        let full = low.len() == dimension && high.len() == dimension;
+        self.ensure(full, "start.region", allowed)?;
+        let wide = low.iter().zip(high).all(|(low, high)| low < high);
+        let allowed = "the lower corner and then the upper one, so that the region is not empty";
+        self.ensure(wide, "start.region", allowed)?;
+        let size = case.domain.as_ref().and_then(|domain| domain.size.as_ref());
+        let within = |(side, (low, high)): (&f64, (&f64, &f64))| *low >= 0.0 && high <= side;
+        let mut sides = size.into_iter().flatten().zip(low.iter().zip(high));
+        let allowed = "a region inside the box, from 0 to box.size";
+        self.ensure(sides.all(within), "start.region", allowed)?;
+        self.ensure(
+            start.placement == Placement::Disordered && !start.empty,
+            "start.region",
+            "with placement = \"disordered\" and a gas that is not empty",
+        )?;
+        self.ensure(
+            start.equilibration.is_none_or(|asked| asked == 0.0),
+            "start.equilibration",
+            "0 with start.region, as elastic motion spreads the gas over the box",
         )
     }
 

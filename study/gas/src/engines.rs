@@ -5,6 +5,7 @@ use std::ops::{Deref, DerefMut};
 use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
 use stosszahl_dsmc::{Boundaries, Clearance, Parameters, Scheme};
 use stosszahl_ed::Dissipation;
+use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
 
 use crate::memory::{RUNNING, need_memory};
@@ -66,6 +67,12 @@ impl EventDriven {
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
         elastic.stop_on(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
+        // It stands at a collision. The state is taken one mean free time later, whatever collides then.
+        let (passed, collisions) = (elastic.time() - time, elastic.work().collisions);
+        if collisions > 0 && !elastic.is_interrupted() {
+            let free = 0.5 * passed * elastic.count() as f64 / collisions as f64;
+            elastic.advance(elastic.time() + free, Budget::Unlimited, &mut ())?;
+        }
         if elastic.is_interrupted() {
             return Ok(false);
         }
@@ -127,6 +134,7 @@ impl MonteCarlo {
             volume: gas.volume,
             contact: Contact::Enskog,
             temperatures: &[temperature],
+            velocities: VelocityDistribution::MAXWELLIAN,
             pick: Pick::AliasTables,
             tracer: None,
             sticking: None,

@@ -76,7 +76,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     let uneven = manifest
         .start
         .iter()
-        .filter(|start| !start.equilibrated)
+        .filter(|start| start.equilibrated == Some(false))
         .count();
     // What may void everything below.
     let mut warnings: Vec<Markup> = Vec::new();
@@ -342,8 +342,12 @@ fn start(manifest: &Manifest) -> Markup {
     let passed = manifest
         .start
         .iter()
-        .filter(|start| start.equilibrated)
+        .filter(|start| start.equilibrated == Some(true))
         .count();
+    let judged = manifest
+        .start
+        .iter()
+        .any(|start| start.equilibrated.is_some());
     let columns: [Column<'_>; 6] = [
         ("replica", false),
         ("test", true),
@@ -357,7 +361,9 @@ fn start(manifest: &Manifest) -> Markup {
             h2 id="start" { "Start" }
             p {
                 "Placement: " (first.placement) ", then " (number(first.collisions_per_particle, 4))
-                " elastic collisions per particle. " (passed) " of " (manifest.start.len()) " replicas began in equilibrium."
+                " elastic collisions per particle. "
+                @if judged { (passed) " of " (manifest.start.len()) " replicas began in equilibrium." }
+                @else { "The case gives the start." }
             }
             @if !rows.is_empty() {
                 details { summary { "Tests of the start, " (rows.len()) } (page::table(&columns, &rows)) }

@@ -143,7 +143,8 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
 
 /// All particles of a snapshot as a frame.
 fn frame_of(particles: &StartFile, time: f64) -> Frame {
-    let dots: Vec<Dot> = (particles.positions.iter().enumerate())
+    let positions = particles.positions.iter().flatten();
+    let dots: Vec<Dot> = (positions.enumerate())
         .map(|(i, at)| Dot {
             position: [at[0], at[1]],
             velocity: (particles.velocities.as_ref())
@@ -153,8 +154,9 @@ fn frame_of(particles: &StartFile, time: f64) -> Frame {
             met: None,
         })
         .collect();
-    let sides = [particles.lengths[0], particles.lengths[1]];
-    Frame::new(time, sides, [true; 2], &dots, usize::MAX)
+    let [width, height, _] = particles.lengths.unwrap_or_default();
+    let [x, y, _] = particles.periodic.unwrap_or([true; 3]);
+    Frame::new(time, [width, height], [x, y], &dots, usize::MAX)
 }
 
 /// Obstacles of the case as it was run: discs, polylines and polygons.

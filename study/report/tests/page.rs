@@ -239,7 +239,7 @@ fn manifest() -> Manifest {
             replica: 0,
             placement: "disordered".into(),
             collisions_per_particle: 10.0,
-            equilibrated: false,
+            equilibrated: Some(false),
             tests: vec![StartTest {
                 name: "impact".into(),
                 statistic: f64::NAN,

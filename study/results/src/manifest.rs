@@ -139,8 +139,8 @@ pub struct Start {
     /// Elastic collisions per particle before the start \[1\].
     #[serde(deserialize_with = "null_is_nan")]
     pub collisions_per_particle: f64,
-    /// Whether the start passed as an equilibrium state.
-    pub equilibrated: bool,
+    /// Whether the start passed as an equilibrium state; none where the case gives the start.
+    pub equilibrated: Option<bool>,
     /// Tests of the start.
     pub tests: Vec<StartTest>,
 }

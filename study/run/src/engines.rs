@@ -168,12 +168,9 @@ fn made(
             let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
             Ok(match from {
                 From::Start(start) => {
-                    // In a flow, sets are starts of the same gas; a periodic gas may be moved and turned instead.
-                    let sets = if plan.kind == Kind::Flow {
-                        engine.copies() as u64
-                    } else {
-                        1
-                    };
+                    // In a flow and in a region, sets are starts of the same gas; a periodic gas may be moved and turned instead.
+                    let placed = plan.kind == Kind::Flow || plan.case.start.region.is_some();
+                    let sets = if placed { engine.copies() as u64 } else { 1 };
                     let sets = starts(plan, start, sets, streams, interrupt)?;
                     match call() {
                         Some(ranks) => stosszahl_dsmc::simulate_among(&gas, &sets, ranks)?,
@@ -207,6 +204,7 @@ fn made(
                     theory::Contact::Enskog => Contact::Enskog,
                 },
                 temperatures: &temperatures,
+                velocities: plan.velocities,
                 pick: match selection {
                     Selection::AliasTables => Pick::AliasTables,
                     Selection::LowRank => Pick::LowRank,

@@ -1,9 +1,9 @@
 //! Random places for particles in a box, outside walls and obstacles.
 
 use rand::{Rng, RngExt};
-use stosszahl_model::walls::Obstacle;
-use stosszahl_model::{Domain, Interrupt, Space, Vector, Walls};
+use stosszahl_model::{Interrupt, Space, Vector};
 
+use crate::plan::{Confinement, Region};
 use crate::start::StartError;
 
 /// No room.
@@ -38,9 +38,8 @@ const MOST_TRIALS: usize = 1_000_000;
 /// Places that are taken, in a grid.
 pub(crate) struct Places<'a, S: Space> {
     radii: &'a [f64],
-    walls: &'a Walls<S>,
-    obstacles: &'a [Obstacle],
-    domain: Domain<S>,
+    confinement: &'a Confinement<S>,
+    region: Option<Region>,
     size: S::Vector,
     room: Room,
     counts: [usize; 3],
@@ -49,15 +48,14 @@ pub(crate) struct Places<'a, S: Space> {
 }
 
 impl<'a, S: Space> Places<'a, S> {
-    /// An empty box for particles of these radii.
+    /// An empty box, or a region of one, for particles of these radii.
     pub(crate) fn new(
         radii: &'a [f64],
-        domain: Domain<S>,
-        walls: &'a Walls<S>,
-        obstacles: &'a [Obstacle],
+        confinement: &'a Confinement<S>,
+        region: Option<Region>,
         room: Room,
     ) -> Self {
-        let size = domain.lengths();
+        let size = confinement.domain.lengths();
         let largest = radii.iter().copied().fold(0.0, f64::max);
         // As fine as a diameter, but never many more cells than particles.
         let most = (2.0 * radii.len() as f64)
@@ -73,9 +71,8 @@ impl<'a, S: Space> Places<'a, S> {
         });
         Self {
             radii,
-            walls,
-            obstacles,
-            domain,
+            confinement,
+            region,
             size,
             room,
             counts,
@@ -128,8 +125,7 @@ impl<'a, S: Space> Places<'a, S> {
             }
             let mut trial = S::Vector::default();
             for axis in 0..S::DIMENSION {
-                let edge = |side: usize| self.clearance(axis, side, radius);
-                let (low, high) = (edge(0), self.size[axis] - edge(1));
+                let [low, high] = self.span(axis, radius);
                 trial[axis] = low + (high - low) * stream.random::<f64>();
             }
             if self.is_free(trial, radius) {
@@ -148,12 +144,29 @@ impl<'a, S: Space> Places<'a, S> {
         }))
     }
 
+    /// Places along an axis between which the centre of a particle lies.
+    fn span(&self, axis: usize, radius: f64) -> [f64; 2] {
+        let edge = |side: usize| self.clearance(axis, side, radius);
+        let (low, high) = (edge(0), self.size[axis] - edge(1));
+        let Some(region) = self.region else {
+            return [low, high];
+        };
+        let margin = if self.room == Room::Points {
+            0.0
+        } else {
+            radius
+        };
+        let inner = [region.low[axis] + margin, region.high[axis] - margin];
+        [inner[0].max(low), inner[1].min(high)]
+    }
+
     /// How far from a face the centre of a particle is at least.
     fn clearance(&self, axis: usize, side: usize, radius: f64) -> f64 {
-        match (self.walls.wall(axis, side), self.room) {
-            (Some(wall), Room::Points) => wall.displacement(0.0),
+        let wall = self.confinement.walls.wall(axis, side);
+        match (wall, self.room) {
+            (Some(_), Room::Points) => self.confinement.wall(axis, side),
             // A little more, so that no particle touches a wall by rounding.
-            (Some(wall), _) => wall.displacement(0.0) + radius * (1.0 + 1e-9),
+            (Some(_), _) => self.confinement.wall(axis, side) + radius * (1.0 + 1e-9),
             (None, _) => 0.0,
         }
     }
@@ -164,8 +177,8 @@ impl<'a, S: Space> Places<'a, S> {
         } else {
             radius * (1.0 + 1e-9)
         };
-        let blocked = (self.obstacles.iter())
-            .any(|obstacle| obstacle.overlaps([trial[0], trial[1]].into(), reach, 0.0));
+        let body = self.confinement.body_at(trial, reach);
+        let blocked = body.is_some_and(|(_, depth)| depth > 0.0);
         if blocked || self.room != Room::Grains {
             return !blocked;
         }
@@ -184,7 +197,7 @@ impl<'a, S: Space> Places<'a, S> {
                 around(0).all(|x| {
                     let cell = &self.cells[self.number([x, y, z])];
                     cell.iter().all(|&(other, far)| {
-                        let apart = self.domain.displacement(trial, other);
+                        let apart = self.confinement.domain.displacement(trial, other);
                         apart.square() > (radius + far).powi(2)
                     })
                 })

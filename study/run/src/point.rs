@@ -394,7 +394,9 @@ pub(crate) fn kind_name(kind: Kind) -> &'static str {
 
 /// Replicas that started out of equilibrium, and which tests failed.
 fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
-    let bad = starts.iter().filter(|start| !start.equilibrated);
+    let bad = starts
+        .iter()
+        .filter(|start| start.equilibrated == Some(false));
     bad.map(|start| {
         let failed = start.tests.iter().filter(|test| test.passed == Some(false));
         let names: Vec<&str> = failed.map(|test| test.name.as_str()).collect();

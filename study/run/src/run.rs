@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use stosszahl_case::format::Placement;
 use stosszahl_case::{CaseError, CaseFile};
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
@@ -286,8 +285,7 @@ impl Opened {
 
 /// The start file of a case.
 pub(crate) fn start_file(plan: &Plan) -> Option<PathBuf> {
-    let from_file = plan.case.start.placement == Placement::File;
-    let name = plan.case.start.file.as_ref().filter(|_| from_file)?;
+    let name = plan.case.start.file.as_ref()?;
     Some(plan.folder.join(name))
 }
 

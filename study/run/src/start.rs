@@ -1,6 +1,8 @@
 //! The initial state of a replica, which all engines share: placed, given velocities, and equilibrated elastically.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
+use rand::Rng;
+use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::equilibrium::{self, Outcome};
 use stosszahl_case::Kind;
@@ -17,7 +19,7 @@ use stosszahl_model::{
 use crate::control::Content;
 use crate::engines::threads_each;
 use crate::places::{Full, Places, Room};
-use crate::plan::{Plan, PlanError};
+use crate::plan::{Confinement, Plan, PlanError};
 
 /// Bins of the test for uniform impact parameters, and collisions that it needs in each.
 const BINS: usize = 20;
@@ -37,8 +39,8 @@ pub struct StartReport {
     pub placement: String,
     /// Elastic collisions per particle.
     pub collisions_per_particle: f64,
-    /// Whether the collisions asked for happened, at least one, and no test failed.
-    pub equilibrated: bool,
+    /// Whether the collisions asked for happened, at least one, and no test failed; none where the case gives the start.
+    pub equilibrated: Option<bool>,
     /// The tests of the last block.
     pub tests: Vec<Outcome>,
 }
@@ -95,6 +97,8 @@ pub struct Preparation {
     gas: Vec<u8>,
     collisions: u64,
     bins: Vec<u64>,
+    /// Time of the start \[engine time\], and whether the collisions asked for have happened; none while they are counted.
+    end: Option<(f64, bool)>,
     /// Bragg peaks of the lattice that must melt.
     reciprocal: Vec<[i32; 2]>,
     placement: String,
@@ -129,10 +133,10 @@ pub fn placed(
         _ => streams.branch(SETS).branch(set),
     };
     match (plan.dimension, plan.grains.rough) {
-        (2, None) => by_surface::<Plane, _>(plan, Smooth, streams, interrupt),
-        (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, streams, interrupt),
-        (_, None) => by_surface::<Volume, _>(plan, Smooth, streams, interrupt),
-        (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, streams, interrupt),
+        (2, None) => by_surface::<Plane, _>(plan, Smooth, set, streams, interrupt),
+        (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, set, streams, interrupt),
+        (_, None) => by_surface::<Volume, _>(plan, Smooth, set, streams, interrupt),
+        (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, set, streams, interrupt),
     }
 }
 
@@ -152,38 +156,43 @@ fn scene<S: Space, C: Surface<S>>(plan: &Plan, surface: C) -> Result<Each<S, C>,
 fn by_surface<S: Space, C: Surface<S>>(
     plan: &Plan,
     surface: C,
+    set: u64,
     streams: Streams,
     interrupt: &Interrupt,
 ) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
     let scene = scene(plan, surface)?;
-    let walls = plan.walls::<S>()?;
-    let domain = walls.domain(S::vector(|axis| plan.lengths[axis]))?;
+    let confinement = Confinement::<S>::of(plan)?;
+    let domain = confinement.domain;
     let count = if plan.case.start.empty {
         0
     } else {
         plan.count()
     };
     let radius = |index: usize| scene.sizes.radius(scene.sizes.tag(index));
-    let (positions, reciprocal, placement) = if plan.kind == Kind::Comparison && plan.dimension == 2
-    {
+    let given = plan.file.as_ref().and_then(|file| file.positions.as_ref());
+    let (positions, reciprocal, placement) = if let Some(given) = given {
+        let places = given.iter().map(|at| S::vector(|axis| at[axis]));
+        (places.collect(), Vec::new(), "file".to_owned())
+    } else if plan.kind == Kind::Comparison && plan.dimension == 2 && plan.region().is_none() {
         let (places, reciprocal, name) = in_plane(plan, streams, radius, interrupt)?;
         let places = places.into_iter().map(|at| S::vector(|axis| at[axis]));
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
     } else {
-        let exact = plan.engine("ed").is_some() || plan.equilibration() > 0.0;
-        let room = match (exact, plan.keeps_clear()) {
+        let room = match (plan.keeps_apart(), plan.keeps_clear()) {
             (true, _) => Room::Grains,
             (false, true) => Room::Surfaces,
             (false, false) => Room::Points,
         };
         let radii: Vec<f64> = (0..count).map(radius).collect();
-        let obstacles = plan.obstacles()?;
-        let places = Places::new(&radii, domain, &walls, &obstacles, room);
+        let places = Places::new(&radii, &confinement, plan.region(), room);
         let mut stream = streams.at(Purpose::Placement, [0, 0]);
         (
             places.all(&mut stream, interrupt)?,
             Vec::new(),
-            "at random".to_owned(),
+            match plan.region() {
+                Some(_) => "at random in a region".to_owned(),
+                None => "at random".to_owned(),
+            },
         )
     };
     let body = |at| Body::new(at, <S::Vector as Default>::default());
@@ -192,38 +201,89 @@ fn by_surface<S: Space, C: Surface<S>>(
         domain,
         bodies: positions.into_iter().map(body).collect(),
     };
-    velocities(plan, &scene, &mut state, streams);
+    if set == 0 && plan.draws_after_equilibration() {
+        let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+        initial::maxwellian(&scene, &mut state, plan.temperature, &mut stream);
+    } else {
+        velocities(plan, &scene, &mut state, streams, 0);
+    }
     Ok((particles(plan, &scene, &state), reciprocal, placement))
 }
 
-/// Velocities and spins of a start.
+/// Gives a state the velocities and spins of the start: those of the file, or drawn ones. `draw` numbers the draws of a replica.
 fn velocities<S: Space, C: Surface<S>>(
     plan: &Plan,
     scene: &Each<S, C>,
     state: &mut State<Each<S, C>>,
     streams: Streams,
+    draw: u64,
 ) {
-    if plan.case.start.velocities == Velocities::File {
-        let velocities = plan
-            .file
-            .iter()
-            .filter_map(|file| file.velocities.as_ref())
-            .flatten();
-        for (body, velocity) in state.bodies.iter_mut().zip(velocities) {
+    let start = &plan.case.start;
+    let stream = |purpose| streams.at(purpose, [draw, 0]);
+    if let Some(file) = plan
+        .file
+        .as_ref()
+        .filter(|_| start.velocities == Velocities::FILE)
+    {
+        let order = order(plan, &mut stream(Purpose::Velocities));
+        let place = |index: usize| order.as_ref().map_or(index, |order| order[index]);
+        for (index, body) in state.bodies.iter_mut().enumerate() {
+            let of = |list: Option<&Vec<Vector3<f64>>>| {
+                let found = list.and_then(|list| list.get(place(index)));
+                found.copied().unwrap_or_default()
+            };
+            let velocity = of(file.velocities.as_ref());
             body.velocity = S::vector(|axis| velocity[axis]);
+            body.spin = <C as Surface<S>>::spin_of(of(file.spins.as_ref()));
+        }
+        if let Some(spins) = start.spin_temperature {
+            initial::thermal_spins(scene, state, spins, &mut stream(Purpose::Spins));
         }
         return;
     }
-    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
-    initial::maxwellian(scene, state, plan.temperature, &mut stream);
-    if let Some(drift) = &plan.case.start.velocity {
+    let law = plan.velocities;
+    let mut own = stream(Purpose::Velocities);
+    initial::draw_velocities(scene, state, plan.temperature, law, &mut own);
+    if let Some(drift) = &start.velocity {
         for body in &mut state.bodies {
             body.velocity += S::vector(|axis| drift[axis]);
         }
     }
-    let spins = plan.case.start.spin_temperature.unwrap_or(plan.temperature);
-    let mut stream = streams.at(Purpose::Spins, [0, 0]);
-    initial::thermal_spins(scene, state, spins, &mut stream);
+    let spins = start.spin_temperature.unwrap_or(plan.temperature);
+    initial::thermal_spins(scene, state, spins, &mut stream(Purpose::Spins));
+}
+
+/// Which velocity of the start file each particle has, where they are dealt: any of its species; none where particles keep their own.
+fn order(plan: &Plan, stream: &mut impl Rng) -> Option<Vec<usize>> {
+    if plan.case.start.placement == Placement::File {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..plan.count()).collect();
+    let mut rest = &mut order[..];
+    for species in &plan.species {
+        let (own, others) = std::mem::take(&mut rest).split_at_mut(species.count);
+        own.shuffle(stream);
+        rest = others;
+    }
+    Some(order)
+}
+
+/// Gives equilibrated disks the velocities of the start, which equilibration would have changed.
+fn redrawn<C: Surface<Plane>>(
+    plan: &Plan,
+    surface: C,
+    equilibrated: &Particles,
+    streams: Streams,
+) -> Result<Particles, StartError> {
+    let scene = scene::<Plane, C>(plan, surface)?;
+    let body = |one: &Particle| Body::new(one.position.xy(), Vector2::zeros());
+    let mut state: State<Each<Plane, C>> = State {
+        time: 0.0,
+        domain: Confinement::<Plane>::of(plan)?.domain,
+        bodies: equilibrated.all.iter().map(body).collect(),
+    };
+    velocities(plan, &scene, &mut state, streams, 1);
+    Ok(particles(plan, &scene, &state))
 }
 
 /// Places of disks in a periodic box, the lattice that they must forget, and its name.
@@ -236,14 +296,13 @@ fn in_plane(
     interrupt: &Interrupt,
 ) -> Result<Placed, StartError> {
     let domain = Domain::<Plane>::periodic([plan.lengths[0], plan.lengths[1]].into())?;
-    let (placement, name) = match (&plan.file, plan.arrangement()) {
-        (Some(file), _) => return Ok((file.positions.clone(), Vec::new(), "file".to_owned())),
-        (None, Some(_)) if matches!(plan.grains.sizes, GrainSizes::Each(_)) => {
+    let (placement, name) = match plan.arrangement() {
+        Some(_) if matches!(plan.grains.sizes, GrainSizes::Each(_)) => {
             let radii: Vec<f64> = (0..plan.count()).map(&radius).collect();
             let placement = initial::place_unequal(&radii, &domain, &streams, interrupt)?;
             (placement, "disordered, large particles first".to_owned())
         }
-        (None, arrangement) => {
+        arrangement => {
             let arrangement = arrangement.unwrap_or(Arrangement::Disordered);
             let (count, diameter) = (plan.count(), 2.0 * radius(0));
             let placement =
@@ -337,6 +396,7 @@ impl Preparation {
             gas: gas.checkpoint()?,
             collisions: 0,
             bins: vec![0; BINS],
+            end: None,
             reciprocal,
             placement,
             report: None,
@@ -384,10 +444,9 @@ impl Preparation {
         let mut gas = self.gas(plan, streams)?;
         gas.stop_on(interrupt);
         gas.use_threads(threads_each(plan.case.replicas as usize));
-        if done < target {
-            let leg = (LEG * plan.count() as u64)
-                .max(LEAST_LEG)
-                .min(target - done);
+        let leg = (LEG * plan.count() as u64).max(LEAST_LEG);
+        if self.end.is_none() && done < target {
+            let leg = leg.min(target - done);
             // As long as theory needs for a hundred collisions of each particle: a gas in which nothing collides in all that
             // time has nothing to forget.
             let horizon = gas.time() + 100.0 / plan.collision_rate();
@@ -406,21 +465,56 @@ impl Preparation {
                 return Ok(false);
             }
         }
-        let particles = gas.particles();
-        let tests = self.tests(plan, &particles);
+        let complete = self.end.map_or(done >= target, |end| end.1);
+        if self.collisions > 0 && !self.fly_on(&mut *gas, leg, complete)? {
+            return Ok(false);
+        }
+        let given = plan.starts_as_given() && asked == 0;
+        let tests = if given {
+            Vec::new()
+        } else {
+            self.tests(plan, &gas.particles())
+        };
         let failed = tests.iter().any(|test| test.passed == Some(false));
         let done = self.collisions;
-        if failed && done < most && done >= target && target > 0 {
+        if failed && done < most && complete && asked > 0 {
             self.bins = vec![0; BINS];
+            self.end = None;
             return Ok(false);
         }
         self.report = Some(StartReport {
             placement: self.placement.clone(),
             collisions_per_particle: 2.0 * done as f64 / plan.count() as f64,
-            equilibrated: !failed && asked > 0 && done >= asked,
+            equilibrated: (!given).then_some(!failed && asked > 0 && done >= asked),
             tests,
         });
         Ok(true)
+    }
+
+    /// Goes on by a mean free time from the collision at which the count ended, so that the start is at a time chosen whatever collides
+    /// then: at the collision itself one pair more than on average would be in contact. True once there.
+    ///
+    /// # Errors
+    /// [`StartError::Interrupted`] leaves the preparation as it was.
+    fn fly_on(
+        &mut self,
+        gas: &mut dyn Simulation,
+        leg: u64,
+        complete: bool,
+    ) -> Result<bool, StartError> {
+        let (end, _) = self.end.unwrap_or_else(|| {
+            let free = 0.5 * gas.time() * gas.count() as f64 / self.collisions as f64;
+            // Where next to nothing collides, no longer than it took.
+            (gas.time() + free.min(gas.time()), complete)
+        });
+        let reached = gas.advance(end, Budget::Collisions(leg), &mut ())?;
+        if gas.is_interrupted() {
+            return Err(StartError::Interrupted);
+        }
+        self.end = Some((end, complete));
+        self.gas = gas.checkpoint()?;
+        self.collisions = gas.work().collisions;
+        Ok(reached)
     }
 
     /// The gas that is equilibrated, as it is now.
@@ -447,7 +541,13 @@ impl Preparation {
     pub fn particles(&self, plan: &Plan, streams: Streams) -> Result<Particles, StartError> {
         let mut particles = self.gas(plan, streams)?.particles();
         particles.time = 0.0;
-        let drawn = plan.case.start.velocities == Velocities::Maxwellian;
+        if plan.draws_after_equilibration() {
+            return match plan.grains.rough {
+                None => redrawn(plan, Smooth, &particles, streams),
+                Some(rough) => redrawn(plan, rough, &particles, streams),
+            };
+        }
+        let drawn = plan.case.start.velocities == Velocities::MAXWELLIAN;
         if plan.equilibration() > 0.0 && drawn && plan.kind == Kind::Comparison {
             rescale(plan, &mut particles)?;
         }
@@ -481,3 +581,6 @@ pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
 pub fn is_prepared(plan: &Plan) -> bool {
     plan.dimension == 2 && (plan.kind == Kind::Comparison || plan.equilibration() > 0.0)
 }
+
+#[cfg(test)]
+mod tests;

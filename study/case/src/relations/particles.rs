@@ -12,12 +12,14 @@ impl Relations<'_> {
         let case = self.case;
         let shares = case.species.iter().any(|one| one.share.is_some());
         let file = case.start.placement == Placement::File;
+        let dealt = !file && case.start.velocities == Velocities::FILE;
         let ways = [
             ("gas.number", case.gas.number.is_some() && !shares),
             ("species", !case.species.is_empty()),
             ("power_law", case.power_law.is_some()),
             ("continuous", case.continuous.is_some()),
             ("start.placement", file),
+            ("start.velocities", dealt),
             ("box.critical_lengths", self.given("box.critical_lengths")),
         ];
         let mut given = ways.iter().filter(|way| way.1);
@@ -36,7 +38,7 @@ impl Relations<'_> {
         }
         if !matches!(
             *first,
-            "gas.number" | "start.placement" | "box.critical_lengths"
+            "gas.number" | "start.placement" | "start.velocities" | "box.critical_lengths"
         ) {
             let keys = ["gas.diameter", "gas.mass", "gas.rms_speed"];
             let allowed = format!("{first} says this; gas.temperature is that of all");
@@ -206,7 +208,9 @@ impl Relations<'_> {
         let mut pairs = BTreeSet::new();
         for (index, pair) in case.pair.iter().enumerate() {
             let [a, b] = pair.species;
-            let known = a.max(b) <= species.len() as u64 && a.min(b) > 0;
+            // How many species a start file has is not known here.
+            let in_file = case.start.file.is_some();
+            let known = (in_file || a.max(b) <= species.len() as u64) && a.min(b) > 0;
             self.ensure(
                 known && pairs.insert([a.min(b), a.max(b)]),
                 format!("pair.{}.species", index + 1),
@@ -226,14 +230,15 @@ impl Relations<'_> {
             "gas.rms_speed",
             "gas.temperature is given too, and only one of the two may be",
         )?;
-        let from_file = case.start.velocities == Velocities::File;
+        let from_file = case.start.velocities == Velocities::FILE;
         if from_file {
             let allowed = "with start.velocities = \"file\" the file says it";
             self.without(&["gas.temperature", "gas.rms_speed"], allowed)?;
         }
         if case.units == Units::Si {
             let allowed = "with units = \"si\" this is given: a number above 0";
-            if case.species.is_empty() && case.power_law.is_none() && case.continuous.is_none() {
+            let alike = case.species.is_empty() && case.start.file.is_none();
+            if alike && case.power_law.is_none() && case.continuous.is_none() {
                 self.ensure(gas.diameter.is_some(), "gas.diameter", allowed)?;
                 self.ensure(gas.mass.is_some(), "gas.mass", allowed)?;
             }

@@ -299,8 +299,30 @@ const OF_COMPARISONS: &[Row] = &[
     ),
     (
         &["start.velocities=file"],
-        "start.velocities",
-        "only with placement",
+        "start.file",
+        "velocities = \"file\"",
+    ),
+    (&["start.velocities={ a2 = 11 }"], "start.velocities", "10"),
+    (&["start.region=[[0, 0], [1]]"], "start.region.2", "2"),
+    (
+        &["start.region=[[2, 0], [1, 3]]"],
+        "start.region",
+        "not empty",
+    ),
+    (
+        &["start.region=[[0, 0, 0], [1, 3, 4]]"],
+        "start.region",
+        "2 numbers",
+    ),
+    (
+        &["start.region=[[0, 0], [1, 3]]", "start.placement=square"],
+        "start.region",
+        "disordered",
+    ),
+    (
+        &["start.region=[[0, 0], [1, 3]]", "start.equilibration=1"],
+        "start.equilibration",
+        "spreads the gas",
     ),
     (
         &["start.placement=square", "box.packing_fraction=0.8"],
@@ -661,7 +683,21 @@ fn relations_of_gases_without_positions_are_checked() {
                 "gas.tangential_restitution",
                 "needs a [box]",
             ),
-            (&["start.equilibration=1"], "start", "needs a [box]"),
+            (
+                &["start.equilibration=1"],
+                "start.equilibration",
+                "needs a [box]",
+            ),
+            (
+                &["start.region=[[0, 0], [1, 1]]"],
+                "start.region",
+                "needs a [box]",
+            ),
+            (
+                &["gas.dimension=3", "start.velocities={ a2 = -0.45 }"],
+                "start.velocities.a2",
+                "from -0.4",
+            ),
             (
                 &["gravity.acceleration=[0, 0, 1]"],
                 "gravity",

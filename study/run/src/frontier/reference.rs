@@ -48,9 +48,17 @@ impl Cache {
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.update(serde_json::to_string(&case).unwrap_or_default().as_bytes());
         // The numbers of a start file, whatever it is called.
-        for place in plan.file.iter().flat_map(|file| &file.positions) {
-            for number in place {
-                hasher.update(&number.to_le_bytes());
+        let lists = plan
+            .file
+            .iter()
+            .flat_map(|file| [&file.positions, &file.velocities]);
+        for number in lists.flatten().flatten().flatten() {
+            hasher.update(&number.to_le_bytes());
+        }
+        if plan.file.is_some() {
+            for (radius, mass) in plan.radii_and_masses() {
+                hasher.update(&radius.to_le_bytes());
+                hasher.update(&mass.to_le_bytes());
             }
         }
         let hash = hasher.finalize();

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicU64;
 
 use stosszahl_case::CaseFile;
 use stosszahl_case::Kind as CaseKind;
-use stosszahl_case::format::Velocities;
+use stosszahl_case::format::{Placement, Velocities};
 use stosszahl_results::{Axis, Cell, Figure, Mark, Table};
 
 use super::budget::{PATIENCE, TESTS, shared};
@@ -35,9 +35,10 @@ pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
         let found = "the case has walls, spin, spheres or no positions";
         return refuse(found.into(), "smooth disks in a periodic box");
     }
-    if plan.case.start.velocities == Velocities::File {
-        let found = "start.velocities = \"file\" gives all replicas one start";
-        let expected = "replicas with a spread: start.velocities = \"maxwellian\"";
+    let one = plan.case.start.placement == Placement::File;
+    if one && plan.case.start.velocities == Velocities::FILE {
+        let found = "positions and velocities of start.file give all replicas one start";
+        let expected = "replicas with a spread: start.placement = \"disordered\" or start.velocities = \"maxwellian\"";
         return refuse(found.into(), expected);
     }
     Ok(Plan::new(&measured_case(&plan.case), &plan.folder)?)

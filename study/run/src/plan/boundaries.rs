@@ -1,6 +1,7 @@
 //! Walls, obstacles, streams and weights of a case, as engines have them.
 
 use nalgebra::{Vector2, Vector3, vector};
+use stosszahl_case::Kind;
 use stosszahl_case::format::{
     Along, FACES, Face as Written, FaceWord, Obstacle as Body, Weights as Regions,
 };
@@ -123,8 +124,6 @@ impl Plan {
             let allowed = "one density for each species";
             PlanError::unless(each, key("number_density"), "another number", allowed)?;
             let temperature = inflow.temperature.unwrap_or(self.temperature);
-            // The first particle of each species in the order of the state.
-            let mut first = 0;
             for (species, one) in self.species.iter().enumerate() {
                 let uniform = one.count as f64 / self.volume;
                 list.push(Inflow {
@@ -134,12 +133,28 @@ impl Plan {
                     velocity: S::vector(|axis| velocity[axis]),
                     temperature,
                     spin_temperature: inflow.spin_temperature.unwrap_or(temperature),
-                    like: first,
+                    like: self.first_of(species),
                 });
-                first += one.count;
             }
         }
         Ok(list)
+    }
+
+    /// First particle of a species in the order of the state.
+    fn first_of(&self, species: usize) -> usize {
+        match &self.species_numbers {
+            Some(numbers) => {
+                let is_own = |&number: &u32| number as usize == species;
+                numbers.iter().position(is_own).unwrap_or(0)
+            }
+            None => self.species[..species].iter().map(|one| one.count).sum(),
+        }
+    }
+
+    /// Whether particles of the start are kept apart, as exact dynamics needs them.
+    pub(crate) fn keeps_apart(&self) -> bool {
+        let prepared = self.kind == Kind::Comparison && self.dimension == 2;
+        prepared || self.engine("ed").is_some() || self.equilibration() > 0.0
     }
 
     /// Whether a particle that starts anywhere in the box might overlap a wall or an obstacle of an engine.

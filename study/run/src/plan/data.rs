@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
 use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Clearance, Weights};
-use stosszahl_model::initial::StartFile;
+use stosszahl_model::initial::{StartFile, VelocityDistribution};
 use stosszahl_model::{GrainSizes, Grains, Grouping, Law};
 
 use crate::theory::homogeneous::Curves;
@@ -27,6 +27,8 @@ pub struct Plan {
     /// The species in the order of their particles; one in a gas of equal particles. Particles that each have their own
     /// size are one species in a box, and groups of like size without one.
     pub species: Vec<SpeciesPlan>,
+    /// Number of the species of each particle, where they do not follow each other in the order of the species.
+    pub species_numbers: Option<Arc<[u32]>>,
     /// Number of kinds of particle in all species together, where each particle is a kind of its own.
     pub kinds_in_groups: Option<usize>,
     /// What theory is solved for: the species, or several classes of like size for each, one species after the other.
@@ -67,7 +69,10 @@ pub struct Plan {
     pub mean_free_time: f64,
     /// Temperature of the start; 1 in a periodic box.
     pub temperature: f64,
-    /// The start file, where there is one: positions in the box and velocities without drift, in engine units.
+    /// Distribution of the velocities of the start, where they are drawn.
+    pub velocities: VelocityDistribution,
+    /// The start file, where there is one: positions in the box and velocities in engine units, in a periodic box without drift. Velocities
+    /// without positions are in the order of species.
     pub file: Option<StartFile>,
     /// Folder of the case file, for the start file.
     pub folder: PathBuf,
@@ -203,6 +208,9 @@ impl Plan {
     /// Number of the species of a particle by its index; simulators are numbered on, set after set of the gas.
     pub fn species_of(&self, index: usize) -> usize {
         let mut place = index % self.count().max(1);
+        if let Some(numbers) = &self.species_numbers {
+            return numbers[place] as usize;
+        }
         for (number, one) in self.species.iter().enumerate() {
             if place < one.count {
                 return number;

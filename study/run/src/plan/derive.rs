@@ -3,11 +3,13 @@
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Velocities};
 use stosszahl_case::{Case, Kind};
-use stosszahl_model::initial::{self, Arrangement, SEQUENTIAL_LIMIT, StartFile};
+use stosszahl_model::initial::{
+    self, Arrangement, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
+};
 use stosszahl_model::{
     Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
     Space as _, Species, Volume, kinetic, transport,
@@ -48,12 +50,20 @@ impl Plan {
             _ if case.start.placement == Placement::File => {
                 start_file::gas(case, folder, temperature)?
             }
-            _ => boxed(case, kind, temperature, free)?,
+            _ if case.start.velocities == Velocities::FILE => {
+                let dealt = start_file::dealt(case, folder)?;
+                let placed = boxed(case, kind, dealt.particles, dealt.temperature, free)?;
+                placed.with_velocities(dealt.file, dealt.changes)
+            }
+            _ => {
+                let particles = species::particles(case, temperature)?;
+                boxed(case, kind, particles, temperature, free)?
+            }
         };
         let thermal = match kind {
             // Engine units are thermal.
             Kind::Comparison | Kind::Homogeneous => 1.0,
-            Kind::Flow => (temperature / gas.mean_mass).sqrt(),
+            Kind::Flow => (gas.temperature / gas.mean_mass).sqrt(),
         };
         let law = species::law(case, &gas, thermal)?;
         let dimension = case.gas.dimension as usize;
@@ -79,6 +89,7 @@ impl Plan {
             kind,
             dimension,
             species: std::mem::take(&mut gas.species),
+            species_numbers: gas.numbers.take(),
             kinds_in_groups: case.continuous.as_ref().map(|one| one.number as usize),
             classes: std::mem::take(&mut gas.classes),
             theory: OnceLock::new(),
@@ -101,12 +112,13 @@ impl Plan {
             temperature: if kind == Kind::Comparison {
                 1.0
             } else {
-                temperature
+                gas.temperature
             },
+            velocities: distribution(case)?,
             file: gas.file,
             folder: folder.to_owned(),
             warnings: Vec::new(),
-            choices: Vec::new(),
+            choices: std::mem::take(&mut gas.choices),
         };
         boundaries::check(&plan)?;
         plan.find_times()?;
@@ -116,6 +128,8 @@ impl Plan {
         plan.check_start()?;
         plan.engines = engines::all(&mut plan)?;
         plan.check_density()?;
+        plan.check_file()?;
+        plan.check_region()?;
         plan.warnings.extend(plan.notable());
         Ok(plan)
     }
@@ -255,12 +269,38 @@ pub(super) struct Gas {
     pub(super) species: Vec<SpeciesPlan>,
     pub(super) classes: Vec<Class>,
     pub(super) sizes: GrainSizes,
+    /// Number of the species of each particle, where they do not follow each other in blocks.
+    pub(super) numbers: Option<Arc<[u32]>>,
     pub(super) mean_mass: f64,
+    /// Temperature of the start in the units of the case.
+    pub(super) temperature: f64,
     pub(super) lengths: [f64; 3],
     pub(super) volume: f64,
     pub(super) packing: f64,
     pub(super) scale: Scale,
     pub(super) file: Option<StartFile>,
+    /// What is changed in what the case gives.
+    pub(super) choices: Vec<String>,
+}
+
+impl Gas {
+    /// The gas with velocities of a start file, in the order of species, and what is changed in them.
+    fn with_velocities(self, file: StartFile, changes: Vec<String>) -> Self {
+        Self {
+            file: Some(start_file::scaled(file, self.scale)),
+            choices: changes,
+            ..self
+        }
+    }
+}
+
+/// Velocity distribution of the start; the Maxwellian where a file has the velocities.
+fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
+    let Velocities::Drawn(drawn) = case.start.velocities else {
+        return Ok(VelocityDistribution::MAXWELLIAN);
+    };
+    VelocityDistribution::new(case.gas.dimension as usize, drawn.a2)
+        .map_err(|error| PlanError::new("start.velocities.a2", error.found, error.allowed))
 }
 
 /// Contact value of equal disks. A start beyond close packing is possible only for particles of several sizes.
@@ -292,7 +332,7 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
 
 /// Temperature of the start in the units of the case; 1 where a start file says it.
 fn temperature(case: &Case) -> Result<f64, PlanError> {
-    if case.start.velocities == Velocities::File {
+    if case.start.velocities == Velocities::FILE {
         return Ok(1.0);
     }
     let Some(speed) = case.gas.rms_speed else {
@@ -351,7 +391,10 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
         volume,
         packing: unit * covered / volume,
         scale: Scale::CASE,
+        numbers: None,
+        temperature,
         file: None,
+        choices: Vec::new(),
     })
 }
 
@@ -361,8 +404,13 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
 }
 
 /// A gas in a box, placed by the program.
-fn boxed(case: &Case, kind: Kind, temperature: f64, free: Option<f64>) -> Result<Gas, PlanError> {
-    let mut particles = species::particles(case, temperature)?;
+fn boxed(
+    case: &Case,
+    kind: Kind,
+    mut particles: Particles,
+    temperature: f64,
+    free: Option<f64>,
+) -> Result<Gas, PlanError> {
     let scale = match kind {
         Kind::Comparison => Scale {
             length: particles.mean(|kind| 2.0 * kind.radius),
@@ -419,7 +467,10 @@ fn boxed(case: &Case, kind: Kind, temperature: f64, free: Option<f64>) -> Result
         volume,
         packing,
         scale,
+        numbers: None,
+        temperature,
         file: None,
+        choices: Vec::new(),
     })
 }
 

@@ -9,6 +9,9 @@
 //! | `data` | the plan itself |
 //! | `derive` | units, box: [`Plan::new`] |
 //! | `start_file` | a gas from a start file |
+//! | `file_species` | species of its particles |
+//! | `region` | the region of the box in which a start is placed |
+//! | `confinement` | faces and bodies that keep particles of a start out |
 //! | `species` | species, sizes, laws |
 //! | `boundaries` | walls, obstacles, streams |
 //! | `engines` | the numerical choices of each engine |
@@ -19,19 +22,24 @@
 //! | `cost` | memory and time |
 
 mod boundaries;
+mod confinement;
 mod cost;
 mod data;
 mod derive;
 mod engines;
+mod file_species;
 mod flow_numbers;
 mod notable;
+mod region;
 mod species;
 mod start_file;
 mod theory;
 mod times;
 
+pub(crate) use confinement::Confinement;
 pub use cost::{Cost, EngineCost, Kept, Looks, Pace, available_memory, available_threads};
 pub(crate) use data::in_space;
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
 pub(crate) use engines::{IN_CELLS, in_cells};
+pub use region::Region;
 pub use times::logarithmic;

@@ -1,7 +1,7 @@
 //! What a reader should know of a case before it is run: warnings, and quantities that follow from it.
 
 use stosszahl_case::Kind;
-use stosszahl_case::format::{Face, Placement, Velocities};
+use stosszahl_case::format::{Face, Placement, Velocities, VelocityWord};
 use stosszahl_dsmc::{Copies, Parameters, Scheme};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
 use stosszahl_model::kinetic;
@@ -28,12 +28,25 @@ const LARGEST_KICK: f64 = 0.1;
 impl Plan {
     /// Elastic collisions per particle before the start.
     pub fn equilibration(&self) -> f64 {
-        let default = if self.kind == Kind::Comparison && self.dimension == 2 {
-            10.0
-        } else {
-            0.0
-        };
+        let melts = self.kind == Kind::Comparison && self.dimension == 2 && !self.starts_as_given();
+        let default = if melts { 10.0 } else { 0.0 };
         self.case.start.equilibration.unwrap_or(default)
+    }
+
+    /// Whether the velocities of the start are given to particles that elastic collisions have equilibrated: these would make them
+    /// Maxwellian.
+    pub fn draws_after_equilibration(&self) -> bool {
+        let placed = self.case.start.placement == Placement::File;
+        let own = match self.case.start.velocities {
+            Velocities::Drawn(_) => true,
+            Velocities::Word(word) => word == VelocityWord::File && !placed,
+        };
+        own && self.equilibration() > 0.0
+    }
+
+    /// Whether the case gives the positions of the start, which elastic collisions would change.
+    pub fn starts_as_given(&self) -> bool {
+        self.case.start.placement == Placement::File || self.case.start.region.is_some()
     }
 
     /// Collisions per particle after which equilibration ends, whatever the tests say.
@@ -53,6 +66,7 @@ impl Plan {
             Kind::Comparison => self.notable_comparison(&mut list),
             Kind::Flow => self.notable_fall(&mut list),
         }
+        self.notable_region(&mut list);
         for engine in &self.engines {
             if let EngineKind::MonteCarlo(parameters) = &engine.kind {
                 self.notable_engine(engine, parameters, &mut list);
@@ -81,7 +95,9 @@ impl Plan {
         let lattice = match self.case.start.placement {
             Placement::Square | Placement::Hexagonal => true,
             Placement::Disordered => {
-                self.dimension == 2 && self.packing_fraction > SEQUENTIAL_LIMIT
+                self.dimension == 2
+                    && self.case.start.region.is_none()
+                    && self.packing_fraction > SEQUENTIAL_LIMIT
             }
             Placement::File => false,
         };
@@ -99,7 +115,7 @@ impl Plan {
             ));
         }
         let velocities = (self.file.as_ref()).is_some_and(|file| file.velocities.is_some());
-        if velocities && self.case.start.velocities == Velocities::Maxwellian {
+        if velocities && self.case.start.velocities != Velocities::FILE {
             list.push(
                 "the start file has velocities, which are not used: start.velocities = \"file\" uses them".to_owned(),
             );
@@ -226,7 +242,8 @@ impl Plan {
                 short(wide)
             ));
         }
-        if parameters.simulators_per_disk > 1 && self.file.is_some() {
+        let placed = self.case.start.placement == Placement::File;
+        if parameters.simulators_per_disk > 1 && placed {
             list.push(format!(
                 "{name}: several simulators per particle are copies of the start moved and turned at random, which blurs a \
                  pattern of density or flow in the start file"

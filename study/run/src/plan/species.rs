@@ -5,7 +5,7 @@ use stosszahl_case::Case;
 use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, DeltaModel, GrainSizes, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
+    Constant, DeltaModel, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
 };
 
 use super::data::{Class, PlanError, SpeciesPlan};
@@ -174,6 +174,16 @@ fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
 }
 
 impl Particles {
+    /// Species of like particles with their temperatures and names.
+    pub(super) fn of_species(kinds: Vec<Like>, temperatures: Vec<f64>, names: Vec<String>) -> Self {
+        Self {
+            kinds,
+            temperatures,
+            names: names.into_iter().map(Some).collect(),
+            ..Self::default()
+        }
+    }
+
     /// Species and classes of a gas of this volume.
     pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<Class>) {
         let count = self.kinds.len();
@@ -286,6 +296,12 @@ pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError
     let key = if material { "gas.restitution" } else { "pair" };
     let allowed = format!("at most {MOST_IN_PAIRS} species, as each pair has its own law");
     PlanError::unless(few, key, format!("{species} species"), allowed)?;
+    for (index, pair) in case.pair.iter().enumerate() {
+        let known = pair.species.iter().all(|&one| one as usize <= species);
+        let key = format!("pair.{}.species", index + 1);
+        let allowed = format!("two of the {species} species, counted from 1");
+        PlanError::unless(known, key, "", allowed)?;
+    }
     let mut laws = vec![first; species * species];
     if material {
         for (place, law) in laws.iter_mut().enumerate() {
@@ -335,8 +351,7 @@ fn one_law(
         let strength = viscoelastic.viscoelastic.unwrap_or(f64::NAN) / thermal.powf(0.1);
         return Viscoelastic::new(strength).map(Law::from).map_err(refused);
     };
-    let from_file = gas.file.is_some() && matches!(gas.sizes, GrainSizes::Each(_));
-    let alike = !from_file && gas.classes.len() == gas.species.len();
+    let alike = gas.classes.len() == gas.species.len();
     let allowed = "a constant or { viscoelastic = STRENGTH }, as particles of one species differ and the constants of a material \
                    make another law of each pair";
     PlanError::unless(alike, key, "constants of a material", allowed)?;

@@ -1,180 +1,451 @@
-//! A gas from a start file: disks of one species in a periodic box.
+//! A gas from a start file: its box, its particles, and what is changed in them.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
-use stosszahl_case::format::Velocities;
+use nalgebra::Vector3;
+use stosszahl_case::format::{FACES, Face, Placement, Units, Velocities};
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Overlap, StartFile};
-use stosszahl_model::{Domain, GrainSizes, Monodisperse, Plane, Polydisperse};
+use stosszahl_model::{Domain, Plane, Space as _, Volume};
 
 use crate::words::short;
 
-use super::data::{Class, PlanError, Scale, SpeciesPlan};
+use super::confinement::Confinement;
+use super::data::{Plan, PlanError, Scale, in_space};
 use super::derive::Gas;
+use super::file_species::FileSpecies;
+use super::species::Particles;
 
-/// Deepest overlap of a start that counts as rounding, over the mean diameter.
+/// Largest overlap of a start that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
 /// Temperature of a start file over the mean squared speed, below which it is rounding.
 const LEAST_WARMTH: f64 = 1e-24;
+/// Drift over the thermal speed, below which it is rounding.
+const LEAST_DRIFT: f64 = 1e-12;
+/// Relative difference of two sides of a box that counts as rounding.
+const SIDE_TOLERANCE: f64 = 1e-9;
+/// Names of the axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// An error in the file or in what goes with it.
-fn content(found: String, allowed: &str) -> PlanError {
+fn content(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
-/// A gas from a start file.
-pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, PlanError> {
-    if case.gas.dimension != 2 || case.kind() != Kind::Comparison || !case.species.is_empty() {
-        let allowed = "smooth disks of one species in a periodic box";
-        return Err(content("a start file of another gas".into(), allowed));
-    }
-    let written = case
-        .start
-        .file
-        .as_deref()
-        .ok_or_else(|| content("none".into(), "a file"))?;
-    let mut start = initial::read(&folder.join(written))
+/// A start file as written, with its name and what the plan changes in it.
+struct Source<'a> {
+    case: &'a Case,
+    name: &'a str,
+    file: StartFile,
+    /// Changes, for the reader.
+    changes: Vec<String>,
+}
+
+/// Reads the start file of a case.
+///
+/// # Errors
+/// [`PlanError`] if it cannot be read, or is of particles of another kind.
+fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
+    let name = case.start.file.as_deref();
+    let name = name.ok_or_else(|| content("none".into(), "a file"))?;
+    let file = initial::read(&folder.join(name))
         .map_err(|error| content(error.to_string(), "a start file as docs describe it"))?;
-    let count = start.positions.len();
-    let (diameter, mass) = (
-        case.gas.diameter.unwrap_or(1.0),
-        case.gas.mass.unwrap_or(1.0),
-    );
-    let radii = start
-        .radii
-        .take()
-        .unwrap_or_else(|| vec![0.5 * diameter; count]);
-    let masses = start.masses.take().unwrap_or_else(|| vec![mass; count]);
-    if count < 2 {
-        return Err(content("one disk".into(), "at least two"));
-    }
-    let domain = Domain::<Plane>::periodic(start.lengths.into())
-        .map_err(|_| content("a box without area".into(), "positive sides"))?;
-    for position in &mut start.positions {
-        *position = domain.wrap(*position);
-    }
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
-    let length = 2.0 * mean(&radii);
-    let deepest = OVERLAP_TOLERANCE * length;
-    let overlap = initial::first_overlap(&start.positions, |i| radii[i], &domain, deepest);
-    if let Some(Overlap {
-        pair: [a, b],
-        depth,
-    }) = overlap
-    {
-        let found = format!(
-            "{written}: disks {a} and {b} (counted from 0) overlap by {}",
-            short(depth)
-        );
-        return Err(content(found, "touching disks"));
-    }
-    let mass = mean(&masses);
-    let energy = warmth(case, written, temperature, &mut start, (&masses, mass))?;
-    let scale = Scale {
-        length,
-        mass,
-        energy,
+    let source = Source {
+        case,
+        name,
+        file,
+        changes: Vec::new(),
     };
-    let covered: f64 = radii.iter().map(|r| PI * r * r).sum();
-    let packing = covered / domain.volume();
-    let sizes = sizes(&radii, &masses, length, mass)?;
-    let [width, height] = start.lengths.map(|side| side / length);
-    let widest = radii.iter().map(|r| 2.0 * r / length).fold(0.0, f64::max);
-    if width.min(height) <= widest * (1.0 + 1e-9) {
-        let found = format!("{written}: a box of {width} x {height} diameters");
-        return Err(content(found, "sides longer than one disk is wide"));
-    }
-    start.positions.iter_mut().for_each(|x| *x /= length);
-    start.lengths = [width, height];
-    for velocity in start.velocities.iter_mut().flatten() {
-        *velocity /= scale.speed();
-    }
-    let volume = width * height;
-    let species = SpeciesPlan {
-        name: "1".into(),
-        count,
-        radius: 0.5,
-        mass: 1.0,
-        temperature: 1.0,
-        tracer: false,
+    source.check()?;
+    Ok(source)
+}
+
+/// A gas that is placed by a start file.
+pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, PlanError> {
+    let mut source = source(case, folder)?;
+    let dimension = case.gas.dimension as usize;
+    let lengths = source.lengths()?;
+    source.wrap(lengths)?;
+    let species = FileSpecies::of(&source.file, case)?;
+    let warmth = source.warmth(&species.masses, temperature)?;
+    let scale = match case.kind() {
+        Kind::Flow => Scale::CASE,
+        _ => Scale {
+            length: 2.0 * mean(&species.radii),
+            mass: mean(&species.masses),
+            energy: warmth,
+        },
     };
-    let class = Class {
-        count,
-        mass: 1.0,
-        diameter: 1.0,
-        temperature: 1.0,
-        density: count as f64 / volume,
+    source.tell_spins();
+    source.tell_units(scale);
+    let file = scaled(source.file, scale);
+    let species = species.scaled(scale);
+    let lengths = lengths.map(|side| side / scale.length);
+    let volume = lengths[..dimension].iter().product();
+    let covered: f64 = species.covered(dimension);
+    let mean_mass = mean(&species.masses);
+    let temperature = warmth / scale.energy;
+    let temperatures = match case.start.velocities {
+        Velocities::FILE => species.temperatures(&file, dimension, temperature),
+        _ => vec![temperature; species.names.len()],
     };
+    let (plans, classes) = species.groups(&temperatures, volume);
     Ok(Gas {
-        species: vec![species],
-        classes: vec![class],
-        sizes,
-        mean_mass: 1.0,
-        lengths: [width, height, 0.0],
+        species: plans,
+        classes,
+        sizes: species.sizes(case.kind())?,
+        numbers: species.numbers(),
+        mean_mass,
+        temperature: warmth,
+        lengths,
         volume,
-        packing,
+        packing: covered / volume,
         scale,
-        file: Some(start),
+        file: Some(file),
+        choices: source.changes,
     })
 }
 
-/// Radii and masses over the mean diameter and mass.
-fn sizes(radii: &[f64], masses: &[f64], length: f64, mass: f64) -> Result<GrainSizes, PlanError> {
-    let alike = |values: &[f64]| values.iter().all(|&value| value == values[0]);
-    if alike(radii) && alike(masses) {
-        return Ok(GrainSizes::Equal(Monodisperse {
-            radius: 0.5,
-            mass: 1.0,
-        }));
-    }
-    let pairs = radii.iter().zip(masses);
-    let sizes = Polydisperse::new(pairs.map(|(r, m)| (r / length, m / mass)).collect());
-    let allowed = "ratios of radii and masses up to 1e300";
-    let sizes = sizes.map_err(|error| content(error.to_string(), allowed))?;
-    Ok(GrainSizes::Each(sizes))
+/// Velocities of a start file for particles that are placed otherwise.
+pub(super) struct Dealt {
+    /// The particles by species.
+    pub(super) particles: Particles,
+    /// Velocities and spins in the order of species, in the units of the case.
+    pub(super) file: StartFile,
+    /// Temperature, in the units of the case.
+    pub(super) temperature: f64,
+    /// Changes, for the reader.
+    pub(super) changes: Vec<String>,
 }
 
-/// The temperature of a start, in the units of the case; the drift is taken out of velocities in the file.
-fn warmth(
-    case: &Case,
-    written: &str,
-    temperature: f64,
-    start: &mut StartFile,
-    (masses, mean_mass): (&[f64], f64),
-) -> Result<f64, PlanError> {
-    match (case.start.velocities, &mut start.velocities) {
-        (Velocities::Maxwellian, _) => Ok(temperature),
-        (Velocities::File, None) => {
-            let allowed = "columns vx and vy (velo), or velocities = \"maxwellian\"";
-            Err(content(format!("{written}: no velocities"), allowed))
-        }
-        (Velocities::File, Some(velocities)) => {
-            let square = velocities
-                .iter()
-                .map(nalgebra::Vector2::norm_squared)
-                .fold(0.0, f64::max);
-            let found = remove_drift(velocities, masses);
-            if found.is_normal() && found < 1e200 && found > LEAST_WARMTH * square * mean_mass {
-                return Ok(found);
-            }
-            let found = format!("{written}: a granular temperature of {}", short(found));
-            Err(content(found, "velocities that give one above rounding"))
-        }
+/// Reads the particles of a gas whose start file gives their velocities alone.
+pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
+    let mut source = source(case, folder)?;
+    let name = source.name;
+    let species = FileSpecies::of(&source.file, case)?;
+    let temperature = source.warmth(&species.masses, 1.0)?;
+    let dimension = case.gas.dimension as usize;
+    let temperatures = species.temperatures(&source.file, dimension, temperature);
+    let (kinds, order) = species.blocks().ok_or_else(|| {
+        let allowed = "sizes by which particles are species: at most 100 of them, and two particles of each on average";
+        content(format!("{name}: particles of many sizes"), allowed)
+    })?;
+    source.changes.push(format!(
+        "start.velocities: each replica deals the velocities of {name} to its particles in an order of its own, within species"
+    ));
+    if source.file.positions.take().is_some() {
+        source.changes.push(format!(
+            "start.file: positions of {name} are not used; placement = \"file\" uses them"
+        ));
     }
-}
-
-/// Takes the drift of the whole gas out of its velocities, which changes nothing in it, and returns the temperature
-/// that is left.
-fn remove_drift(velocities: &mut [nalgebra::Vector2<f64>], masses: &[f64]) -> f64 {
-    let total: f64 = masses.iter().sum();
-    let drift = (velocities.iter().zip(masses)).fold(nalgebra::Vector2::zeros(), |sum, (v, m)| {
-        sum + v * (m / total)
+    source.tell_spins();
+    source.tell_units(Scale {
+        energy: temperature,
+        ..Scale::CASE
     });
-    let mut twice = 0.0;
-    for (velocity, mass) in velocities.iter_mut().zip(masses) {
-        *velocity -= drift;
-        twice += mass * velocity.norm_squared();
+    let sorted = |list: Option<Vec<Vector3<f64>>>| {
+        list.map(|all| order.iter().map(|&index| all[index]).collect())
+    };
+    Ok(Dealt {
+        particles: Particles::of_species(kinds, temperatures, species.names),
+        file: StartFile {
+            velocities: sorted(source.file.velocities),
+            spins: sorted(source.file.spins),
+            ..StartFile::default()
+        },
+        temperature,
+        changes: source.changes,
+    })
+}
+
+/// Mean; of equal numbers what each is, whatever a sum rounds to.
+fn mean(values: &[f64]) -> f64 {
+    match values {
+        [first, rest @ ..] if rest.iter().all(|one| one == first) => *first,
+        all => all.iter().sum::<f64>() / all.len() as f64,
     }
-    0.5 * twice / velocities.len() as f64
+}
+
+/// The vectors of a start file in engine units; sizes are kept elsewhere.
+pub(super) fn scaled(file: StartFile, scale: Scale) -> StartFile {
+    let over = |list: Option<Vec<Vector3<f64>>>, unit: f64| {
+        list.map(|all| all.into_iter().map(|one| one / unit).collect())
+    };
+    StartFile {
+        lengths: None,
+        positions: over(file.positions, scale.length),
+        velocities: over(file.velocities, scale.speed()),
+        spins: over(file.spins, 1.0 / scale.time()),
+        ..StartFile::default()
+    }
+}
+
+impl Source<'_> {
+    /// Refuses particles of another dimension, and simulators that stand for several particles or for less than one.
+    fn check(&self) -> Result<(), PlanError> {
+        let (file, name) = (&self.file, self.name);
+        if file.count() < 2 {
+            return Err(content("one particle".into(), "at least two"));
+        }
+        if self.case.gas.dimension == 2 {
+            let positions = file.positions.iter().flatten();
+            let place = file.positions.iter().flatten().next();
+            let height = place.map_or(0.0, |one| one.z);
+            let out = |one: &&Vector3<f64>| one.z != 0.0;
+            let mut above = positions.filter(|one| one.z != height);
+            let found = match (above.next(), file.velocities.iter().flatten().find(out)) {
+                (Some(one), _) => Some(format!("z = {} and z = {}", short(height), short(one.z))),
+                (None, Some(one)) => Some(format!("a velocity vz = {}", short(one.z))),
+                (None, None) => None,
+            };
+            if let Some(found) = found {
+                let allowed = "disks, which have one z and no velocity along it; gas.dimension = 3 reads spheres";
+                return Err(content(format!("{name}: spheres ({found})"), allowed));
+            }
+        }
+        if let Some(weight) = file.weights.iter().flatten().find(|&&one| one != 1.0) {
+            let found = format!(
+                "{name}: a simulator with weight {}, no particle",
+                short(*weight)
+            );
+            return Err(content(found, "particles, of weight 1"));
+        }
+        let start = &self.case.start;
+        for (key, given, in_file) in [
+            (
+                "start.spin_temperature",
+                start.spin_temperature.is_some() && start.velocities == Velocities::FILE,
+                file.spins.is_some(),
+            ),
+            (
+                "gas.diameter",
+                self.case.gas.diameter.is_some(),
+                file.radii.is_some(),
+            ),
+            (
+                "gas.mass",
+                self.case.gas.mass.is_some(),
+                file.masses.is_some(),
+            ),
+        ] {
+            let allowed = format!("this key is left out, as {name} says this of each particle");
+            PlanError::unless(!(given && in_file), key, "", allowed)?;
+            let needed = self.case.units == Units::Si && key != "start.spin_temperature";
+            let allowed =
+                format!("a number above 0, with units = \"si\" and as {name} does not say this");
+            PlanError::unless(given || in_file || !needed, key, "", allowed)?;
+        }
+        Ok(())
+    }
+
+    /// Sides of the box, if it is one of the case: periodic where the case has no faces.
+    fn lengths(&mut self) -> Result<[f64; 3], PlanError> {
+        let dimension = self.case.gas.dimension as usize;
+        let found = self.file.lengths.unwrap_or_default();
+        let mut lengths = [0.0; 3];
+        for axis in 0..dimension {
+            if found[axis] <= 0.0 {
+                let found = format!("{}: a box without a side along {}", self.name, AXES[axis]);
+                return Err(content(found, "positive sides, three of them for spheres"));
+            }
+            lengths[axis] = found[axis];
+        }
+        let size = self.case.domain.as_ref().and_then(|one| one.size.as_ref());
+        if let Some(size) = size {
+            let pairs = size.iter().zip(lengths);
+            let alike = |(a, b): (&f64, f64)| (a - b).abs() <= SIDE_TOLERANCE * b;
+            let allowed = format!("the box of {}: {:?}", self.name, &lengths[..dimension]);
+            PlanError::unless(pairs.into_iter().all(alike), "box.size", "", allowed)?;
+        }
+        let Some(said) = self.file.periodic else {
+            return Ok(lengths);
+        };
+        for axis in 0..dimension {
+            let is_periodic = *self.case.walls.at(axis, 0) == Face::default();
+            let [low, high] = FACES[axis];
+            if is_periodic && !said[axis] {
+                let flags = said.map(|one| if one { "T" } else { "F" }).join(" ");
+                let found = format!(
+                    "{}: pbc=\"{flags}\", a box that ends along {}",
+                    self.name, AXES[axis]
+                );
+                let allowed = format!(
+                    "a box that is periodic there, as in the case; walls.{low} and walls.{high} of the case say what stands at \
+                     its ends"
+                );
+                return Err(content(found, allowed));
+            }
+            if !is_periodic && said[axis] {
+                self.changes.push(format!(
+                    "start.file: {} is periodic along {}; the walls of the case stand there",
+                    self.name, AXES[axis]
+                ));
+            }
+        }
+        Ok(lengths)
+    }
+
+    /// Moves particles into a box along its periodic axes; refuses those beyond its other ends.
+    fn wrap(&mut self, lengths: [f64; 3]) -> Result<(), PlanError> {
+        let dimension = self.case.gas.dimension as usize;
+        let periodic = |axis: usize| *self.case.walls.at(axis, 0) == Face::default();
+        let domain = Domain::<Volume>::periodic(lengths.map(|side| side.max(1e-300)).into())
+            .map_err(|error| content(format!("{}: {error}", self.name), "positive sides"))?;
+        let positions = self.file.positions.as_mut();
+        let none = || content(format!("{}: no positions", self.name), "columns x and y");
+        let mut moved = 0;
+        for (index, position) in positions.ok_or_else(none)?.iter_mut().enumerate() {
+            let inside = domain.wrap(*position);
+            let before = *position;
+            for axis in 0..dimension {
+                if periodic(axis) {
+                    position[axis] = inside[axis];
+                } else if !(0.0..=lengths[axis]).contains(&position[axis]) {
+                    let found = format!(
+                        "{}: particle {index} (counted from 0) at {} = {}",
+                        self.name,
+                        AXES[axis],
+                        short(position[axis])
+                    );
+                    let allowed = format!("places from 0 to {}", short(lengths[axis]));
+                    return Err(content(found, allowed));
+                }
+            }
+            moved += usize::from(before != *position);
+        }
+        if moved > 0 {
+            self.changes.push(format!(
+                "start.file: particles of {} outside the box, moved into it by whole sides: {moved}",
+                self.name
+            ));
+        }
+        Ok(())
+    }
+
+    /// Temperature of the start, in the units of the case. In a periodic box without gravity and spin the drift is taken out of the
+    /// velocities.
+    fn warmth(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
+        if self.case.start.velocities != Velocities::FILE {
+            return Ok(temperature);
+        }
+        let name = self.name;
+        let Some(velocities) = &mut self.file.velocities else {
+            let allowed = "columns vx and vy (velo), or velocities = \"maxwellian\"";
+            return Err(content(format!("{name}: no velocities"), allowed));
+        };
+        let square = velocities.iter().map(Vector3::norm_squared);
+        let square = square.fold(0.0, f64::max);
+        let total: f64 = masses.iter().sum();
+        let momenta = velocities.iter().zip(masses);
+        let drift = momenta.fold(Vector3::zeros(), |sum, (v, m)| sum + v * (m / total));
+        let momenta = velocities.iter().zip(masses);
+        let twice: f64 = momenta.map(|(v, m)| m * (v - drift).norm_squared()).sum();
+        let dimension = self.case.gas.dimension as usize;
+        let found = twice / (dimension * velocities.len()) as f64;
+        let mean_mass = total / masses.len() as f64;
+        let warm = found > LEAST_WARMTH * square * mean_mass;
+        if !(found.is_normal() && found < 1e200 && warm) {
+            let found = format!("{name}: a granular temperature of {}", short(found));
+            let allowed =
+                "velocities that give one above rounding; velocities = \"maxwellian\" draws some";
+            return Err(content(found, allowed));
+        }
+        if self.case.kind() == Kind::Comparison {
+            for velocity in velocities {
+                *velocity -= drift;
+            }
+            if drift.norm() > LEAST_DRIFT * (found / mean_mass).sqrt() {
+                let parts = drift.iter().take(dimension).map(|one| short(*one));
+                let parts = parts.collect::<Vec<_>>().join(", ");
+                self.changes.push(format!(
+                    "start.file: the mean velocity ({parts}) of {name} is taken out of all velocities, as nothing in a periodic box \
+                     depends on it"
+                ));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Tells that particles start without spin where neither file nor case gives one.
+    fn tell_spins(&mut self) {
+        let start = &self.case.start;
+        let spins = self.case.gas.tangential_restitution.is_some();
+        let drawn = start.velocities != Velocities::FILE || start.spin_temperature.is_some();
+        if spins && !drawn && self.file.spins.is_none() {
+            self.changes.push(format!(
+                "start.file: {} has no spins (wz), so particles start without; start.spin_temperature draws some",
+                self.name
+            ));
+        }
+    }
+
+    /// Tells that units of the engine round what the file says.
+    fn tell_units(&mut self, scale: Scale) {
+        if scale.length != 1.0 || scale.mass != 1.0 || scale.energy != 1.0 {
+            self.changes.push(format!(
+                "start.file: numbers of {} are divided by the mean diameter, the mean mass and the thermal speed, and multiplied in \
+                 tables and snapshots, which rounds their last digit",
+                self.name
+            ));
+        }
+    }
+}
+
+impl Plan {
+    /// Refuses the particles of a start file that overlap each other, walls or bodies, where the engines keep them apart.
+    pub(super) fn check_file(&self) -> Result<(), PlanError> {
+        let positions = self.file.as_ref().and_then(|file| file.positions.as_ref());
+        let (Some(positions), Some(name)) = (positions, &self.case.start.file) else {
+            return Ok(());
+        };
+        if self.case.start.placement != Placement::File {
+            return Ok(());
+        }
+        let sizes = self.radii_and_masses();
+        let exact = self.keeps_apart();
+        let clear = exact || self.keeps_clear();
+        let reach = |index: usize| if clear { sizes[index].0 } else { 0.0 };
+        let all: Vec<_> = (positions.iter().enumerate())
+            .map(|(index, &at)| (at, reach(index)))
+            .collect();
+        in_space!(self.dimension, S => {
+            let confinement = Confinement::<S>::of(self)?;
+            for (index, &(at, reach)) in all.iter().enumerate() {
+                let at = S::vector(|axis| at[axis]);
+                if let Some((what, depth)) = confinement.blocks(at, reach) {
+                    let found = format!(
+                        "{name}: particle {index} (counted from 0) overlaps {what} by {}",
+                        short(depth * self.scale.length)
+                    );
+                    return Err(content(found, "particles that at most touch"));
+                }
+            }
+        });
+        if self.dimension != 2 || !exact {
+            return Ok(());
+        }
+        let domain = Confinement::<Plane>::of(self)?.domain;
+        let places: Vec<_> = positions.iter().map(Vector3::xy).collect();
+        let deepest = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
+        let overlap = initial::first_overlap(&places, |i| sizes[i].0, &domain, deepest);
+        if let Some(Overlap {
+            pair: [a, b],
+            depth,
+        }) = overlap
+        {
+            let found = format!(
+                "{name}: disks {a} and {b} (counted from 0) overlap by {}",
+                short(depth * self.scale.length)
+            );
+            return Err(content(found, "touching disks"));
+        }
+        let widest = sizes.iter().map(|one| 2.0 * one.0).fold(0.0, f64::max);
+        let narrow =
+            |axis: usize| domain.is_periodic(axis) && self.lengths[axis] <= widest * (1.0 + 1e-9);
+        let [x, y] = [0, 1].map(|axis| short(self.lengths[axis] * self.scale.length));
+        let found = format!("{name}: a box of {x} x {y}");
+        let wide = !narrow(0) && !narrow(1);
+        wide.then_some(())
+            .ok_or_else(|| content(found, "sides longer than one disk is wide"))
+    }
 }

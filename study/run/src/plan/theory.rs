@@ -2,7 +2,7 @@
 
 use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
 use stosszahl_case::Kind;
-use stosszahl_case::format::{ContactValues, TimeUnit};
+use stosszahl_case::format::{ContactValues, TimeUnit, Velocities};
 use stosszahl_model::{Drive, Law, Restitution as _, Space as _, Volume, kinetic};
 
 use super::data::{Class, Plan, PlanError, in_space};
@@ -78,8 +78,13 @@ impl Plan {
     /// everywhere.
     pub fn has_theory(&self) -> bool {
         let sizes = !matches!(self.grains.sizes, stosszahl_model::GrainSizes::Each(_));
+        // A gas that begins in a part of the box is alike everywhere only once it has mixed.
+        let uniform = self.case.start.region.is_none() || self.case.drive.is_some();
+        let settled = !matches!(self.case.start.velocities, Velocities::Drawn(_));
         self.kind == Kind::Comparison
             && sizes
+            && uniform
+            && settled
             && self.classes.len() == 1
             && self.law.constant().is_some()
     }
@@ -226,12 +231,13 @@ impl Plan {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
             let applies = self.kind == Kind::Comparison && self.case.drive.is_none() && constant;
-            if !applies || self.case.species.len() < 2 {
+            let species = self.species.len();
+            if !applies || species < 2 || self.classes.len() != species {
                 return None;
             }
             let times = self.sample_times();
             let times: Vec<f64> = times.iter().map(|&time| self.engine_time(time)).collect();
-            let (mixture, start) = (self.mixture().ok()?, vec![1.0; self.species.len()]);
+            let (mixture, start) = (self.mixture().ok()?, self.temperatures());
             let mut orders = (1..=mixture.affordable_orders()).rev();
             let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
             let all = found.into_iter();

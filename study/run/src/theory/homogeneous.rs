@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use stosszahl_analysis::theory::{CoolingState, Mixture, Moment, TheoryError};
-use stosszahl_model::Law;
+use stosszahl_case::format::Velocities;
 use stosszahl_model::kinetic;
+use stosszahl_model::{Invalid, Law};
 
 use crate::plan::Plan;
 
@@ -44,6 +45,10 @@ impl<'a> Theory<'a> {
     /// # Errors
     /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its contact values.
     pub fn of(plan: &'a Plan) -> Result<Self, TheoryError> {
+        if let Velocities::Drawn(drawn) = plan.case.start.velocities {
+            let allowed = "Maxwellian velocities at the start";
+            return Err(Invalid::new("a2 of the start", drawn.a2, allowed).into());
+        }
         Ok(Self {
             plan,
             mixture: plan.mixture()?,

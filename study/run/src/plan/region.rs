@@ -1,0 +1,158 @@
+//! The region of the box in which particles of a start are placed.
+
+use std::f64::consts::PI;
+
+use stosszahl_model::Space;
+
+use crate::words::short;
+
+use super::confinement::Confinement;
+use super::data::{Plan, PlanError, in_space};
+
+/// Packing fractions at which random addition of equal disks and spheres jams: Feder 1980; Torquato, Uche & Stillinger 2006.
+const JAMMED: [f64; 2] = [0.547, 0.384];
+/// Points along each axis by which the part of a region outside bodies is found.
+const POINTS: usize = 64;
+/// The key.
+const KEY: &str = "start.region";
+
+/// Region of the start, in the units of the engine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    /// Lower corner \[length\]; 0 beyond the dimension.
+    pub low: [f64; 3],
+    /// Upper corner \[length\]; 0 beyond the dimension.
+    pub high: [f64; 3],
+}
+
+impl Region {
+    /// Area or volume \[length^D\].
+    pub fn volume(&self, dimension: usize) -> f64 {
+        (0..dimension)
+            .map(|axis| self.high[axis] - self.low[axis])
+            .product()
+    }
+}
+
+impl Plan {
+    /// Region in which the start is placed, if it is not the whole box.
+    pub fn region(&self) -> Option<Region> {
+        let corners = self.case.start.region.as_ref()?;
+        let corner = |list: &[f64]| {
+            [0, 1, 2].map(|axis| {
+                list.get(axis)
+                    .map_or(0.0, |place| place / self.scale.length)
+            })
+        };
+        Some(Region {
+            low: corner(&corners[0]),
+            high: corner(&corners[1]),
+        })
+    }
+
+    /// Area or volume of the particles \[length^D\].
+    fn covered(&self) -> f64 {
+        let balls = self.radii_and_masses().into_iter();
+        balls
+            .map(|(radius, _)| in_space!(self.dimension, S => S::ball(radius)))
+            .sum()
+    }
+
+    /// Share of the region of the start that the particles cover, bodies left out.
+    ///
+    /// # Errors
+    /// [`PlanError`] if bodies cannot be.
+    pub fn packing_of_region(&self) -> Result<Option<f64>, PlanError> {
+        let Some(region) = self.region() else {
+            return Ok(None);
+        };
+        let free =
+            in_space!(self.dimension, S => free_share(&Confinement::<S>::of(self)?, &region));
+        Ok(Some(
+            self.covered() / (free * region.volume(self.dimension)),
+        ))
+    }
+
+    /// Refuses regions outside the box, and those in which the particles find no room.
+    pub(super) fn check_region(&self) -> Result<(), PlanError> {
+        let Some(region) = self.region() else {
+            return Ok(());
+        };
+        let unit = self.scale.length;
+        let axes = 0..self.dimension;
+        let inside = |axis: usize| {
+            let most = self.lengths[axis] * (1.0 + 1e-12);
+            region.low[axis] >= 0.0 && region.high[axis] <= most
+        };
+        let sides: Vec<String> = (self.lengths[..self.dimension].iter())
+            .map(|side| short(side * unit))
+            .collect();
+        let allowed = format!("a region inside the box of {}", sides.join(" x "));
+        PlanError::unless(axes.clone().all(inside), KEY, "", allowed)?;
+        if !(self.keeps_apart() || self.keeps_clear()) {
+            return Ok(());
+        }
+        let radii = self.species.iter().map(|one| one.radius);
+        let widest = 2.0 * radii.fold(0.0, f64::max);
+        let narrowest = axes.map(|axis| region.high[axis] - region.low[axis]);
+        let narrowest = narrowest.fold(f64::INFINITY, f64::min);
+        let found = format!("a side of {}", short(narrowest * unit));
+        let allowed = format!(
+            "sides longer than the widest particle, {}, as whole particles lie in the region",
+            short(widest * unit)
+        );
+        PlanError::unless(narrowest > widest * (1.0 + 1e-9), KEY, found, allowed)?;
+        let bodies = "a region with room outside the bodies of [[obstacle]]";
+        let Some(packing) = self.packing_of_region()?.filter(|one| one.is_finite()) else {
+            return Err(PlanError::new(KEY, "bodies cover all of it", bodies));
+        };
+        if !self.keeps_apart() {
+            return Ok(());
+        }
+        // Unequal particles jam later, by how unequal they are.
+        let most = match (self.classes.len(), self.dimension) {
+            (1, 2) => JAMMED[0],
+            (1, _) => JAMMED[1],
+            (_, 2) => PI / 4.0,
+            _ => PI / 6.0,
+        };
+        let found = format!(
+            "particles cover {} of what is free in the region",
+            short(packing)
+        );
+        let allowed = format!(
+            "at most {most:.3}, where random addition jams: a larger region, or fewer or smaller particles"
+        );
+        PlanError::unless(packing <= most, KEY, found, allowed)
+    }
+
+    /// Tells that theory is of the gas in the whole box.
+    pub(super) fn notable_region(&self, list: &mut Vec<String>) {
+        if let Ok(Some(packing)) = self.packing_of_region() {
+            list.push(format!(
+                "start.region: the gas begins in a part of the box, of which it covers {}; t0, mean free time and all theory are of the \
+                 gas spread over the whole box",
+                short(packing)
+            ));
+        }
+    }
+}
+
+/// Share of a region that no body covers, by a grid of points.
+fn free_share<S: Space>(confinement: &Confinement<S>, region: &Region) -> f64 {
+    if confinement.obstacles.is_empty() {
+        return 1.0;
+    }
+    let at = |axis: usize, point: usize| {
+        let part = (point as f64 + 0.5) / POINTS as f64;
+        region.low[axis] + part * (region.high[axis] - region.low[axis])
+    };
+    // Bodies stand in the plane.
+    let points = (0..POINTS * POINTS).map(|one| [at(0, one % POINTS), at(1, one / POINTS)]);
+    let is_free = |point: &[f64; 2]| {
+        let place = S::vector(|axis| point.get(axis).copied().unwrap_or(0.0));
+        let body = confinement.body_at(place, 0.0);
+        body.is_none_or(|(_, depth)| depth <= 0.0)
+    };
+    points.filter(is_free).count() as f64 / (POINTS * POINTS) as f64
+}
