@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 use stosszahl_model::{Domain, Field, Plane, memory};
 
+use crate::cells::Cells;
 use crate::disk::Disks;
 use crate::grid_hierarchy::GridHierarchy;
 use crate::motion::Motion;
@@ -23,24 +24,46 @@ pub(crate) fn fill<T: Send>(
     }
 }
 
+/// Choice of the grid of disks, and of the threads that fill it.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct GridOptions {
+    /// Whether disks are unequal: they may get several grids then.
+    pub(crate) unequal: bool,
+    /// Whether cells of a thin gas may be wide ([`Cells::wide_ones`]): not around obstacles, whose contacts are roots of squares.
+    pub(crate) may_be_wide: bool,
+    /// Whether all threads of the present pool sort.
+    pub(crate) shared: bool,
+}
+
 impl<F: Field<Plane>> Disks<F> {
     /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
-    /// the body that each disk is. `unequal` disks may get several grids. `shared`: by all threads of the present pool.
+    /// the body that each disk is.
     pub(crate) fn new(
         domain: &Domain<Plane>,
         largest_radius: f64,
         count: usize,
         body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Send + Sync,
-        unequal: bool,
         motion: Motion<F>,
-        shared: bool,
+        options: GridOptions,
     ) -> (Self, Vec<u32>) {
+        let GridOptions {
+            unequal, shared, ..
+        } = options;
         let (lengths, periodic) = (
             domain.lengths(),
             [0, 1].map(|axis| domain.is_periodic(axis)),
         );
-        let (cells, coarse) =
-            GridHierarchy::grids(lengths, periodic, 2.0 * largest_radius, count, unequal);
+        let largest = 2.0 * largest_radius;
+        let wide = if options.may_be_wide && Cells::may_be_wide(lengths, largest, count) {
+            let places: Vec<Vector2<f64>> = (0..count).map(|index| body(index).0).collect();
+            Cells::wide_ones(lengths, periodic, largest, &places)
+        } else {
+            None
+        };
+        let (cells, coarse) = match wide {
+            Some(cells) => (cells, Vec::new()),
+            None => GridHierarchy::grids(lengths, periodic, largest, count, unequal),
+        };
         let place = |index: usize| {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32

@@ -27,6 +27,38 @@ const OCCUPANCY: f64 = 0.45;
 /// of separations, and has 1e-16 of these as its error.
 const WIDEST: f64 = 64.0;
 
+/// Mean number of other disks in the cell of a disk, up to which cells of a thin gas are as wide as its density asks for. A gas
+/// that is alike everywhere has [`OCCUPANCY`] of them; one that is dense in some place has narrower cells.
+const CROWDED: f64 = 2.0;
+
+/// Columns and rows that wide cells leave at the least.
+const LEAST_COUNT: f64 = 4.0;
+
+/// Cells that a disk enters for each width of a cell that it flies, on average over all directions.
+const ENTERED: f64 = 4.0 / std::f64::consts::PI;
+
+/// Estimates how many cell borders are crossed for each collision of a gas that is alike everywhere, with this mean free path \[length\].
+/// Around obstacles cells are narrower.
+///
+/// A gas in which more than 1e7 of them come between two collisions is given up ([`crate::EngineError::NoCollisions`]).
+pub fn crossings_per_collision(
+    lengths: [f64; 2],
+    disks: usize,
+    largest_diameter: f64,
+    mean_free_path: f64,
+    has_obstacles: bool,
+) -> f64 {
+    let lengths = Vector2::from(lengths);
+    let narrow = Cells::least_width(lengths, largest_diameter, disks);
+    let wide = Cells::wide_width(lengths, disks);
+    let width = if has_obstacles || wide < 2.0 * narrow {
+        narrow
+    } else {
+        wide
+    };
+    2.0 * ENTERED * mean_free_path / width
+}
+
 /// Grid of a box; each cell names the first of its disks.
 #[derive(Debug)]
 pub(crate) struct Cells {
@@ -37,6 +69,8 @@ pub(crate) struct Cells {
     width: Vector2<f64>,
     lengths: Vector2<f64>,
     narrow: bool,
+    /// Whether cells are wider than squares of separations allow.
+    wide: bool,
     /// Share of a column in the place of a cell in memory; the two before the first and the two after
     /// the last are their periodic images, or the one beyond the wall.
     columns: Vec<u32>,
@@ -58,15 +92,74 @@ impl Cells {
         largest_diameter: f64,
         disks: usize,
     ) -> Self {
-        // Wider than a diameter by more than positions are rounded.
-        let narrowest = largest_diameter * (1.0 + 1e-9);
-        let many = (lengths[0] * lengths[1] / (16.0 * disks as f64 + 1e6)).sqrt();
-        let widest = (WIDEST * largest_diameter).max(many);
-        let least = narrowest.max(Self::ideal(lengths, disks).min(widest));
+        let least = Self::least_width(lengths, largest_diameter, disks);
         let count = |length: f64| (length / least).floor().clamp(1.0, 65_535.0) as u16;
         let counts = [count(lengths[0]), count(lengths[1])];
         let narrow = [0, 1].map(|axis| periodic[axis] && counts[axis] < 3);
         Self::with_counts(lengths, periodic, counts, narrow[0] || narrow[1])
+    }
+
+    /// Width of cells that squares of separations allow, and that makes no more of them than memory holds; a little less than they have.
+    fn least_width(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> f64 {
+        // Wider than a diameter by more than positions are rounded.
+        let narrowest = largest_diameter * (1.0 + 1e-9);
+        let many = (lengths[0] * lengths[1] / (16.0 * disks as f64 + 1e6)).sqrt();
+        let widest = (WIDEST * largest_diameter).max(many);
+        narrowest.max(Self::ideal(lengths, disks).min(widest))
+    }
+
+    /// Cells of a thin gas as wide as its density asks for, beyond [`WIDEST`]: a disk crosses many cells between two collisions, and how many
+    /// follows from the free path alone then. None where [`Self::new`] gives such cells, or where disks are crowded. `places` are their
+    /// positions.
+    ///
+    /// Contacts need [`crate::contact::Candidates::add_far`] in them.
+    pub(crate) fn wide_ones(
+        lengths: Vector2<f64>,
+        periodic: [bool; 2],
+        largest_diameter: f64,
+        places: &[Vector2<f64>],
+    ) -> Option<Self> {
+        let narrow = Self::least_width(lengths, largest_diameter, places.len());
+        let mut width = Self::wide_width(lengths, places.len());
+        while width >= 2.0 * narrow {
+            let counts = [0, 1].map(|axis| (lengths[axis] / width).floor() as u16);
+            let mut cells = Self::with_counts(lengths, periodic, counts, false);
+            cells.wide = true;
+            if cells.crowding(places) <= CROWDED {
+                return Some(cells);
+            }
+            width *= 0.5;
+        }
+        None
+    }
+
+    /// Whether [`Self::wide_ones`] may give cells to this many disks.
+    pub(crate) fn may_be_wide(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> bool {
+        let narrow = Self::least_width(lengths, largest_diameter, disks);
+        Self::wide_width(lengths, disks) >= 2.0 * narrow
+    }
+
+    fn wide_width(lengths: Vector2<f64>, disks: usize) -> f64 {
+        Self::ideal(lengths, disks).min(lengths.min() / LEAST_COUNT)
+    }
+
+    /// Mean number of other disks in the cell of a disk.
+    fn crowding(&self, places: &[Vector2<f64>]) -> f64 {
+        let mut counts = vec![0_u32; self.firsts.len()];
+        let mut others = 0_u64;
+        for &place in places {
+            let count = &mut counts[self.place(self.locate(place).0, 1, 1)];
+            // Twice as many ordered pairs as there were disks before.
+            others += 2 * u64::from(*count);
+            *count += 1;
+        }
+        others as f64 / places.len().max(1) as f64
+    }
+
+    /// Whether cells are so wide that contacts are found by [`crate::contact::Candidates::add_far`].
+    #[inline(always)]
+    pub(crate) fn wide(&self) -> bool {
+        self.wide
     }
 
     /// This many columns and rows; `narrow` as given by [`Self::narrow`].
@@ -114,6 +207,7 @@ impl Cells {
             width,
             lengths,
             narrow,
+            wide: false,
             columns: around(0, &column),
             rows: around(1, &row),
             firsts: memory::filled(NONE, total),
@@ -346,5 +440,41 @@ impl Cells {
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cells of a thin gas hold 0.45 disks; those of a gas in a corner are as narrow as its own density asks for, or as [`Cells::new`] has them.
+    #[test]
+    fn cells_of_a_thin_gas_follow_its_density() {
+        const SIDE: f64 = 1e5;
+        for (count, part, width) in [
+            (10_000, 1.0, Some(670.8)),
+            (1000, 1.0, Some(2121.3)),
+            (5, 1.0, Some(25_000.0)),
+            (10_000, 0.25, Some(670.8 / 2.0)),
+            (10_000, 0.01, None),
+            (1_000_000, 1.0, None),
+        ] {
+            let places = (0..count).map(|index| {
+                let number = f64::from(index) + 0.5;
+                vector![0.618 * number % 1.0, number / f64::from(count)] * (part * SIDE)
+            });
+            let places: Vec<_> = places.collect();
+            let found = Cells::wide_ones(vector![SIDE, SIDE], [true; 2], 1.0, &places);
+            let its = found.map(|cells| {
+                assert!(cells.wide() && cells.crowding(&places) <= CROWDED);
+                cells.width()[0]
+            });
+            let near = |its: f64, width: f64| its > 0.9 * width && its < 1.1 * width;
+            assert!(
+                its.is_some() == width.is_some()
+                    && its.zip(width).is_none_or(|(its, width)| near(its, width)),
+                "{count} in {part}: {its:?}, not {width:?}"
+            );
+        }
     }
 }

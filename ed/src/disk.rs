@@ -253,19 +253,40 @@ impl<F: Field<Plane>> Disks<F> {
         sizes: &S,
         tags: &[S::Tag],
     ) -> u64 {
+        if self.cells.wide() {
+            return self.search_far(candidates, who, beyond, sizes, tags);
+        }
         if !S::UNIFORM
             && let Some(levels) = &self.levels
         {
             let mut found = (None, 0);
             if levels.of(who) == 0 {
-                found = self.search_cells(candidates, who, beyond, sizes, tags);
+                found = self.search_cells::<S, false>(candidates, who, beyond, sizes, tags);
                 self.expect_first(who, found.0);
             }
             let others = self.search_levels(candidates, who, sizes, tags);
             self.expect_first(who, others.0);
             return found.1 + others.1;
         }
-        let (found, predictions) = self.search_cells(candidates, who, beyond, sizes, tags);
+        let (found, predictions) =
+            self.search_cells::<S, false>(candidates, who, beyond, sizes, tags);
+        self.expect_first(who, found);
+        predictions
+    }
+
+    /// [`Self::search`] in wide cells.
+    #[cold]
+    #[inline(never)]
+    fn search_far<S: Sizes>(
+        &mut self,
+        candidates: &mut Candidates,
+        who: u32,
+        beyond: Option<(usize, bool)>,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> u64 {
+        let (found, predictions) =
+            self.search_cells::<S, true>(candidates, who, beyond, sizes, tags);
         self.expect_first(who, found);
         predictions
     }
@@ -292,9 +313,9 @@ impl<F: Field<Plane>> Disks<F> {
         disk.partner_count = select_unpredictable(known, count, VOID);
     }
 
-    /// [`Self::search`] in the finest grid.
+    /// [`Self::search`] in the finest grid; `FAR` as in [`Self::gather`].
     #[inline(always)]
-    fn search_cells<S: Sizes>(
+    fn search_cells<S: Sizes, const FAR: bool>(
         &self,
         candidates: &mut Candidates,
         who: u32,
@@ -307,7 +328,7 @@ impl<F: Field<Plane>> Disks<F> {
             None => self.open(home),
             Some(way) => self.open_beyond(home, way),
         };
-        self.earliest(lists, candidates, who, sizes, tags)
+        self.earliest::<S, FAR>(lists, candidates, who, sizes, tags)
     }
 
     /// [`Self::search`] in all grids but what [`Self::search_cells`] sees of the smallest disks.
@@ -373,7 +394,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// The earliest contact with the disks of open lists, before the one already known, and the number of candidates.
     #[inline(always)]
-    fn earliest<S: Sizes>(
+    fn earliest<S: Sizes, const FAR: bool>(
         &self,
         lists: CellListWalk,
         candidates: &mut Candidates,
@@ -384,7 +405,7 @@ impl<F: Field<Plane>> Disks<F> {
         let own = &self.all[who as usize];
         let mut limit = own.contact - own.clock;
         let mut best = None;
-        let looked = self.gather(lists, candidates, who, sizes, tags, |candidates| {
+        let looked = self.gather::<S, FAR>(lists, candidates, who, sizes, tags, |candidates| {
             let found = candidates.earliest(limit, self.slides(who, sizes, tags));
             if let Some((time, _)) = found {
                 limit = time;
@@ -395,9 +416,9 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// The innermost loop: candidates from the disks of open lists, which are spent when there is no room for more, and at the end;
-    /// their number. The disk itself is among them: without relative motion it is no hit.
+    /// their number. The disk itself is among them: without relative motion it is no hit. `FAR` for wide cells: [`Candidates::add_far`].
     #[inline(always)]
-    pub(crate) fn gather<S: Sizes>(
+    pub(crate) fn gather<S: Sizes, const FAR: bool>(
         &self,
         mut lists: CellListWalk,
         candidates: &mut Candidates,
@@ -425,7 +446,11 @@ impl<F: Field<Plane>> Disks<F> {
                 let relative = velocity - self.motion.velocity(disk, clock);
                 let square = distance(other) * distance(other);
                 let until_its_own = disk.contact - clock;
-                more = candidates.add(other, separation, relative, square, until_its_own);
+                more = if FAR {
+                    candidates.add_far(other, separation, relative, square, until_its_own)
+                } else {
+                    candidates.add(other, separation, relative, square, until_its_own)
+                };
             }
             spend(candidates);
             if !more {

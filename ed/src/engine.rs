@@ -9,7 +9,7 @@ use stosszahl_model::{
     Body, Domain, Field, Interrupt, Physics, Plane, Sizes, SpinOf, State, Surface,
 };
 
-use crate::arrange::fill;
+use crate::arrange::{GridOptions, fill};
 use crate::calendar::{Agenda, Buckets, Calendar};
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
 use crate::collapse::CollapseDetector;
@@ -32,6 +32,9 @@ const LEAST_REFRESH: u64 = 100_000;
 /// Diameters flown by a typical disk after which it does so too, in a thin gas: own times are rounded to 1e-16 of
 /// themselves, and so are places to 1e-12 diameters.
 const HORIZON: f64 = 4096.0;
+
+/// Cells flown through by a typical disk after which it does so in a thinner gas, where cells are wide: places are rounded to 4e-15 cells.
+const HORIZON_CELLS: f64 = 16.0;
 
 /// How the disks of a checkpoint are ordered.
 #[derive(Clone, Copy)]
@@ -204,11 +207,10 @@ where
             let radius = sizes.radius(sizes.tag(name(index) as usize));
             (state.domain.wrap(position), velocity / speed, radius)
         };
-        let unequal = !P::Sizes::UNIFORM;
         let motion = Motion::new(scene.field(), speed);
         let largest = sizes.largest_radius();
-        let (disks, order) =
-            Disks::new(&state.domain, largest, count, body, unequal, motion, shared);
+        let options = grid_options::<P>(&boundaries, shared);
+        let (disks, order) = Disks::new(&state.domain, largest, count, body, motion, options);
         let epoch = state.time;
         let units = Units { speed, epoch };
         let surroundings =
@@ -238,6 +240,7 @@ where
         };
         let windings = image_flags::follow(&state, &windings, &order)?;
         let unit = typical_time(&disks, diameter, pull / speed / speed);
+        let horizon = horizon(unit, disks.cells.width().max() / diameter);
         let spins = if P::Surface::ROUGH {
             let spin = |&index: &u32| scaled::<P>(state.bodies[index as usize].spin, 1.0 / speed);
             order.iter().map(spin).collect()
@@ -269,7 +272,7 @@ where
             now: 0.0,
             time: epoch,
             refresh: (tally.collisions).saturating_add(REFRESH * count as u64 + LEAST_REFRESH),
-            horizon: horizon(unit),
+            horizon,
             progress: CollapseDetector::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
@@ -310,7 +313,7 @@ where
         let names = std::mem::take(&mut self.names);
         let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
-        self.disks = Disks::new(&self.domain, 1.0, 0, nobody, false, motion, false).0;
+        self.disks = Disks::new(&self.domain, 1.0, 0, nobody, motion, GridOptions::default()).0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
         let (stop, parallel, stale) = (self.stop.clone(), self.parallel, self.stale);
@@ -506,6 +509,14 @@ fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f
     }
 }
 
+fn grid_options<P: Physics>(boundaries: &Boundaries, shared: bool) -> GridOptions {
+    GridOptions {
+        unequal: !P::Sizes::UNIFORM,
+        may_be_wide: boundaries.obstacles.is_empty(),
+        shared,
+    }
+}
+
 /// Own time in which a typical disk flies, or falls, as far as its diameter; zero if none moves.
 fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> f64 {
     let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
@@ -514,10 +525,10 @@ fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> 
     if unit.is_finite() { unit } else { 0.0 }
 }
 
-/// Own time at which an engine starts afresh: never, if none moves.
-fn horizon(unit: f64) -> f64 {
+/// Own time at which an engine starts afresh: never, if none moves. `cell` is the width of a cell in diameters.
+fn horizon(unit: f64, cell: f64) -> f64 {
     if unit > 0.0 {
-        HORIZON * unit
+        HORIZON.max(HORIZON_CELLS * cell) * unit
     } else {
         f64::INFINITY
     }

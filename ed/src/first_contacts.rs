@@ -36,7 +36,7 @@ where
     /// What there is to choose from does not depend on the order, so that all threads look for it if the gas is spread over them.
     pub(crate) fn look_at_all(&mut self) {
         let count = self.disks.all.len();
-        if self.disks.hierarchical() {
+        if self.disks.hierarchical() || self.disks.cells.wide() {
             (0..count as u32).for_each(|disk| self.look_around(disk));
             return;
         }
@@ -96,7 +96,7 @@ impl<F: Field<Plane>> Disks<F> {
         all: &mut Vec<(f64, u32)>,
     ) -> u64 {
         let lists = self.open(self.home(who));
-        self.gather(lists, candidates, who, sizes, tags, |candidates| {
+        self.gather::<S, false>(lists, candidates, who, sizes, tags, |candidates| {
             all.extend(candidates.all(self.slides(who, sizes, tags)));
         })
     }

@@ -60,6 +60,7 @@ mod strips;
 mod surroundings;
 
 pub use calendar::{Agenda, Buckets, Calendar, Entry, Sorted};
+pub use cells::crossings_per_collision;
 pub use checkpoint::{Checkpoint, Dissipation, Tally};
 pub use contact::time_to_contact;
 pub use engine::Engine;

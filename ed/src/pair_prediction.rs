@@ -32,7 +32,7 @@ impl<F: Field<Plane>> Disks<F> {
         sizes: &S,
         tags: &[S::Tag],
     ) -> Option<u64> {
-        if !S::UNIFORM && self.hierarchical() {
+        if (!S::UNIFORM && self.hierarchical()) || self.cells.wide() {
             return None;
         }
         let homes = [self.home(first), self.home(second)];

@@ -138,6 +138,7 @@ mod tests {
     use stosszahl_model::{Free, Wall, Walls};
 
     use super::*;
+    use crate::arrange::GridOptions;
     use crate::cells::NONE;
     use crate::disk::tests::lattice;
     use crate::motion::Motion;
@@ -160,16 +161,8 @@ mod tests {
             let velocity = vector![angle.sin(), angle.cos()];
             (Vector2::from(lengths).component_mul(&place), velocity, 0.5)
         };
-        Disks::new(
-            &domain,
-            0.5,
-            200,
-            body,
-            false,
-            Motion::new(&Free, 1.0),
-            false,
-        )
-        .0
+        let options = GridOptions::default();
+        Disks::new(&domain, 0.5, 200, body, Motion::new(&Free, 1.0), options).0
     }
 
     /// Boxes of one and two columns, and with walls, too.

@@ -2,7 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 use rand::RngExt;
-use stosszahl_ed::{Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, plain};
+use stosszahl_ed::{
+    Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, crossings_per_collision, plain,
+};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::snapshot;
@@ -238,12 +240,20 @@ fn starting_afresh_is_a_cut() {
     assert_eq!(second.tally, whole.tally);
 }
 
-/// Flights of 3e4 and 3e6 diameters between collisions: own times stay small, so that places stay exact.
+/// Flights of 3e4 to 3e9 diameters between collisions. Contacts are exact, and a disk crosses as many cells between two of them as its
+/// free path over their width asks for.
 #[test]
 fn thin_gases_are_exact() {
-    for packing in [1e-5, 1e-7] {
+    for (count, packing) in [
+        (8, 1e-5),
+        (8, 1e-7),
+        (200, 1e-5),
+        (200, 1e-7),
+        (50, 1e-9),
+        (20, 1e-10),
+    ] {
         let scene = disks(1.0);
-        let start = gas(Arrangement::Disordered, 8, packing, 8);
+        let start = gas(Arrangement::Disordered, count, packing, 8);
         let energy = start.kinetic_energy(&scene);
         let mut engine =
             Engine::<_>::new(scene.clone(), Dissipation::Scene, start).expect("an engine");
@@ -256,13 +266,26 @@ fn thin_gases_are_exact() {
             .iter()
             .map(|(_, line, _)| (line.norm() - 1.0).abs());
         let off = lines.fold(0.0, f64::max);
-        // Squares of separations of up to 180 diameters are rounded to 4e-12, own times of 4096 units to 1e-12.
+        // A quarter of the side of the box is the widest cell.
+        let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
+        let width = (0.45_f64.sqrt() * side / (count as f64).sqrt()).min(0.25 * side);
+        // Own times of 4096 units, or of 16 cells, are rounded to 1.1e-16 of themselves; disks are moved some ten times in between.
+        let rounding = 10.0 * 1.1e-16 * (16.0 * width).max(4096.0);
         assert!(
-            off < 1e-11,
-            "packing {packing}: contacts at distances off by {off:e}"
+            off < rounding,
+            "packing {packing}: contacts at distances off by {off:e}, {rounding:e} expected"
         );
         let energy = engine.state().kinetic_energy(&scene) / energy - 1.0;
         assert!(energy.abs() < 1e-13, "packing {packing}: {energy:e}");
+        // The mean free path is pi d/(8 sqrt 2 phi); two disks fly it for a collision. Speeds of all disks but the mean flight of few
+        // collisions leave a spread of some tens of per cent.
+        let path = std::f64::consts::PI / (8.0 * 2.0_f64.sqrt() * packing);
+        let expected = crossings_per_collision([side; 2], count, 1.0, path, false);
+        let crossings = engine.tally().crossings as f64 / engine.tally().collisions as f64;
+        assert!(
+            crossings < 2.0 * expected && expected < 2.0 * crossings,
+            "packing {packing}: {crossings} crossings a collision, {expected} expected"
+        );
     }
 }
 

@@ -435,7 +435,7 @@ where
             return Some(self.settings.cuts.clone());
         }
         let cells = &whole.disks.cells;
-        if whole.disks.hierarchical() || cells.narrow() {
+        if whole.disks.hierarchical() || cells.narrow() || cells.wide() {
             return None;
         }
         let rows = i32::from(cells.counts()[1]);
