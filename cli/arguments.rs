@@ -49,7 +49,7 @@ pub enum Command {
         /// The case and what is set from outside.
         #[command(flatten)]
         case: CaseArguments,
-        /// Run nothing: the time is guessed, and may be wrong by a factor of ten.
+        /// Run nothing: the time is guessed from the start, and what the guess does not know is said.
         #[arg(long)]
         guess: bool,
     },

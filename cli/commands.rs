@@ -16,6 +16,7 @@ use crate::results::{
 use crate::study::crew::Crew;
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
+use crate::study::run::needed_memory;
 use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
 use clap::CommandFactory as _;
 use serde_json::json;
@@ -33,6 +34,8 @@ use crate::reference;
 use crate::reproduce::reproduce;
 use crate::terminal::{beside, duration, line};
 
+/// Name of the page of a frontier in its folder.
+const PAGE: &str = "frontier.html";
 /// How long `check` measures \[s\].
 const MEASURING: f64 = 10.0;
 
@@ -206,10 +209,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
         };
         planned = study::settle(&file, planned, &options, threads)?;
         // What does not fit into memory is not tried.
-        let needed = planned
-            .iter()
-            .map(|one| one.cost(threads).bytes)
-            .fold(0.0, f64::max);
+        let needed = needed_memory(&planned, threads);
         if available_memory().is_none_or(|free| needed < free) {
             paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
         }
@@ -236,7 +236,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
                 "  {:<50} {} {}",
                 quantity_title(&quantity.name),
                 figure(quantity.value),
-                Some(quantity.unit)
+                Some(&*quantity.unit)
                     .filter(|unit| *unit != "1")
                     .unwrap_or_default()
             );
@@ -263,6 +263,9 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
         for warning in &outline.warnings {
             say(&format!("  warning: {warning}"))?;
         }
+        for unknown in outline.unknown.iter().filter(|_| paces.is_none()) {
+            say(&format!("  not in the guess: {unknown}"))?;
+        }
         seconds += outline.cost.seconds(threads);
     }
     if outlines.len() > 1 {
@@ -271,6 +274,11 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
             "\n{points} points, {about} {} in all",
             duration(seconds)
         ))?;
+    }
+    let needed = needed_memory(&planned, threads);
+    if let Some(available) = available_memory().filter(|free| needed > *free) {
+        let refused = RunError::Memory { needed, available };
+        say(&format!("  warning: `run` refuses this here: {refused}"))?;
     }
     Ok(())
 }
@@ -492,7 +500,6 @@ fn show(found: &frontier::Frontier) -> Result<(), CommandError> {
         ],
         lists: &lists,
     });
-    const PAGE: &str = "frontier.html";
     found.held.write(PAGE, page.as_bytes())?;
     let path = found.held.path().join(PAGE);
     Ok(say(&format!("report: {}", path.display()))?)

@@ -95,8 +95,8 @@ impl CommandError {
             | Self::NoBundledPaper(_)
             | Self::FileExists(_)
             | Self::Folder { .. }
-            | Self::Run(RunError::Case(_) | RunError::Threads { .. } | RunError::Memory { .. })
             | Self::Report(ReportError::NoResults { .. }) => 2,
+            Self::Run(error) if error.is_refusal() => 2,
             Self::Run(_)
             | Self::Report(_)
             | Self::Frontier(_)

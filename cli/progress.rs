@@ -28,6 +28,8 @@ struct Point {
     began: Instant,
     shown: Instant,
     bar: Option<ProgressBar>,
+    /// What takes the time of a part that goes on slowly, if that was not shown yet.
+    activity: Option<String>,
 }
 
 impl Default for Display {
@@ -86,6 +88,7 @@ impl Progress for Display {
             began: now,
             shown: now,
             bar,
+            activity: None,
         });
     }
 
@@ -96,12 +99,20 @@ impl Progress for Display {
             let done = point.work.share();
             if let Some(bar) = &point.bar {
                 bar.set_position((done * STEPS as f64) as u64);
+                if point.shown.elapsed() >= LINE
+                    && let Some(activity) = point.activity.take()
+                {
+                    point.shown = Instant::now();
+                    bar.println(format!("{}: {activity}", point.name));
+                }
             } else if self.shows && point.shown.elapsed() >= LINE {
                 point.shown = Instant::now();
                 // A closed standard error ends nothing.
+                let activity = point.activity.take();
+                let activity = activity.map_or_else(String::new, |text| format!("; {text}"));
                 let _ = writeln!(
                     std::io::stderr(),
-                    "{}: {:.0} % after {} s, {:.2e} collisions",
+                    "{}: {:.0} % after {} s, {:.2e} collisions{activity}",
                     point.name,
                     100.0 * done,
                     point.began.elapsed().as_secs(),
@@ -109,6 +120,10 @@ impl Progress for Display {
                 );
             }
         });
+    }
+
+    fn tell_activity(&self, number: usize, _part: usize, activity: &str) {
+        self.with(number, |point| point.activity = Some(activity.to_owned()));
     }
 
     fn end(&self, number: usize) {

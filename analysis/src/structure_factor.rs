@@ -79,6 +79,7 @@
 //! the density is the same whoever adds them up ([`Lattice`]); that moves a share by some 1e-13. A non-uniform transform would have no aliasing to correct, but needs an oversampled lattice and
 //! a wider spreading kernel, several times the cost, for accuracy that the statistical error hides.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use nalgebra::Vector2;
@@ -324,11 +325,14 @@ impl StructureFactorPlan {
         self.sites
     }
 
-    /// Memory of the lattice in a box with sides `lengths` \[bytes\].
+    /// Memory of the lattice and of the list of modes in a box with sides `lengths` \[bytes\].
     pub fn bytes(lengths: [f64; 2], options: Options) -> f64 {
-        let ([_, columns], sites) = shape(lengths, options);
+        let ([rows, columns], sites) = shape(lengths, options);
         let [x, y] = sites.map(|sites| sites as f64);
-        size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x)
+        let lattice = size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x);
+        // Half an ellipse of them.
+        let modes = FRAC_PI_2 * rows as f64 * columns as f64;
+        lattice + size_of::<PlannedMode>() as f64 * modes
     }
 
     /// Measures the shells of one configuration; `weight` is the number w of physical disks per point.

@@ -98,7 +98,9 @@ pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
 pub use share::{Beside, Ranks, from_first, gather_from_all, shard_name};
 #[cfg(not(test))]
-pub use simulate::{BALANCE, Gas, Left, resume, resume_among, serve, simulate, simulate_among};
+pub use simulate::{
+    BALANCE, ExpectedGas, Gas, Left, check, resume, resume_among, serve, simulate, simulate_among,
+};
 pub use simulator::{Follow, Followed, Simulator, Unfollowed};
 pub use start::Checkpoint;
 pub use tally::{CellCount, Tally};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Domain, Invalid, Space, brief};
+use stosszahl_model::{Domain, Invalid, MessageUnits, Space, brief};
 
 use crate::density::Scheme;
 
@@ -502,4 +502,66 @@ pub enum EngineError {
         /// Velocity.
         velocity: Vec<f64>,
     },
+}
+
+impl EngineError {
+    /// Converts lengths and speeds of the error to the units of a case. Inflows and obstacles are written in these already.
+    #[must_use]
+    pub fn in_units(mut self, units: &MessageUnits) -> Self {
+        let scale =
+            |list: &mut [f64], unit: f64| list.iter_mut().for_each(|number| *number *= unit);
+        match &mut self {
+            Self::FarDisplacement {
+                displacement, side, ..
+            } => {
+                *displacement *= units.length;
+                *side *= units.length;
+            }
+            Self::NoRoom { length, needed, .. } => {
+                *length *= units.length;
+                *needed *= units.length;
+            }
+            Self::BeyondWall {
+                coordinate,
+                allowed,
+                ..
+            } => {
+                *coordinate *= units.length;
+                *allowed = units.place(*allowed);
+            }
+            Self::InObstacle { place, .. } => *place = units.place(*place),
+            Self::CutCell {
+                place,
+                width,
+                enough,
+                ..
+            } => {
+                *place = units.place(*place);
+                *width *= units.length;
+                *enough *= units.length;
+            }
+            Self::BadNumber {
+                position, velocity, ..
+            } => {
+                scale(position, units.length);
+                scale(velocity, units.speed);
+            }
+            Self::Invalid(_)
+            | Self::Checkpoint(_)
+            | Self::Shard { .. }
+            | Self::OneProcess
+            | Self::Elsewhere { .. }
+            | Self::NoDisplacement
+            | Self::Displaced { .. }
+            | Self::BadWeights { .. }
+            | Self::UnlikeFaces { .. }
+            | Self::Narrow { .. }
+            | Self::Obstacle { .. }
+            | Self::BadInflow { .. }
+            | Self::UnequalStarts { .. }
+            | Self::Individuals
+            | Self::Boundary { .. } => {}
+        }
+        self
+    }
 }

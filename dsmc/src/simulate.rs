@@ -1,6 +1,7 @@
 //! The engine behind the common interface: chosen at run time, for any grains of the model.
 
 mod among;
+mod refusals;
 mod tiles;
 
 use nalgebra::Vector3;
@@ -23,6 +24,7 @@ use crate::start::Checkpoint;
 use among::Others;
 
 pub use among::{resume_among, serve, simulate_among};
+pub use refusals::{ExpectedGas, check};
 
 /// Simulator steps in one leg, and fewest time steps.
 const LEG: u64 = 5_000_000;

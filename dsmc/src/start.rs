@@ -591,17 +591,24 @@ fn grid<S: Space>(
     Grid::new(domain, counts, simulators, per_tile, reach)
 }
 
-/// Leaves room beside walls and obstacles. Between some that are too near to each other, the rate of partners across cells is wrong by an unknown amount.
+/// Leaves room beside walls and obstacles.
 fn leave_room<P: Physics>(
     surroundings: &Surroundings<P>,
     grid: &Grid<P::Space>,
     density: &mut Density<P::Space>,
 ) -> Result<(), EngineError> {
-    /// \[mean diameters\]
-    const LEAST: f64 = 3.0;
     surroundings.cut_windows(grid, density);
     surroundings.leave_room(density);
-    let scheme = density.scheme();
+    require_room(surroundings, density.scheme())
+}
+
+/// Refuses walls that are too near to each other: the rate of partners across cells between them is wrong by an unknown amount.
+pub(crate) fn require_room<P: Physics>(
+    surroundings: &Surroundings<P>,
+    scheme: Scheme,
+) -> Result<(), EngineError> {
+    /// \[mean diameters\]
+    const LEAST: f64 = 3.0;
     let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));
     match axes.find(|(_, width)| *width < LEAST) {
         Some((axis, width)) if matches!(scheme, Scheme::ContactPoint { .. }) => {
@@ -617,7 +624,7 @@ fn leave_room<P: Physics>(
 }
 
 /// Whether numerical choices, boundaries and sizes go together.
-fn check_choices<P: Physics>(
+pub(crate) fn check_choices<P: Physics>(
     scene: &P,
     parameters: Parameters,
     domain: &Domain<P::Space>,

@@ -206,6 +206,12 @@ impl CollapseDetector {
         self.negligible > 0
     }
 
+    /// Pairs of the latest contacts; with a wall, the partner is [`NONE`].
+    pub(crate) fn recent(&self) -> impl Iterator<Item = [u32; 2]> {
+        let pairs = self.recent.iter().map(|(pair, _)| *pair);
+        pairs.filter(|pair| *pair != [NONE; 2])
+    }
+
     /// The disks of the last collisions.
     pub(crate) fn cluster(&self) -> BTreeSet<u32> {
         let recent = self.recent.iter().flat_map(|(pair, _)| *pair);

@@ -2,11 +2,12 @@
 
 use nalgebra::Vector2;
 use stosszahl_model::{
-    CollidingPair, Collision, Field, Physics, Plane, Recorder, Restitution, Separation, Sizes,
-    Surface, Vector, bounce, collide,
+    CollidingPair, Collision, Field, Physics, Plane, RecentContacts, Recorder, Restitution,
+    Separation, Sizes, Surface, Vector, bounce, collide,
 };
 
 use crate::calendar::Calendar;
+use crate::cells::NONE;
 use crate::checkpoint::Dissipation;
 use crate::collapse::ContactInfo;
 use crate::engine::Engine;
@@ -167,6 +168,24 @@ where
         let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
         cluster.sort_unstable();
         cluster
+    }
+
+    /// Latest contacts, by indices in the state.
+    pub(crate) fn recent_contacts(&self) -> RecentContacts {
+        let name = |disk: u32| self.names[disk as usize] as usize;
+        let disks = |pair: [u32; 2]| pair.into_iter().filter(|&disk| disk != NONE).map(name);
+        let mut recent = RecentContacts::of(self.progress.recent().map(disks));
+        let busiest = recent.busiest.first().copied();
+        let disk = self
+            .progress
+            .recent()
+            .flatten()
+            .find(|&disk| disk != NONE && Some(name(disk)) == busiest);
+        if let Some(disk) = disk {
+            let place = self.domain.wrap(self.disks.place(disk, self.now));
+            recent.place = place.spatial().into();
+        }
+        recent
     }
 
     /// Stands at the moment of collapse, and reports it.

@@ -3,9 +3,12 @@
 use std::fmt;
 
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Invalid, brief};
+use stosszahl_model::{Invalid, MessageUnits, brief};
 
 use crate::surroundings::FACES;
+
+/// Name of a position in [`EngineError::BadNumber`].
+pub(crate) const POSITION: &str = "position";
 
 /// Why the engine could not start or go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -213,6 +216,56 @@ impl EngineError {
             Self::InelasticCollapse { .. } | Self::WallCollapse { .. }
         )
     }
+
+    /// Converts times, lengths and speeds of the error to the units of a case. Obstacles are written in these already.
+    #[must_use]
+    pub fn in_units(mut self, units: &MessageUnits) -> Self {
+        match &mut self {
+            Self::BoxTooSmall { diameter, lengths } => {
+                *diameter *= units.length;
+                *lengths = units.place(*lengths);
+            }
+            Self::BadNumber {
+                quantity, value, ..
+            } => {
+                let is_position = *quantity == POSITION;
+                let unit = if is_position {
+                    units.length
+                } else {
+                    units.speed
+                };
+                *value = value.map(|number| number * unit);
+            }
+            Self::NoRoom { room, diameter, .. } => {
+                *room *= units.length;
+                *diameter *= units.length;
+            }
+            Self::OverlappingDisks { depth, .. } => *depth *= units.length,
+            Self::Overlap { place, depth, .. } => {
+                *place = units.place(*place);
+                *depth *= units.length;
+            }
+            Self::Escaped { time, .. }
+            | Self::BadStart { time }
+            | Self::BadTime { until: time }
+            | Self::NoCollisions { time, .. } => *time *= units.time,
+            Self::WallCollapse { time, place, .. }
+            | Self::InelasticCollapse { time, place, .. } => {
+                *time *= units.time;
+                *place = units.place(*place);
+            }
+            Self::BadSpin { .. }
+            | Self::WrongLedgers { .. }
+            | Self::WrongCount { .. }
+            | Self::TooMany { .. }
+            | Self::OpenFace { .. }
+            | Self::UnlikeBox { .. }
+            | Self::BadObstacle { .. }
+            | Self::Invalid(_)
+            | Self::Checkpoint(_) => {}
+        }
+        self
+    }
 }
 
 /// What a disk can touch besides others.
@@ -263,4 +316,93 @@ fn named(cluster: &[usize]) -> String {
     let names: Vec<String> = cluster.iter().take(MOST).map(usize::to_string).collect();
     let more = if cluster.len() > MOST { ", ..." } else { "" };
     format!("{} disks ({}{more})", cluster.len(), names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit of length of 1e-3, of time of 0.1 and of speed of 1e-2.
+    #[test]
+    fn numbers_of_messages_are_converted() {
+        let units = MessageUnits {
+            length: 1e-3,
+            time: 0.1,
+            speed: 1e-2,
+        };
+        let bad = |quantity| EngineError::BadNumber {
+            disk: 3,
+            quantity,
+            value: [2.0, f64::NAN],
+        };
+        let pair = [4, 5];
+        let (cluster, place) = (vec![4, 5], [20.0, 30.0]);
+        for (error, words) in [
+            (bad(POSITION), &["position [0.002, NaN]"][..]),
+            (bad("velocity"), &["velocity [0.02, NaN]"]),
+            (
+                EngineError::BoxTooSmall {
+                    diameter: 2.0,
+                    lengths: [1.5, 8.0],
+                },
+                &["diameter 0.002", "0.0015 x 0.008"],
+            ),
+            (
+                EngineError::NoRoom {
+                    axis: 0,
+                    room: 0.5,
+                    diameter: 1.0,
+                },
+                &["room for 0.0005", "diameter of 0.001"],
+            ),
+            (
+                EngineError::OverlappingDisks { pair, depth: 0.5 },
+                &["by 5e-4"],
+            ),
+            (
+                EngineError::Overlap {
+                    disk: 1,
+                    place,
+                    what: Touchable::Obstacle(0),
+                    depth: 0.5,
+                },
+                &["(0.02, 0.03)", "by 5e-4"],
+            ),
+            (EngineError::BadTime { until: 50.0 }, &["time 5;"]),
+            (
+                EngineError::NoCollisions {
+                    time: 50.0,
+                    crossings: 7,
+                },
+                &["until time 5:", "7 crossings"],
+            ),
+            (
+                EngineError::InelasticCollapse {
+                    time: 50.0,
+                    collisions: 9,
+                    pair,
+                    cluster: cluster.clone(),
+                    place,
+                },
+                &["at time 5:", "(0.02, 0.03)", "disks 4 and 5"],
+            ),
+            (
+                EngineError::WallCollapse {
+                    time: 50.0,
+                    collisions: 9,
+                    disk: 4,
+                    what: Touchable::Obstacle(0),
+                    cluster,
+                    place,
+                },
+                &["at time 5:", "(0.02, 0.03)"],
+            ),
+        ] {
+            let said = error.in_units(&units).to_string();
+            assert!(
+                words.iter().all(|word| said.contains(word)),
+                "{said}: {words:?}"
+            );
+        }
+    }
 }

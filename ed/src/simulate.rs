@@ -8,8 +8,8 @@ use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
     Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
-    Particle, Particles, Physics, Plane, Simulation, Sizes, Smooth, State, Surface, Vector as _,
-    Work,
+    Particle, Particles, Physics, Plane, RecentContacts, Simulation, Sizes, Smooth, State, Surface,
+    Vector as _, Work,
 };
 
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
@@ -155,6 +155,7 @@ impl Begin<'_> {
             present: OnceLock::new(),
             origin,
             bytes: 0,
+            recent: None,
             spread: StripSettings::default(),
             stop: Interruption::default(),
             pause: None,
@@ -188,6 +189,8 @@ struct Disks<P: Physics<Space = Plane>> {
     /// Where each disk was when displacements began; empty unless they are followed.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
+    /// Latest contacts of the engine that was put aside.
+    recent: Option<RecentContacts>,
     spread: StripSettings,
     stop: Interruption,
     pause: Option<Interrupt>,
@@ -236,6 +239,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         self.present.take();
         if let Stage::Flying(engine, leg) = &mut self.stage {
             *leg = None;
+            self.recent = Some(engine.engine().recent_contacts());
             let gas = engine.land();
             self.bytes = engine.bytes();
             self.spread = engine.settings().clone();
@@ -489,6 +493,13 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
             numbers: numbers
                 .map(|(name, number)| (name.to_owned(), number))
                 .into(),
+        }
+    }
+
+    fn recent_contacts(&self) -> Option<RecentContacts> {
+        match &self.stage {
+            Stage::Between(_) => self.recent.clone(),
+            Stage::Flying(engine, _) => Some(engine.engine().recent_contacts()),
         }
     }
 

@@ -4,7 +4,7 @@ use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{Domain, Physics, Plane, Sizes, State, Surface};
 
 use crate::checkpoint::Checkpoint;
-use crate::error::{EngineError, Touchable};
+use crate::error::{EngineError, POSITION, Touchable};
 use crate::surroundings::{Boundaries, FACES, above, images, overlap_of};
 
 /// Overlap, in diameters, that is called rounding.
@@ -42,7 +42,7 @@ pub(crate) fn check<P: Physics<Space = Plane>>(
         {
             return Err(EngineError::BadSpin { disk: index });
         }
-        for (quantity, value) in [("position", body.position), ("velocity", body.velocity)] {
+        for (quantity, value) in [(POSITION, body.position), ("velocity", body.velocity)] {
             // Also false for NaN.
             if !value.iter().all(|x| x.abs() <= 1e150) {
                 return Err(EngineError::BadNumber {

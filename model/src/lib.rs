@@ -34,10 +34,12 @@ pub mod interrupt;
 pub mod invalid;
 pub mod kinetic;
 pub mod memory;
+mod message_units;
 pub mod observer;
 pub mod particle;
 pub mod physics;
 pub mod random;
+mod recent_contacts;
 pub mod restitution;
 pub mod simulation;
 pub mod sizes;
@@ -62,9 +64,11 @@ pub use grains::{GrainSizes, Grains};
 pub use images::{Image, Images, Shear};
 pub use interrupt::Interrupt;
 pub use invalid::Invalid;
+pub use message_units::MessageUnits;
 pub use observer::{EachCollision, Observer, Recorder};
 pub use particle::Particle;
 pub use physics::{Physics, Scene, SpinOf, VectorOf};
+pub use recent_contacts::RecentContacts;
 pub use restitution::{
     Constant, DeltaModel, Law, Material, PerPair, Restitution, Separation, Viscoelastic,
 };

@@ -18,6 +18,7 @@ use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::particle::Particle;
 use crate::physics::Physics;
+use crate::recent_contacts::RecentContacts;
 use crate::sizes::Sizes as _;
 use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _, Volume};
@@ -329,6 +330,11 @@ pub trait Simulation: Send {
 
     /// What was done so far.
     fn work(&self) -> Work;
+
+    /// Latest contacts, of engines that go from contact to contact; none where they are not known.
+    fn recent_contacts(&self) -> Option<RecentContacts> {
+        None
+    }
 
     /// Memory held \[bytes\].
     fn bytes(&self) -> usize;

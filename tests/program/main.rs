@@ -9,9 +9,11 @@ mod fuzz;
 mod init;
 mod literature;
 mod memory;
+mod plausibility;
 mod reproduce;
 mod resume;
 mod starts;
 #[path = "../support/mod.rs"]
 mod support;
+mod units;
 mod words;

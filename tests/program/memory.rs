@@ -21,7 +21,7 @@ const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700
 
 /// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
 /// that it is run with, and the case.
-const LARGE: [(&str, &[[usize; 2]], &str); 9] = [
+const LARGE: [(&str, &[[usize; 2]], &str); 12] = [
     ("exact dynamics", &[[1, 1], [3, 1], [6, 3]], EXACT),
     (
         "exact dynamics, one gas in strips",
@@ -61,6 +61,24 @@ const LARGE: [(&str, &[[usize; 2]], &str); 9] = [
          times = [0, 2e-4, 4e-4, 6e-4, 1e-3]\n",
     ),
     ("a flow with fields", &[[1, 1]], FLOW),
+    (
+        "many samples",
+        &[[1, 1], [3, 1]],
+        "[gas]\nnumber = 10\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 1\nsamples = 100000\n[engine.ed]\n",
+    ),
+    (
+        "many samples of a flow",
+        &[[1, 1]],
+        "[gas]\nnumber = 10\nrestitution = 0.9\n[box]\nsize = [20, 20]\n[walls]\nbottom = \"specular\"\ntop = { temperature = 1 }\n\
+         [run]\nuntil = 1\nsamples = 100000\n[engine.ed]\n",
+    ),
+    (
+        "a wide lattice of wave numbers",
+        &[[1, 1]],
+        "[gas]\nnumber = 1000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
+         [run]\nuntil = 0.001\n[engine.ed]\n[measure.structure_factor]\ntimes = [0]\nlargest_wave_number = 1000\n",
+    ),
     (
         "displacements without positions",
         &[[1, 1], [3, 2]],

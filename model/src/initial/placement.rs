@@ -52,3 +52,25 @@ pub enum PlacementError {
     #[error("stopped")]
     Interrupted,
 }
+
+impl PlacementError {
+    /// Converts the lengths of the error to units of which one of its own is `unit`.
+    #[must_use]
+    pub fn in_units(mut self, unit: f64) -> Self {
+        match &mut self {
+            Self::Jammed { lengths, .. } => *lengths = lengths.map(|side| side * unit),
+            Self::TooDense {
+                diameter,
+                lengths,
+                spacing,
+                ..
+            } => {
+                *lengths = lengths.map(|side| side * unit);
+                *diameter *= unit;
+                *spacing *= unit;
+            }
+            Self::Interrupted => {}
+        }
+        self
+    }
+}

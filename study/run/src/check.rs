@@ -5,9 +5,10 @@ use std::sync::OnceLock;
 
 use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
 use stosszahl_model::Invalid;
-use stosszahl_results::{Table, engine_title};
+use stosszahl_results::{Cell, Role, Table, engine_title};
 
 use crate::accuracy;
+use crate::engines;
 use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
 use crate::measures;
 use crate::plan::{Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, available_memory};
@@ -15,6 +16,16 @@ use crate::words::short;
 
 /// Trials for each collision from which a scheme is called slow.
 const MANY_TRIALS: f64 = 50.0;
+
+/// What a time at which something is due takes in the list of a part, and each look while the list is made \[bytes\].
+const DUE: f64 = 96.0;
+const LOOK: f64 = 32.0;
+/// Times of a measure below which its tables are small.
+const FEW_LOOKS: usize = 1000;
+/// What a row of a table takes beside its cells \[bytes\].
+const ROW: f64 = 64.0;
+/// Memory of a table with its text and its figures, while the report is made of it, over that of its rows: 3.0 to 3.7 were found.
+const REPORTED: f64 = 3.4;
 
 /// A point of a case with all that follows from it.
 pub struct Planned<'a> {
@@ -49,6 +60,8 @@ pub struct Outline {
     pub choices: Vec<String>,
     /// What a reader should know.
     pub warnings: Vec<String>,
+    /// What the time does not know as long as it is guessed.
+    pub unknown: Vec<String>,
 }
 
 /// The case format with the options of all measures.
@@ -81,6 +94,7 @@ impl<'a> Planned<'a> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
         let plan = Plan::within(case, folder, free).map_err(|error| refused(point, &error))?;
         accuracy::check(&plan).map_err(|error| refused(point, &error))?;
+        engines::check(&plan).map_err(|error| refused(point, &error))?;
         let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
         let planned = Self {
             point,
@@ -133,6 +147,10 @@ impl<'a> Planned<'a> {
 
     fn tables_of_measures(&self) -> Vec<(&'static dyn Measure, Table)> {
         let mut plan = self.plan.clone();
+        // Some have rows though there are no records.
+        if plan.equal_samples().is_some() {
+            plan.case.run.samples = Some(1);
+        }
         plan.case.verdict.sonine_orders = Some(1);
         let unsolved = Invalid::new("replicas", 0.0, "at least 1");
         plan.theory = OnceLock::from(Err(unsolved.into()));
@@ -153,6 +171,47 @@ impl<'a> Planned<'a> {
         .collect()
     }
 
+    /// Memory of the list of all looks of a part \[bytes\].
+    fn schedule_bytes(&self) -> f64 {
+        let looks = self.measures.iter().map(|one| one.times(&self.plan).len());
+        let (most, all) = looks.fold((0, 0), |(most, all), one| (most.max(one), all + one));
+        DUE * most as f64 + LOOK * all as f64
+    }
+
+    /// Memory of all tables that have rows for each time, with their text and their figures in the report \[bytes\].
+    fn table_bytes(&self) -> f64 {
+        let plan = &self.plan;
+        let looks = self.measures.iter().map(|one| one.times(plan).len());
+        let most = looks.max().unwrap_or(0);
+        if most < FEW_LOOKS {
+            return 0.0;
+        }
+        let mut all = 0.0;
+        for (one, table) in self.tables_of_measures() {
+            let has = |name: &str| {
+                let keys = table
+                    .columns
+                    .iter()
+                    .filter(|column| column.role == Role::Key);
+                keys.into_iter().any(|column| column.name == name)
+            };
+            if !has("time") {
+                continue;
+            }
+            // Tables of what another measure has recorded have its times.
+            let times = Some(one.times(plan).len()).filter(|times| *times > 0);
+            let mut rows = (times.unwrap_or(most) * plan.engines.len()) as f64;
+            if has("replica") {
+                rows *= plan.case.replicas as f64;
+            }
+            if has("species") {
+                rows *= plan.species.len() as f64;
+            }
+            all += rows * (ROW + (size_of::<Cell>() * table.columns.len()) as f64);
+        }
+        REPORTED * all
+    }
+
     /// What it costs on this many threads.
     pub fn cost(&self, threads: usize) -> Cost {
         let kept = |engine: &EnginePlan| {
@@ -166,8 +225,13 @@ impl<'a> Planned<'a> {
                         share_of_others(**one, &self.plan) > 0.0
                     }
                 });
-                kept.map(|one| count * one.kept_per_particle(&self.plan) + one.kept(&self.plan))
-                    .sum::<f64>()
+                kept.map(|one| {
+                    let looks = one.times(&self.plan).len() as f64;
+                    count * one.kept_per_particle(&self.plan)
+                        + one.kept(&self.plan)
+                        + looks * one.kept_per_look(&self.plan)
+                })
+                .sum::<f64>()
             };
             [all(true), all(false)]
         };
@@ -180,6 +244,8 @@ impl<'a> Planned<'a> {
                 .clone()
                 .map(|one| one.kept_last_per_particle(plan))
                 .sum(),
+            schedule: self.schedule_bytes(),
+            tables: self.table_bytes(),
         };
         let figures = measures.map(|one| one.figures(plan)).sum();
         plan.cost(threads, &kept, &looks, figures)
@@ -200,6 +266,7 @@ impl<'a> Planned<'a> {
             cost: self.cost(threads),
             choices: self.plan.choices.clone(),
             warnings: self.warnings(),
+            unknown: self.plan.unknown_to_the_estimate(),
         }
     }
 

@@ -23,6 +23,9 @@ pub trait Progress: Sync {
     /// A part has done a share of its work, and this many collisions since its last report.
     fn tell(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
 
+    /// What takes the time of a part that goes on slowly, in words.
+    fn tell_activity(&self, _point: usize, _part: usize, _activity: &str) {}
+
     /// A point is finished.
     fn end(&self, _point: usize) {}
 
@@ -115,6 +118,7 @@ pub struct Control<'a, T> {
     last: Mutex<Instant>,
     stop: &'a Interrupt,
     tell: &'a (dyn Fn(f64, u64) + Sync),
+    tell_activity: &'a (dyn Fn(&str) + Sync),
     content: PhantomData<fn(T)>,
 }
 
@@ -173,8 +177,23 @@ impl<'a, T: Content> Control<'a, T> {
             last: Mutex::new(Instant::now()),
             stop,
             tell,
+            tell_activity: &|_| {},
             content: PhantomData,
         }
+    }
+
+    /// The same where somebody hears what takes the time.
+    #[must_use]
+    pub fn with_activity(self, tell_activity: &'a (dyn Fn(&str) + Sync)) -> Self {
+        Self {
+            tell_activity,
+            ..self
+        }
+    }
+
+    /// Tells what takes the time, in words.
+    pub fn tell_activity(&self, activity: &str) {
+        (self.tell_activity)(activity);
     }
 
     /// Tells the share that is done, and the collisions since the last time.

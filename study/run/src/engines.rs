@@ -10,7 +10,7 @@ use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
 use stosszahl_dsmc::homogeneous::{
     Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
 };
-use stosszahl_dsmc::{Beside, Boundaries, Gas, Left, Parameters, Ranks, Scheme};
+use stosszahl_dsmc::{Beside, Boundaries, ExpectedGas, Gas, Left, Parameters, Ranks, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
@@ -20,6 +20,7 @@ use crate::measure::Needs;
 use crate::measures;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
 use crate::start::{self, StartError};
+use crate::words::short;
 
 /// Monte Carlo in a flow draws other numbers than the walls of exact dynamics.
 const FLOW: u64 = 2;
@@ -45,6 +46,94 @@ pub enum BeginError {
     Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
 }
 
+impl BeginError {
+    /// Converts the error of an engine to the units of the case.
+    fn in_units(self, plan: &Plan) -> Self {
+        let units = plan.message_units();
+        match self {
+            Self::EventDriven(error) => Self::EventDriven(error.in_units(&units)),
+            Self::MonteCarlo(error) => Self::MonteCarlo(error.in_units(&units)),
+            Self::Start(error) => Self::Start(error.in_units(plan)),
+            Self::Plan(_) | Self::Homogeneous(_) => self,
+        }
+    }
+}
+
+impl BeginError {
+    /// Whether the case is to blame, and not a damaged checkpoint, another process or the machine.
+    pub(crate) fn is_refusal(&self) -> bool {
+        match self {
+            Self::Plan(_) | Self::Homogeneous(_) => true,
+            Self::Start(error) => error.is_refusal(),
+            Self::EventDriven(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
+            Self::MonteCarlo(error) => !matches!(
+                error,
+                stosszahl_dsmc::EngineError::Checkpoint(_)
+                    | stosszahl_dsmc::EngineError::Shard { .. }
+                    | stosszahl_dsmc::EngineError::Elsewhere { .. }
+                    | stosszahl_dsmc::EngineError::OneProcess
+            ),
+        }
+    }
+}
+
+/// Crossings of cells between two collisions of a gas of exact disks from which it is refused: the engine gives up after 1e7, and one in
+/// `e^20` of all waits is twenty times as long as the mean.
+const MOST_CROSSINGS: f64 = 1e7 / 20.0;
+
+/// Checks what the engines of a plan would refuse, without particles: a case that passes can be refused only for where its particles are.
+///
+/// # Errors
+/// [`PlanError`] names the engine.
+pub fn check(plan: &Plan) -> Result<(), PlanError> {
+    let units = plan.message_units();
+    for engine in &plan.engines {
+        let refuse = |error: String| PlanError::new(format!("engine.{}", engine.name), "", error);
+        match &engine.kind {
+            EngineKind::EventDriven { .. } => {
+                let boundaries = plan.exact_boundaries(Streams::new(plan.case.seed, 0))?;
+                let nothing = Particles {
+                    time: 0.0,
+                    dimension: plan.dimension,
+                    lengths: plan.lengths,
+                    periodic: [0, 1, 2].map(|axis| plan.is_periodic_along(axis)),
+                    all: Vec::new(),
+                };
+                let made =
+                    stosszahl_ed::simulate(&plan.grains, Dissipation::Scene, &boundaries, &nothing);
+                made.map_err(|error| refuse(error.in_units(&units).to_string()))?;
+                let crossings = plan.crossings_per_collision();
+                if crossings > MOST_CROSSINGS {
+                    return Err(refuse(format!(
+                        "a gas in which disks meet: in this one they cross some {} cells between two collisions, and exact dynamics gives \
+                         up after 1e7; a gas so thin is one for dsmc-boltzmann, or for fewer, larger disks",
+                        short(crossings.round())
+                    )));
+                }
+            }
+            EngineKind::MonteCarlo(parameters) => {
+                let boundaries = plan.boundaries::<Volume>(engine)?;
+                let gas = Gas {
+                    grains: &plan.grains,
+                    parameters: *parameters,
+                    boundaries: &boundaries,
+                    streams: Streams::new(plan.case.seed, 0),
+                    displacements: false,
+                };
+                let expected = ExpectedGas {
+                    lengths: plan.lengths,
+                    mean_radius: plan.mean_radius(),
+                    packing_fraction: plan.packing_fraction,
+                };
+                stosszahl_dsmc::check(&gas, &expected)
+                    .map_err(|error| refuse(error.in_units(&units).to_string()))?;
+            }
+            EngineKind::Homogeneous(_) => {}
+        }
+    }
+    Ok(())
+}
+
 /// What an engine goes on from.
 #[derive(Clone, Copy)]
 pub enum From<'a> {
@@ -68,7 +157,8 @@ pub fn begin(
     interrupt: &Interrupt,
     holders: Option<(&Holders, u64)>,
 ) -> Result<Box<dyn Simulation>, BeginError> {
-    let mut gas = made(plan, engine, streams, needs, from, interrupt, holders)?;
+    let made = made(plan, engine, streams, needs, from, interrupt, holders);
+    let mut gas = made.map_err(|error| error.in_units(plan))?;
     gas.stop_on(interrupt);
     gas.use_threads(threads_each(
         plan.engines.len() * plan.case.replicas as usize,

@@ -13,8 +13,9 @@ use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Budget, Interrupt, Moments, Observer, Particles, Simulation, Work};
+use stosszahl_model::{Budget, Failure, Interrupt, Moments, Observer, Particles, Simulation, Work};
 
+use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
 use crate::engines::{self, From as Source};
 use crate::holders::Holders;
@@ -75,6 +76,7 @@ pub struct Saved {
     bytes: usize,
     collisions: u64,
     numbers: BTreeMap<String, f64>,
+    rate: RateWindow,
 }
 
 impl Content for Saved {
@@ -110,6 +112,7 @@ pub(crate) struct Course<'a> {
     heated: f64,
     seconds: f64,
     bytes: usize,
+    rate: RateWindow,
     began: Instant,
 }
 
@@ -180,6 +183,7 @@ impl Part<'_> {
                 heated: saved.heated,
                 seconds: saved.seconds,
                 bytes: saved.bytes,
+                rate: saved.rate,
                 ..Course::new(self, probes, source, interrupt, holders)?
             }
         } else {
@@ -195,6 +199,9 @@ impl Part<'_> {
                     return Err(control.roll_back(&mut rollback)?.into());
                 }
                 done => done?,
+            }
+            if let Some(activity) = course.look_at_rate()? {
+                control.tell_activity(&activity);
             }
             let time = course.gas.time() / plan.time;
             control.tell(
@@ -260,6 +267,7 @@ impl<'a> Course<'a> {
             kicks: 0,
             heated: 0.0,
             seconds: 0.0,
+            rate: RateWindow::default(),
             began: Instant::now(),
         })
     }
@@ -289,13 +297,7 @@ impl<'a> Course<'a> {
             let mut all = observers.collect::<Vec<&mut dyn Observer>>();
             let gas = &mut self.gas;
             let advanced = gas.advance(end, Budget::Leg, &mut all.as_mut_slice());
-            advanced.map_err(|failure| {
-                // That state is what one wants to see.
-                let (particles, name) = (gas.particles(), self.part.engine.name);
-                let time = particles.time / plan.time;
-                let state = extended_xyz(&particles, plan.scale, name, time);
-                PartError::Stopped { failure, state }
-            })?
+            advanced.map_err(|failure| stopped(self.part, &**gas, plan.told(failure)))?
         };
         if self.gas.is_interrupted() {
             return Err(PartError::Interrupted);
@@ -312,6 +314,13 @@ impl<'a> Course<'a> {
             self.stop(Some(before));
         }
         Ok(())
+    }
+
+    /// What takes the time of exact dynamics, in words, if that is notable.
+    fn look_at_rate(&mut self) -> Result<Option<String>, PartError> {
+        let (part, gas) = (self.part, &*self.gas);
+        let looked = self.rate.look(part.plan, part.engine, gas);
+        looked.map_err(|failure| stopped(part, gas, failure))
     }
 
     /// Lets the probes see that the run stops; the moments of the gas there.
@@ -408,8 +417,15 @@ impl<'a> Course<'a> {
             bytes: self.bytes,
             collisions: work.collisions,
             numbers: work.numbers,
+            rate: self.rate,
         })
     }
+}
+
+/// A gas that cannot go on, with its state, which is what one wants to see.
+fn stopped(part: &Part<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
+    let state = extended_xyz(&gas.particles(), part.plan, part.engine.name);
+    PartError::Stopped { failure, state }
 }
 
 /// What each probe has recorded.
@@ -435,6 +451,7 @@ impl Finished {
             bytes: self.bytes,
             collisions: self.work.collisions,
             numbers: self.work.numbers.clone(),
+            rate: RateWindow::default(),
         })
     }
 }

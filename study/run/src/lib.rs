@@ -8,6 +8,7 @@
 
 mod accuracy;
 pub mod check;
+mod collision_rate;
 pub mod control;
 pub mod crew;
 pub mod engines;

@@ -65,6 +65,11 @@ pub trait Measure: Sync {
         0.0
     }
 
+    /// Memory that the record of its probe takes for each look, whatever the number of particles, where there may be many looks \[bytes\].
+    fn kept_per_look(&self, _plan: &Plan) -> f64 {
+        64.0
+    }
+
     /// What it takes whatever their number, where that may be much \[bytes\].
     fn kept(&self, _plan: &Plan) -> f64 {
         0.0

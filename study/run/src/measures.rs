@@ -55,6 +55,9 @@ use crate::plan::{EnginePlan, Plan, logarithmic};
 
 pub use snapshots::extended_xyz;
 
+/// Sums over one species at one time, in the records of series \[bytes\].
+const KEPT_PER_SPECIES: f64 = 80.0;
+
 /// All measures, in the order of tables and reports.
 pub const ALL: &[&dyn Measure] = &[
     &energy::Energy,

@@ -253,8 +253,10 @@ impl Desk<'_> {
             return Err(PartError::Interrupted);
         }
         let tell = |share, collisions| self.progress.tell(self.number, number, share, collisions);
+        let busy = |activity: &str| self.progress.tell_activity(self.number, number, activity);
         let part = self.part(piece.replica, index, start);
-        part.run_among(&self.control(piece, part.engine.name, &tell), holders)
+        let control = self.control(piece, part.engine.name, &tell);
+        part.run_among(&control.with_activity(&busy), holders)
     }
 
     fn part<'p>(&'p self, replica: u64, index: usize, start: Option<&'p Particles>) -> Part<'p> {

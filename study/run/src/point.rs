@@ -327,6 +327,9 @@ impl Job<'_> {
             }
             tables.extend(own);
         }
+        for column in tables.iter_mut().flat_map(|table| &mut table.columns) {
+            column.unit = plan.table_unit(&column.unit);
+        }
         let manifest = Manifest {
             format: FORMAT,
             program: Program {
@@ -343,7 +346,7 @@ impl Job<'_> {
                 .map(|one| Derived {
                     name: one.name,
                     value: one.value,
-                    unit: one.unit.to_owned(),
+                    unit: one.unit.into_owned(),
                 })
                 .collect(),
             machine: machine(),

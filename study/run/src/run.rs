@@ -145,6 +145,16 @@ impl RunError {
         source.is_interruption()
     }
 
+    /// Whether the case is to blame, which cannot be started.
+    pub fn is_refusal(&self) -> bool {
+        match self {
+            Self::Case(_) | Self::Threads { .. } | Self::Memory { .. } => true,
+            Self::Replica { source, .. } => source.is_refusal(),
+            Self::Pilot(source) => source.is_refusal(),
+            _ => false,
+        }
+    }
+
     /// Whether the gas itself cannot go on.
     pub(crate) fn is_of_gas(&self) -> bool {
         matches!(self, Self::Replica { source, .. } if source.is_of_gas())
@@ -157,16 +167,8 @@ impl RunError {
 /// [`RunError`]; checkpoints stay.
 pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunError> {
     let (planned, threads) = prepare(file, options)?;
-    let parts = |one: &Planned<'_>| one.plan.engines.len() * one.plan.case.replicas as usize;
-    let fewest = planned.iter().map(parts).min().unwrap_or(1);
-    // Points of few replicas run side by side, as many as have a thread for each part.
-    let side_by_side = (threads / fewest.max(1)).max(1);
-    let needed = planned.chunks(side_by_side).map(|chunk| {
-        let each = threads.div_ceil(chunk.len());
-        chunk.iter().map(|one| one.cost(each).bytes).sum::<f64>()
-    });
-    let needed = needed.fold(0.0, f64::max);
-    require_memory(needed, options)?;
+    let side_by_side = side_by_side(&planned, threads);
+    require_memory(needed_memory(&planned, threads), options)?;
     let opened = Opened::new(file, &planned, options)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -195,6 +197,23 @@ pub(crate) fn prepare<'a>(
     let planned = check_within(file, options.free_memory())?;
     let planned = accuracy::settle(file, planned, options, threads)?;
     Ok((planned, threads))
+}
+
+/// Points of few replicas that run side by side: as many as have a thread for each part.
+fn side_by_side(planned: &[Planned<'_>], threads: usize) -> usize {
+    let parts = |one: &Planned<'_>| one.plan.engines.len() * one.plan.case.replicas as usize;
+    let fewest = planned.iter().map(parts).min().unwrap_or(1);
+    (threads / fewest.max(1)).max(1)
+}
+
+/// Memory that a run of these points takes on so many threads \[bytes\].
+pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
+    let chunks = planned.chunks(side_by_side(planned, threads));
+    let needed = chunks.map(|chunk| {
+        let each = threads.div_ceil(chunk.len());
+        chunk.iter().map(|one| one.cost(each).bytes).sum::<f64>()
+    });
+    needed.fold(0.0, f64::max)
 }
 
 /// Refuses a run that needs more memory than is free, unless it is asked for all the same.

@@ -89,6 +89,31 @@ impl From<PlacementError> for StartError {
     }
 }
 
+impl StartError {
+    /// Whether the case is to blame.
+    pub(crate) fn is_refusal(&self) -> bool {
+        match self {
+            Self::Full(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => true,
+            Self::Dynamics(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
+            Self::Interrupted | Self::Overlap { .. } | Self::Failure(_) => false,
+        }
+    }
+
+    /// Converts lengths, times and speeds of the error to the units of the case.
+    pub(crate) fn in_units(self, plan: &Plan) -> Self {
+        match self {
+            Self::Dynamics(error) => Self::Dynamics(error.in_units(&plan.message_units())),
+            Self::Failure(failure) => Self::Failure(plan.told(failure)),
+            Self::Placement(error) => Self::Placement(error.in_units(plan.scale.length)),
+            Self::Overlap { pair, depth } => Self::Overlap {
+                pair,
+                depth: depth * plan.scale.length,
+            },
+            Self::Full(_) | Self::Interrupted | Self::Plan(_) | Self::Invalid(_) => self,
+        }
+    }
+}
+
 /// A start on its way: what a checkpoint holds.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Preparation {
@@ -138,6 +163,7 @@ pub fn placed(
         (_, None) => by_surface::<Volume, _>(plan, Smooth, set, streams, interrupt),
         (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, set, streams, interrupt),
     }
+    .map_err(|error| error.in_units(plan))
 }
 
 /// Particles of any sizes, as the functions that draw velocities know them.
@@ -391,7 +417,8 @@ impl Preparation {
         let (particles, reciprocal, placement) = placed(plan, 0, streams, interrupt)?;
         let boundaries = plan.exact_boundaries(streams)?;
         let gas =
-            stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &particles)?;
+            stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &particles);
+        let gas = gas.map_err(|error| StartError::from(error).in_units(plan))?;
         Ok(Self {
             gas: gas.checkpoint()?,
             collisions: 0,
@@ -454,7 +481,8 @@ impl Preparation {
             let (mut histogram, mut nobody) = (Histogram(&mut bins), ());
             let counted = done >= first;
             let observer: &mut dyn Observer = if counted { &mut histogram } else { &mut nobody };
-            gas.advance(horizon, Budget::Collisions(leg), observer)?;
+            gas.advance(horizon, Budget::Collisions(leg), observer)
+                .map_err(|failure| plan.told(failure))?;
             if gas.is_interrupted() {
                 return Err(StartError::Interrupted);
             }

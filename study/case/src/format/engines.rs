@@ -47,6 +47,12 @@ pub struct EventDriven {
     /// Most collisions in one run, as a safety limit. Default: none.
     #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
     pub collision_limit: Option<u64>,
+    /// Most collisions of a particle in a unit of time, on average over all particles and over 1000 collisions of each, or 2 000 000 of
+    /// all where that is more: a run in which particles come to rest on each other ends here with an error. Default: 10 000 times the
+    /// rate of the start, or of particles a diameter apart at the fastest speed that start, walls, streams, gravity or kicks give.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub collision_rate_limit: Option<f64>,
 }
 
 /// Monte Carlo collisions in cells. Defaults are those of the scheme; a key that a scheme does not have is refused.

@@ -69,6 +69,7 @@ pub struct Elsewhere {
 enum End {
     OfGas,
     Interrupted,
+    Refused,
     Other,
 }
 
@@ -79,6 +80,8 @@ impl Elsewhere {
             End::OfGas
         } else if error.is_interruption() {
             End::Interrupted
+        } else if error.is_refusal() {
+            End::Refused
         } else {
             End::Other
         };
@@ -142,6 +145,17 @@ impl PartError {
         match self {
             Self::Stopped { .. } | Self::CollisionLimit { .. } => true,
             Self::Elsewhere(why) => why.end == End::OfGas,
+            _ => false,
+        }
+    }
+
+    /// Whether the case is to blame: it cannot be started.
+    pub fn is_refusal(&self) -> bool {
+        match self {
+            Self::Plan(_) => true,
+            Self::Start(error) => error.is_refusal(),
+            Self::Begin(error) => error.is_refusal(),
+            Self::Elsewhere(why) => why.end == End::Refused,
             _ => false,
         }
     }

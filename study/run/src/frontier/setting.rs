@@ -57,6 +57,7 @@ fn event_driven(contact_time: f64) -> EngineKind {
     EngineKind::EventDriven {
         contact_time,
         collision_limit: None,
+        collision_rate_limit: None,
     }
 }
 

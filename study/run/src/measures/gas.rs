@@ -45,6 +45,10 @@ impl Measure for Gas {
         }
     }
 
+    fn kept_per_look(&self, plan: &Plan) -> f64 {
+        super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
+    }
+
     fn needs(&self, plan: &Plan) -> Needs {
         Needs {
             displacements: has_displacement(plan),

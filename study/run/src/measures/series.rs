@@ -41,6 +41,10 @@ impl Measure for Series {
         course::times(plan).split_off(1)
     }
 
+    fn kept_per_look(&self, plan: &Plan) -> f64 {
+        super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
+    }
+
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let looking = Looking::of(plan);
         Box::new(Recorder::from_start(

@@ -121,20 +121,49 @@ fn written(asked: Option<&[Quantity]>, particles: &Particles) -> Vec<Quantity> {
 /// The snapshots taken, each with the number of its replica.
 type Texts = Vec<(u64, String)>;
 
-/// All quantities in the extended XYZ format in units of which one engine unit is `scale`; `time` is in the unit of time of the case.
-pub fn extended_xyz(particles: &Particles, scale: Scale, engine: &str, time: f64) -> String {
-    xyz(particles, None, scale, engine, time)
+/// Units of a snapshot file.
+#[derive(Clone, Copy)]
+struct SnapshotUnits {
+    scale: Scale,
+    /// Unit of time of the case over Haff's time t0; none of a gas that does not cool.
+    time_over_t0: Option<f64>,
+    /// Third side of the box of disks: a mean diameter \[length of the case\], or 1 of points.
+    depth: f64,
+}
+
+impl SnapshotUnits {
+    fn new(plan: &Plan) -> Self {
+        let depth = 2.0 * plan.mean_radius() * plan.scale.length;
+        Self {
+            scale: plan.scale,
+            time_over_t0: plan.cooling_time().map(|t0| plan.time / t0),
+            depth: if depth > 0.0 { depth } else { 1.0 },
+        }
+    }
+}
+
+/// Writes all quantities in the extended XYZ format, in the units of the case of a plan.
+pub fn extended_xyz(particles: &Particles, plan: &Plan, engine: &str) -> String {
+    let time = particles.time / plan.time;
+    xyz(particles, None, SnapshotUnits::new(plan), engine, time)
 }
 
 fn xyz(
     particles: &Particles,
     asked: Option<&[Quantity]>,
-    scale: Scale,
+    units: SnapshotUnits,
     engine: &str,
     time: f64,
 ) -> String {
+    let scale = units.scale;
     let [x, y, z] = particles.lengths.map(|side| side * scale.length);
-    let depth = if particles.dimension == 2 { 1.0 } else { z };
+    let depth = if particles.dimension == 2 {
+        units.depth
+    } else {
+        z
+    };
+    let over_t0 = units.time_over_t0.map(|unit| time * unit);
+    let over_t0 = over_t0.map_or_else(String::new, |time| format!(" TimeOverT0={time}"));
     let periodic = [0, 1, 2].map(|axis| {
         let is_periodic = axis < particles.dimension && particles.periodic[axis];
         if is_periodic { "T" } else { "F" }
@@ -148,7 +177,7 @@ fn xyz(
     let _ = writeln!(text, "{}", particles.all.len());
     let _ = writeln!(
         text,
-        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties={properties} pbc=\"{}\" Time={} TimeOverT0={time} Engine={engine}",
+        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties={properties} pbc=\"{}\" Time={}{over_t0} Engine={engine}",
         periodic.join(" "),
         particles.time * scale.time(),
     );
@@ -253,7 +282,7 @@ impl Measure for Snapshots {
     }
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
-        let (name, scale) = (engine.name, plan.scale);
+        let (name, units) = (engine.name, SnapshotUnits::new(plan));
         let placed = plan.kind != Kind::Homogeneous;
         let options = measure::chosen::<Options>(plan, self.name());
         let is_asked = is_named(options.engines.as_deref(), name);
@@ -262,9 +291,9 @@ impl Measure for Snapshots {
             if is_asked {
                 let (all, asked) = (moment.particles(), quantities.as_deref());
                 let text = if placed {
-                    xyz(all, asked, scale, name, moment.time)
+                    xyz(all, asked, units, name, moment.time)
                 } else {
-                    csv(all, asked, scale)
+                    csv(all, asked, units.scale)
                 };
                 texts.push((moment.replica, text));
             }

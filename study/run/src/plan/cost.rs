@@ -17,6 +17,9 @@ use super::data::{Class, EngineKind, EnginePlan, Plan};
 /// Collisions and simulator steps a second that the estimate of the time assumes.
 const COLLISIONS_PER_SECOND: f64 = 4e5;
 const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
+/// Cells that exact disks cross in a second, and crossings for each collision that are counted among its work.
+const CROSSINGS_PER_SECOND: f64 = 5e6;
+const USUAL_CROSSINGS: f64 = 5.0;
 /// Collisions of simulators with partners across cells, in a second, and trials for them.
 const COLLISIONS_ACROSS_PER_SECOND: f64 = 1e6;
 const TRIALS_PER_SECOND: f64 = 5e6;
@@ -129,6 +132,10 @@ pub struct Looks {
     pub working: f64,
     /// What is kept of a particle in the end, and not yet while others look \[bytes\].
     pub last: f64,
+    /// What the list of all looks takes in each part that runs \[bytes\].
+    pub schedule: f64,
+    /// What all tables take, with their figures \[bytes\].
+    pub tables: f64,
 }
 
 impl Cost {
@@ -170,9 +177,16 @@ impl Plan {
         } else {
             PARTICLE * particles * threads.min(replicas) as f64
         };
-        let parts: f64 = parts.iter().map(|part| part.0 - part.1).sum();
+        let parts: f64 = parts
+            .iter()
+            .map(|part| part.0 - part.1 + looks.schedule)
+            .sum();
         let running = starts + parts + records;
-        let bytes = PROGRAM + running.max(figures);
+        // Tables are made while there are the records, and read again for the report.
+        let bytes = PROGRAM
+            + running
+                .max(records + looks.tables)
+                .max(figures + looks.tables);
         Cost {
             bytes,
             pace: self.pace(),
@@ -290,9 +304,31 @@ impl Plan {
         places + chosen * corners * corner
     }
 
+    /// Borders of cells that exact disks cross for each collision of a gas that is alike everywhere.
+    pub(crate) fn crossings_per_collision(&self) -> f64 {
+        let [width, height, _] = self.lengths;
+        let diameters = self.species.iter().map(|one| 2.0 * one.radius);
+        stosszahl_ed::crossings_per_collision(
+            [width, height],
+            self.count(),
+            diameters.fold(0.0, f64::max),
+            self.dilute_mean_free_path(),
+            !self.case.obstacle.is_empty(),
+        )
+    }
+
+    /// Seconds that exact dynamics takes for so many collisions of pairs on one core.
+    fn exact_seconds(&self, pairs: f64) -> f64 {
+        let crossings = (self.crossings_per_collision() - USUAL_CROSSINGS).max(0.0);
+        pairs * (1.0 / COLLISIONS_PER_SECOND + crossings / CROSSINGS_PER_SECOND)
+    }
+
     /// Seconds of the start of one replica on one core.
     fn start_seconds(&self) -> f64 {
-        0.5 * self.count() as f64 * self.equilibration() / COLLISIONS_PER_SECOND
+        if self.equilibration() == 0.0 {
+            return 0.0;
+        }
+        self.exact_seconds(0.5 * self.count() as f64 * self.equilibration())
     }
 
     /// Collisions of one engine of one replica, about.
@@ -349,7 +385,7 @@ impl Plan {
         let trials = self.trials_per_collision(engine).unwrap_or(0.0);
         let tried = self.collisions(engine) * trials / TRIALS_PER_SECOND;
         match &engine.kind {
-            EngineKind::EventDriven { .. } => pairs / COLLISIONS_PER_SECOND,
+            EngineKind::EventDriven { .. } => self.exact_seconds(pairs),
             EngineKind::MonteCarlo(parameters) => {
                 let copies = engine.copies() as f64;
                 let across = if parameters.scheme.is_across() {

@@ -1,5 +1,6 @@
 //! The plan itself: what engines, measurements and theory read.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -9,9 +10,10 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
 use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
+use stosszahl_dsmc::homogeneous::GasError;
 use stosszahl_dsmc::{Clearance, Weights};
 use stosszahl_model::initial::{StartFile, VelocityDistribution};
-use stosszahl_model::{GrainSizes, Grains, Grouping, Law};
+use stosszahl_model::{Failure, GrainSizes, Grains, Grouping, Law, MessageUnits};
 
 use crate::theory::homogeneous::Curves;
 
@@ -166,6 +168,8 @@ pub enum EngineKind {
         contact_time: f64,
         /// Most collisions.
         collision_limit: Option<u64>,
+        /// Most collisions of a particle in a unit of time, on average over all \[1/engine time\].
+        collision_rate_limit: Option<f64>,
     },
     /// Monte Carlo in cells.
     MonteCarlo(stosszahl_dsmc::Parameters),
@@ -205,6 +209,41 @@ impl Plan {
         self.time * self.scale.time()
     }
 
+    /// Haff's cooling time of the start \[engine time\]; none of a gas that does not cool.
+    pub fn cooling_time(&self) -> Option<f64> {
+        Some(self.haff_time).filter(|time| time.is_finite())
+    }
+
+    /// Units in which errors of engines are told.
+    pub fn message_units(&self) -> MessageUnits {
+        MessageUnits {
+            length: self.scale.length,
+            time: 1.0 / self.time,
+            speed: self.scale.speed(),
+        }
+    }
+
+    /// Converts the failure of an engine to the units of the case.
+    pub fn told(&self, failure: Failure) -> Failure {
+        let units = self.message_units();
+        if let Some(error) = failure.downcast_ref::<stosszahl_ed::EngineError>() {
+            return Failure::new(error.clone().in_units(&units));
+        }
+        if let Some(error) = failure.downcast_ref::<stosszahl_dsmc::EngineError>() {
+            return Failure::new(error.clone().in_units(&units));
+        }
+        match failure.downcast_ref::<GasError>() {
+            Some(&GasError::BoundExceeded { rate, bound, time }) => {
+                Failure::new(GasError::BoundExceeded {
+                    rate: rate / units.time,
+                    bound: bound / units.time,
+                    time: time * units.time,
+                })
+            }
+            _ => failure,
+        }
+    }
+
     /// Number of the species of a particle by its index; simulators are numbered on, set after set of the gas.
     pub fn species_of(&self, index: usize) -> usize {
         let mut place = index % self.count().max(1);
@@ -222,7 +261,12 @@ impl Plan {
 
     /// Whether the box is periodic along its first two axes.
     pub fn periodic(&self) -> [bool; 2] {
-        [0, 1].map(|axis| *self.case.walls.at(axis, 0) == Face::default())
+        [0, 1].map(|axis| self.is_periodic_along(axis))
+    }
+
+    /// Whether the box is periodic along an axis.
+    pub fn is_periodic_along(&self, axis: usize) -> bool {
+        *self.case.walls.at(axis, 0) == Face::default()
     }
 
     /// Which species of the plan a particle of an engine belongs to.
@@ -295,7 +339,7 @@ pub struct Quantity {
     /// Its value, in the units of the case.
     pub value: f64,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
 }
 
 impl Quantity {
@@ -304,7 +348,7 @@ impl Quantity {
         Self {
             name: name.into(),
             value,
-            unit,
+            unit: unit.into(),
         }
     }
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Velocities};
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{
-    self, Arrangement, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
+    self, Arrangement, PlacementError, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
 };
 use stosszahl_model::{
     Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
@@ -448,7 +448,7 @@ fn boxed(
         _ => balls(&particles) / volume,
     };
     let (species, classes) = particles.groups(volume);
-    check_placement(case, kind, &particles, &lengths, packing)?;
+    check_placement(case, kind, &particles, &lengths, packing, scale.length)?;
     let mean_mass = particles.mean(|kind| kind.mass);
     let sizes = match kind {
         Kind::Comparison if equal => GrainSizes::Equal(Monodisperse {
@@ -474,13 +474,14 @@ fn boxed(
     })
 }
 
-/// Refuses what cannot be placed, before anything is written.
+/// Refuses what cannot be placed, before anything is written. An engine unit of length is `unit` of the case.
 fn check_placement(
     case: &Case,
     kind: Kind,
     particles: &Particles,
     lengths: &[f64; 3],
     packing: f64,
+    unit: f64,
 ) -> Result<(), PlanError> {
     let dimension = case.gas.dimension as usize;
     let random = case.start.placement == Placement::Disordered;
@@ -511,9 +512,15 @@ fn check_placement(
             };
             let domain = Domain::<Plane>::periodic([lengths[0], lengths[1]].into())
                 .map_err(|error| PlanError::new("box", error.found, error.allowed))?;
-            initial::fits(arrangement, particles.count(), widest, &domain)
-                .map_err(|error| PlanError::new("start.placement", error, "a lattice that fits"))?;
-            Ok(())
+            let fits = initial::fits(arrangement, particles.count(), widest, &domain);
+            let refuse = |error: PlacementError| {
+                PlanError::new(
+                    "start.placement",
+                    error.in_units(unit),
+                    "a lattice that fits",
+                )
+            };
+            fits.map_err(refuse)
         }
         (2, 2..) if dense || !random => {
             let allowed = format!(

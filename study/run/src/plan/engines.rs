@@ -11,6 +11,9 @@ use stosszahl_model::{Space, transport};
 use super::boundaries;
 use super::data::{EngineKind, EnginePlan, Plan, PlanError, in_space};
 
+/// Most collisions of a particle in a unit of time, over the largest rate that the case lets expect, where the case says nothing.
+const NATURAL_RATES: f64 = 1e4;
+
 /// All engines, in their order.
 pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
@@ -21,6 +24,12 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
             kind: EngineKind::EventDriven {
                 contact_time: ed.contact_time * plan.time,
                 collision_limit: ed.collision_limit,
+                collision_rate_limit: match ed.collision_rate_limit {
+                    Some(limit) => Some(limit / plan.time),
+                    None => {
+                        Some(NATURAL_RATES * plan.natural_rate()).filter(|rate| rate.is_normal())
+                    }
+                },
             },
             clearance: Clearance::Radius,
             weights: Weights::uniform(),

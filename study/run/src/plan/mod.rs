@@ -18,6 +18,8 @@
 //! | `times` | when a run looks |
 //! | `theory` | rates, Haff's law, steady states |
 //! | `notable` | warnings and derived quantities |
+//! | `plausible` | warnings of numbers that have no sense together, what the estimate of the time does not know |
+//! | `si` | names of units |
 //! | `flow_numbers` | Reynolds, Mach and Knudsen number |
 //! | `cost` | memory and time |
 
@@ -30,7 +32,9 @@ mod engines;
 mod file_species;
 mod flow_numbers;
 mod notable;
+mod plausible;
 mod region;
+mod si;
 mod species;
 mod start_file;
 mod theory;

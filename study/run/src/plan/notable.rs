@@ -9,7 +9,7 @@ use stosszahl_results::engine_title;
 
 use crate::words::short;
 
-use super::data::{EngineKind, EnginePlan, Plan, Quantity, in_space};
+use super::data::{EngineKind, EnginePlan, Plan, Quantity, SpeciesPlan, in_space};
 
 /// Below this many simulators per cell the error of a scheme within cells is larger than most of what is compared.
 const FEW: f64 = 5.0;
@@ -67,6 +67,7 @@ impl Plan {
             Kind::Flow => self.notable_fall(&mut list),
         }
         self.notable_region(&mut list);
+        list.extend(self.implausible());
         for engine in &self.engines {
             if let EngineKind::MonteCarlo(parameters) = &engine.kind {
                 self.notable_engine(engine, parameters, &mut list);
@@ -269,10 +270,22 @@ impl Plan {
         })
     }
 
+    /// Thermal speed `(T/m)^(1/2)` of the start, by the means of T and m over the particles \[engine speed\].
+    pub fn thermal_speed(&self) -> f64 {
+        let sum = |of: fn(&SpeciesPlan) -> f64| {
+            let each = self.species.iter().map(|one| one.count as f64 * of(one));
+            each.sum::<f64>()
+        };
+        (sum(|one| one.temperature) / sum(|one| one.mass)).sqrt()
+    }
+
     /// Quantities that follow from the case, in its units.
     pub fn derived(&self) -> Vec<Quantity> {
         let mut list: Vec<Quantity> = Vec::new();
-        let mut add = |name: &str, value, unit| list.push(Quantity::new(name, value, unit));
+        let mut add = |name: &str, value, unit: &str| {
+            let (name, unit) = (name.to_owned(), self.derived_unit(unit));
+            list.push(Quantity { name, value, unit });
+        };
         let (length, time) = (self.scale.length, self.scale.time());
         let stands_for = self.case.gas.particles_per_simulator;
         let simulated = self.volume * length.powi(self.dimension as i32);
@@ -304,6 +317,11 @@ impl Plan {
         if self.species.len() == 1 || self.kind == Kind::Flow {
             add("mean_free_path", path * length, "length");
         }
+        add(
+            "thermal_speed",
+            self.thermal_speed() * self.scale.speed(),
+            "length/time",
+        );
         add("mean_free_time", self.mean_free_time * time, "time");
         add("haff_time", self.haff_time * time, "time");
         add("unit_of_time", self.time_in_case(), "time");
@@ -327,13 +345,13 @@ impl Plan {
             }
         }
         for one in self.flow_numbers() {
-            add(&one.name, one.value, one.unit);
+            add(&one.name, one.value, &one.unit);
         }
         for engine in &self.engines {
             let Some(parameters) = engine.parameters() else {
                 continue;
             };
-            let mut own = |what: &str, value, unit| {
+            let mut own = |what: &str, value, unit: &str| {
                 let name = engine.name.replace('-', "_");
                 add(&format!("{name}_{what}"), value, unit);
             };

@@ -1,0 +1,89 @@
+//! Refusals of a gas in cells before it has particles.
+
+use stosszahl_model::{GrainSizes, Grains, Monodisperse, Physics, Sizes as _, Smooth, Space};
+
+use crate::boundary::{Boundaries, Surroundings};
+use crate::grid::Grid;
+use crate::parameters::EngineError;
+use crate::simulate::Gas;
+use crate::start::{check_choices, require_room};
+
+/// Most cells that are looked at: more take a while.
+const MOST_CELLS: usize = 4_000_000;
+
+/// Means over the particles of a gas that is not there yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedGas {
+    /// Sides of the box; the third is 0 for disks \[length\].
+    pub lengths: [f64; 3],
+    /// Mean radius of the particles \[length\].
+    pub mean_radius: f64,
+    /// Packing fraction of the start.
+    pub packing_fraction: f64,
+}
+
+/// Checks parameters, sizes and boundaries of a gas as [`super::simulate`] does, without its particles.
+///
+/// # Errors
+/// [`EngineError`] if the parts do not go together.
+pub fn check(gas: &Gas<'_>, expected: &ExpectedGas) -> Result<(), EngineError> {
+    let grains = &Grains {
+        sizes: match &gas.grains.sizes {
+            // The largest is all that is asked for, and a list of all may be long.
+            GrainSizes::Each(all) => GrainSizes::Equal(Monodisperse {
+                radius: all.largest_radius(),
+                mass: 1.0,
+            }),
+            other => other.clone(),
+        },
+        ..gas.grains.clone()
+    };
+    if expected.lengths[2] > 0.0 {
+        return in_space(gas, grains, gas.boundaries, expected);
+    }
+    in_space(gas, grains, &gas.boundaries.in_plane(), expected)
+}
+
+fn in_space<S: Space>(
+    gas: &Gas<'_>,
+    grains: &Grains,
+    boundaries: &Boundaries<S>,
+    expected: &ExpectedGas,
+) -> Result<(), EngineError> {
+    match grains.rough {
+        Some(rough) => of(gas, &grains.scene(rough, 1)?, boundaries, expected),
+        None => of(gas, &grains.scene(Smooth, 1)?, boundaries, expected),
+    }
+}
+
+fn of<P: Physics>(
+    gas: &Gas<'_>,
+    scene: &P,
+    boundaries: &Boundaries<P::Space>,
+    expected: &ExpectedGas,
+) -> Result<(), EngineError> {
+    let lengths = P::Space::vector(|axis| expected.lengths[axis]);
+    let domain = boundaries.walls.domain(lengths)?;
+    check_choices(scene, gas.parameters, &domain, boundaries)?;
+    let (radius, densest) = (expected.mean_radius, boundaries.densest(scene.sizes()));
+    let packing = expected.packing_fraction.max(densest);
+    let counts = gas.parameters.cells(&domain, packing, 2.0 * radius);
+    if boundaries.is_periodic() || counts.iter().product::<usize>() > MOST_CELLS {
+        return Ok(());
+    }
+    let grid = Grid::new(domain, counts, 1, MOST_CELLS, 0.0);
+    let surroundings = Surroundings::new(scene, boundaries, &grid, [radius, 1.0], 0.0)?;
+    let Some(surroundings) = surroundings else {
+        return Ok(());
+    };
+    require_room(&surroundings, gas.parameters.scheme)?;
+    let weight = 1.0 / f64::from(gas.parameters.simulators_per_disk);
+    for (number, source) in surroundings.sources().iter().enumerate() {
+        source.check_number(
+            number,
+            domain.volume(),
+            weight * surroundings.least_factor(),
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,27 @@
+//! Units of the numbers in messages.
+
+/// Units of a case: what one unit of an engine is in them. Errors of engines are told in these units.
+///
+/// ```
+/// use stosszahl_model::MessageUnits;
+///
+/// let millimetres = MessageUnits { length: 1e-3, time: 1.0, speed: 1e-3 };
+/// assert_eq!(millimetres.place([2.0, 500.0]), [0.002, 0.5]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MessageUnits {
+    /// Engine unit of length, in lengths of the case.
+    pub length: f64,
+    /// Engine unit of time, in units of time of the case.
+    pub time: f64,
+    /// Engine unit of speed, in speeds of the case.
+    pub speed: f64,
+}
+
+impl MessageUnits {
+    /// Scales the coordinates of a point \[length\].
+    #[must_use]
+    pub fn place<const D: usize>(&self, place: [f64; D]) -> [f64; D] {
+        place.map(|coordinate| coordinate * self.length)
+    }
+}

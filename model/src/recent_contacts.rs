@@ -1,0 +1,56 @@
+//! Particles that take part in most of the latest contacts.
+
+use std::collections::BTreeMap;
+
+/// Latest contacts of an engine that goes from contact to contact: where its time goes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecentContacts {
+    /// Number of contacts that were looked at.
+    pub contacts: usize,
+    /// Number of particles that took part in them.
+    pub involved: usize,
+    /// The fewest particles that make up half of all participations, the most frequent first, by index.
+    pub busiest: Vec<usize>,
+    /// Position of the first of them \[length\].
+    pub place: [f64; 3],
+}
+
+impl RecentContacts {
+    /// Sums up contacts, each by the particles that took part in it: two, or one that touched a wall.
+    ///
+    /// ```
+    /// use stosszahl_model::RecentContacts;
+    ///
+    /// let contacts = [vec![7, 3], vec![7, 4], vec![7], vec![7, 3], vec![1, 2]];
+    /// let recent = RecentContacts::of(contacts);
+    /// // The particle 7 makes up four of nine participations, and 3 two more.
+    /// assert_eq!((recent.contacts, recent.involved), (5, 5));
+    /// assert_eq!(recent.busiest, [7, 3]);
+    /// ```
+    pub fn of<C: IntoIterator<Item = usize>>(contacts: impl IntoIterator<Item = C>) -> Self {
+        let (mut number, mut counts) = (0, BTreeMap::<usize, usize>::new());
+        for contact in contacts {
+            number += 1;
+            for particle in contact {
+                *counts.entry(particle).or_default() += 1;
+            }
+        }
+        let all: usize = counts.values().sum();
+        let mut frequent: Vec<(usize, usize)> = counts.into_iter().collect();
+        let involved = frequent.len();
+        // Stable: of equals, the first by index.
+        frequent.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+        let mut sum = 0;
+        let busiest = frequent.into_iter().take_while(|&(_, count)| {
+            let wanted = 2 * sum < all;
+            sum += count;
+            wanted
+        });
+        Self {
+            contacts: number,
+            involved,
+            busiest: busiest.map(|(particle, _)| particle).collect(),
+            place: [0.0; 3],
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! Numbers of a case that have no sense together, though each is allowed: units that were mistaken, forces that nothing balances, contact
+//! times that switch collisions off. And what the estimate of the time does not know.
+
+use std::f64::consts::PI;
+
+use stosszahl_case::format::{Face, Units};
+
+use crate::words::{percent, short};
+
+use super::data::{EngineKind, Plan};
+
+/// Share of elastic contacts at the start from which a contact time is named.
+const MANY_ELASTIC: f64 = 0.1;
+/// Fastest speed of grains and of molecules that is plausible \[m/s\], and the diameter that tells them apart \[m\].
+const FAST_GRAINS: f64 = 100.0;
+const FAST_MOLECULES: f64 = 1e4;
+const GRAIN: f64 = 1e-7;
+/// Plausible densities of a particle, from an aerogel to more than any element \[kg/m^3\].
+const DENSITIES: std::ops::RangeInclusive<f64> = 10.0..=5e4;
+/// Ratio of diameters from which exact dynamics is slower than the estimate, by the grids of its smallest disks.
+const UNLIKE: f64 = 2.0;
+/// Thermal speeds at which a wall or the fall through the box drives the gas away from its start.
+const DRIVEN: f64 = 2.0;
+
+/// What makes a wall, an obstacle or a stream hot or fast.
+struct Source {
+    key: String,
+    temperature: Option<f64>,
+    speed: f64,
+}
+
+impl Plan {
+    /// What is allowed but hardly meant, a sentence each.
+    pub(super) fn implausible(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        list.extend(self.elastic_by_contact_time());
+        list.extend(self.falls_for_ever());
+        if self.case.units == Units::Si {
+            list.extend(self.implausible_in_si());
+        }
+        list
+    }
+
+    /// A contact time in which a particle collides again anyway makes contacts elastic.
+    fn elastic_by_contact_time(&self) -> Option<String> {
+        let contact_time = self.engines.iter().find_map(|engine| match engine.kind {
+            EngineKind::EventDriven { contact_time, .. } => Some(contact_time),
+            _ => None,
+        })?;
+        if contact_time == 0.0 || self.is_elastic() {
+            return None;
+        }
+        // Neither of the two has collided within the contact time, at the rate of the start.
+        let elastic = 1.0 - (-2.0 * contact_time / self.mean_free_time).exp();
+        (elastic > MANY_ELASTIC).then(|| {
+            format!(
+                "engine.ed.contact_time is {} mean free times of the start, so that {} of the contacts are elastic from the start on, \
+                 whatever the restitution; contact times well below a hundredth of the mean free time change contacts in collapse alone",
+                short(contact_time / self.mean_free_time),
+                percent(elastic)
+            )
+        })
+    }
+
+    /// Gravity along an axis around which the box is periodic, where nothing takes the momentum up.
+    fn falls_for_ever(&self) -> Option<String> {
+        let pull = self.grains.gravity?;
+        let takes_up = |wall: &Face| match wall {
+            Face::Wall(wall) => {
+                wall.temperature.is_some() || wall.slip.is_some_and(|slip| slip < 1.0)
+            }
+            Face::Word(_) => false,
+        };
+        let held = self.case.walls.all().any(takes_up) || !self.case.obstacle.is_empty();
+        let open = !self.case.inflow.is_empty();
+        let periodic = |axis: &usize| self.is_periodic_along(*axis);
+        let axis = (0..self.dimension)
+            .filter(|axis| pull[*axis] != 0.0)
+            .find(periodic)?;
+        let speed = pull[axis].abs() * self.case.run.until * self.time;
+        (!held && !open).then(|| {
+            format!(
+                "gravity.acceleration along {}: the box is periodic there and nothing in it takes up momentum, so the whole gas falls for \
+                 ever, at {} thermal speeds of the start when the run ends; walls across that axis, rough walls along it or obstacles \
+                 hold it",
+                ["x", "y", "z"][axis],
+                short(speed / self.thermal_speed())
+            )
+        })
+    }
+
+    /// Kelvin in place of joules, grams or millimetres in place of kilograms and metres.
+    fn implausible_in_si(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        let scale = self.scale;
+        let diameters = || {
+            self.species
+                .iter()
+                .map(|one| 2.0 * one.radius * scale.length)
+        };
+        let smallest = diameters().fold(f64::INFINITY, f64::min);
+        let fast = if smallest > GRAIN {
+            FAST_GRAINS
+        } else {
+            FAST_MOLECULES
+        };
+        let lightest = (self.species.iter())
+            .map(|one| one.mass * scale.mass)
+            .fold(f64::INFINITY, f64::min);
+        // Where the case says a speed, it is meant.
+        let hottest = (self.species.iter())
+            .filter(|_| self.case.gas.rms_speed.is_none())
+            .map(|one| (one.temperature * scale.energy, one.mass * scale.mass))
+            .max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
+        let start =
+            hottest.map(|(temperature, mass)| ("gas.temperature".to_owned(), temperature, mass));
+        let others = self.sources().into_iter().filter_map(|source| {
+            Some((
+                format!("{}.temperature", source.key),
+                source.temperature?,
+                lightest,
+            ))
+        });
+        for (key, temperature, mass) in start.into_iter().chain(others) {
+            let speed = (temperature / mass).sqrt();
+            if speed > fast {
+                list.push(format!(
+                    "units = \"si\": {key} = {} gives particles of {} kg a thermal speed of {} m/s; a granular temperature is the energy \
+                     m <v^2>/D in joules, not kelvin (gas.rms_speed says the speed itself)",
+                    short(temperature),
+                    short(mass),
+                    short(speed)
+                ));
+                break;
+            }
+        }
+        for source in self
+            .sources()
+            .into_iter()
+            .filter(|source| source.speed > fast)
+        {
+            list.push(format!(
+                "units = \"si\": {} moves at {} m/s; lengths are in metres, times of walls and streams in seconds",
+                source.key,
+                short(source.speed)
+            ));
+        }
+        let density = |one: &super::SpeciesPlan| {
+            let diameter = 2.0 * one.radius * scale.length;
+            (
+                one.mass * scale.mass / (PI / 6.0 * diameter.powi(3)),
+                diameter,
+                one.mass * scale.mass,
+            )
+        };
+        let odd = self
+            .species
+            .iter()
+            .map(density)
+            .find(|one| !DENSITIES.contains(&one.0));
+        if let Some((density, diameter, mass)) = odd {
+            list.push(format!(
+                "units = \"si\": particles of {} m and {} kg have a density of {} kg/m^3; diameters are in metres and masses in kilograms",
+                short(diameter),
+                short(mass),
+                short(density)
+            ));
+        }
+        list
+    }
+
+    /// Walls, obstacles and streams that heat or move the gas, in engine units. Only flows have some, and theirs are those of the case.
+    fn sources(&self) -> Vec<Source> {
+        let length = |vector: &[f64]| vector.iter().map(|one| one * one).sum::<f64>().sqrt();
+        let faces = stosszahl_case::format::FACES.iter().flatten();
+        let walls = faces.zip(self.case.walls.all()).filter_map(|(name, face)| {
+            let Face::Wall(wall) = face else { return None };
+            let sliding = length(wall.sliding.as_deref().unwrap_or_default());
+            // There and back in a period.
+            let shaking = wall
+                .vibration
+                .map_or(0.0, |one| 2.0 * one.amplitude / one.period);
+            Some(Source {
+                key: format!("walls.{name}"),
+                temperature: wall.temperature,
+                speed: sliding.max(shaking),
+            })
+        });
+        let obstacles = self.case.obstacle.iter().enumerate();
+        let obstacles = obstacles.map(|(number, one)| Source {
+            key: format!("obstacle.{}", number + 1),
+            temperature: one.temperature,
+            speed: 0.0,
+        });
+        let inflows = self.case.inflow.iter().enumerate();
+        let inflows = inflows.map(|(number, one)| Source {
+            key: format!("inflow.{}", number + 1),
+            temperature: one.temperature,
+            speed: length(&one.velocity),
+        });
+        walls.chain(obstacles).chain(inflows).collect()
+    }
+
+    /// Fastest speed that the start, walls, streams, gravity or kicks give to particles, about \[engine speed\].
+    fn fastest_speed(&self) -> f64 {
+        let lightest = (self.species.iter())
+            .map(|one| one.mass)
+            .fold(f64::INFINITY, f64::min);
+        let thermal = |temperature: f64| (temperature / lightest).sqrt();
+        let start = (self.species.iter())
+            .map(|one| (one.temperature / one.mass).sqrt())
+            .fold(0.0, f64::max);
+        let sources = self.sources().into_iter();
+        let sources = sources.map(|one| thermal(one.temperature.unwrap_or(0.0)).max(one.speed));
+        let heated = self.steady_guess().map_or(0.0, thermal);
+        sources.fold(start.max(heated), f64::max).max(self.fall())
+    }
+
+    /// Speed of a fall through the box, or until the end of the run where nothing ends it \[engine speed\].
+    fn fall(&self) -> f64 {
+        let pull = self.grains.gravity.unwrap_or_default();
+        let speed = |axis: usize| {
+            let pull = pull[axis].abs();
+            if self.is_periodic_along(axis) {
+                pull * self.case.run.until * self.time
+            } else {
+                (2.0 * pull * self.lengths[axis]).sqrt()
+            }
+        };
+        (0..self.dimension).map(speed).fold(0.0, f64::max)
+    }
+
+    /// Largest rate at which a particle collides that the case lets expect, about: that of the start, or a diameter at the fastest speed
+    /// \[1/engine time\].
+    pub(super) fn natural_rate(&self) -> f64 {
+        let diameters = self.species.iter().map(|one| 2.0 * one.radius);
+        let smallest = diameters
+            .filter(|one| *one > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        (self.fastest_speed() / smallest).max(1.0 / self.mean_free_time)
+    }
+
+    /// What the estimate of the time does not know of this case, a sentence each.
+    pub fn unknown_to_the_estimate(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        if self.lengths[0] == 0.0 {
+            return list;
+        }
+        let exact = self.engine("ed").is_some();
+        let diameters = || self.radii_of_kinds();
+        let (least, most) = diameters();
+        if exact && most > UNLIKE * least && least > 0.0 {
+            list.push(format!(
+                "diameters differ by a factor of {}: exact dynamics looks at more candidates for each of its collisions",
+                short(most / least)
+            ));
+        }
+        let thermal = self.thermal_speed();
+        if self.fall() > DRIVEN * thermal {
+            list.push(format!(
+                "gravity: a fall through the box gains {} thermal speeds, and what has fallen lies densely; both raise the number of \
+                 collisions, of which the start alone is counted",
+                short(self.fall() / thermal)
+            ));
+        }
+        for source in self.sources() {
+            let heat = source.temperature.unwrap_or(0.0) / self.temperature;
+            if source.speed > DRIVEN * thermal {
+                list.push(format!(
+                    "{}: it moves at {} thermal speeds, and the faster gas collides as much more often",
+                    source.key,
+                    short(source.speed / thermal)
+                ));
+            } else if heat.sqrt() > DRIVEN {
+                list.push(format!(
+                    "{}: it is {} times as hot as the start, and the hotter gas collides more often by the root of that",
+                    source.key,
+                    short(heat)
+                ));
+            }
+        }
+        if exact && self.packing_fraction > 0.5 && self.restitution < 1.0 {
+            list.push(format!(
+                "a packing fraction of {} with restitution {}: dense clusters collide far more often than the start",
+                short(self.packing_fraction),
+                short(self.restitution)
+            ));
+        }
+        list
+    }
+
+    /// Least and largest diameter of all particles.
+    fn radii_of_kinds(&self) -> (f64, f64) {
+        let mut range = (f64::INFINITY, 0.0_f64);
+        let mut add = |radius: f64| range = (range.0.min(2.0 * radius), range.1.max(2.0 * radius));
+        match &self.grains.sizes {
+            stosszahl_model::GrainSizes::Equal(one) => add(one.radius),
+            stosszahl_model::GrainSizes::Each(all) => {
+                all.pairs().iter().for_each(|one| add(one.0));
+            }
+            stosszahl_model::GrainSizes::Species(species) => {
+                species.kinds().iter().for_each(|one| add(one.radius));
+            }
+        }
+        range
+    }
+}
