@@ -7,6 +7,7 @@
 mod descent;
 mod feature;
 pub mod flight;
+mod free_area;
 mod obstacle;
 mod rebound;
 mod vibration;
@@ -14,6 +15,7 @@ mod vibration;
 use serde::{Deserialize, Serialize};
 
 pub use feature::{Edge, Feature, Flight, Hit, Round};
+pub use free_area::FreeArea;
 pub use obstacle::{Obstacle, ObstacleError, Obstacles, Outline};
 pub use rebound::{Ledger, Rebound, Touch};
 pub use vibration::Vibration;
