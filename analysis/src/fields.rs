@@ -3,17 +3,23 @@
 //! Particles are summed into cells at sample times, and collisions as they happen. The run is cut into **blocks** of equal
 //! time, and everything is kept for each block, so that a window of time can be chosen afterwards: from when the flow
 //! is steady ([`crate::steady`]), or a moment of its development. A field is a quotient of sums over the window. Its
-//! standard error is that of the block values, all replicas together (batch means: Law & Kelton, *Simulation
-//! Modeling and Analysis*, 2000, section 9.5), and holds if a block is longer than the flow remembers.
+//! standard error is that of blocks that are longer than the flow remembers, and at least that of the replicas
+//! ([`crate::time_average`]).
+//!
+//! Densities and pressures are of the part of a cell in which centres of particles can be, which obstacles make
+//! smaller. Wholly covered cells have zeros.
 //!
 //! The velocity that is subtracted in a temperature is that of the cell over the whole window: that of one sample would
 //! hide a part 1/n of the thermal motion, n being the number of particles in the cell.
+
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Invalid;
 use stosszahl_model::sum::Parts;
 
 use crate::Error;
+use crate::time_average::TimeErrors;
 
 /// A grid over the first two axes of a box; what lies along a third one is one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -201,7 +207,7 @@ pub struct Freedom {
 /// The fields of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
-    /// Particles per volume (area in the plane).
+    /// Particles per free volume (area in the plane).
     pub number_density: f64,
     /// Mean velocity, weighted with the masses \[length/time\].
     pub velocity: [f64; 3],
@@ -244,13 +250,23 @@ impl Values {
     }
 }
 
-/// Fields of one cell, and their standard errors; `None` where fewer than two blocks saw the cell.
+/// Fields of one place, and their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
     /// The fields.
     pub values: Values,
-    /// Their standard errors.
-    pub errors: Option<Values>,
+    /// Their standard errors; no number where fewer than two parts of the runs saw the place.
+    pub errors: Values,
+}
+
+/// Fields at several places, with errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldAverages {
+    /// The places, in their order.
+    pub places: Vec<Measured>,
+    /// Independent parts of the runs behind the errors of each field, in the order of [`Values::list`]; see
+    /// [`TimeErrors::parts`].
+    pub parts: [usize; 8],
 }
 
 /// Which particles of which cells are taken together.
@@ -331,12 +347,14 @@ impl Fields {
     /// Sums over a group of cells in the blocks of one replica.
     fn gather(
         &self,
-        blocks: std::ops::Range<usize>,
+        blocks: Range<usize>,
         species: Option<usize>,
         cells: &[usize],
+        free_shares: &[f64],
     ) -> Gathered {
+        let share = |cell: &usize| free_shares.get(*cell).copied().unwrap_or(1.0);
         let mut all = Gathered {
-            volume: self.grid.cell_volume() * cells.len() as f64,
+            volume: self.grid.cell_volume() * cells.iter().map(share).sum::<f64>(),
             ..Gathered::default()
         };
         let count = self.grid.cells();
@@ -362,80 +380,124 @@ impl Fields {
     }
 }
 
-/// Fields of replicas of the same run over a window of blocks, with errors; of all species together, or of one (then
-/// pressure and collision rate are left at zero, since collisions are counted for all).
-pub fn measure(
-    replicas: &[&Fields],
-    blocks: std::ops::Range<usize>,
-    species: Option<usize>,
-    along: Along,
-    freedom: Freedom,
-) -> Vec<Measured> {
-    let Some(first) = replicas.first() else {
-        return Vec::new();
-    };
-    let [columns, rows] = first.grid.counts;
-    let groups: Vec<Vec<usize>> = match along {
-        Along::Cells => (0..columns * rows).map(|cell| vec![cell]).collect(),
-        Along::X => (0..columns)
-            .map(|x| (0..rows).map(|y| x + columns * y).collect())
-            .collect(),
-        Along::Y => (0..rows)
-            .map(|y| (0..columns).map(|x| x + columns * y).collect())
-            .collect(),
-    };
-    groups
-        .iter()
-        .map(|cells| {
-            let mut total = Gathered::default();
-            for replica in replicas {
-                total.merge(&replica.gather(blocks.clone(), species, cells));
-            }
-            let drift = total.drift();
-            let values = total.values(drift, freedom, species.is_none());
-            let parts: Vec<[f64; 8]> = replicas
-                .iter()
-                .flat_map(|replica| {
-                    blocks
-                        .clone()
-                        .map(|block| replica.gather(block..block + 1, species, cells))
-                })
-                .filter(|part| part.samples > 0)
-                .map(|part| {
-                    // What a block alone has of the velocity is noise of the velocity, not of the temperature.
-                    part.values(drift, freedom, species.is_none()).list()
-                })
-                .collect();
-            Measured {
-                values,
-                errors: errors(&parts, &values),
-            }
-        })
-        .collect()
+/// Averages of fields over the replicas of one run and a window of time.
+#[derive(Clone, Debug)]
+pub struct Averages<'a> {
+    /// The replicas.
+    pub replicas: &'a [&'a Fields],
+    /// Blocks of the window.
+    pub blocks: Range<usize>,
+    /// What a particle can do.
+    pub freedom: Freedom,
+    /// Share of each cell in which centres of particles can be: densities are of that. Empty where it is all of each.
+    pub free_shares: &'a [f64],
 }
 
-/// Standard errors of the means of parts; parts without a particle have no temperature and count for the density only.
-fn errors(parts: &[[f64; 8]], values: &Values) -> Option<Values> {
-    if parts.len() < 2 {
-        return None;
-    }
-    let centre = values.list();
-    let mut list = [0.0; 8];
-    for (index, error) in list.iter_mut().enumerate() {
-        let (mut count, mut square) = (0.0_f64, 0.0);
-        for part in parts {
-            if index == 0 || part[0] > 0.0 {
-                count += 1.0;
-                square += (part[index] - centre[index]).powi(2);
+impl Averages<'_> {
+    /// Fields of all species together, or of one: then pressure and collision rate are left at zero, since collisions are
+    /// counted for all.
+    pub fn fields(&self, species: Option<usize>, along: Along) -> FieldAverages {
+        let groups = self.groups(along);
+        let totals: Vec<Gathered> = (groups.iter())
+            .map(|cells| self.total(species, cells))
+            .collect();
+        let all = species.is_none();
+        let values: Vec<Values> = (totals.iter())
+            .map(|total| total.values(total.drift(), self.freedom, all))
+            .collect();
+        let lists: Vec<[f64; 8]> = values.iter().map(Values::list).collect();
+        let found = TimeErrors::new(self.size(), &lists, |place, replica, blocks| {
+            let part = self.part(replica, blocks, species, &groups[place])?;
+            // What a block alone has of the velocity is noise of the velocity, not of the temperature.
+            let mut list = part.values(totals[place].drift(), self.freedom, all).list();
+            // Without a particle only the density is known.
+            if list[0] <= 0.0 {
+                list[1..].fill(f64::NAN);
             }
+            Some(list)
+        });
+        let both = values.into_iter().zip(&found.standard_errors);
+        FieldAverages {
+            places: both
+                .map(|(values, errors)| Measured {
+                    values,
+                    errors: Values::from_list(*errors),
+                })
+                .collect(),
+            parts: found.parts,
         }
-        *error = if count > 1.0 {
-            (square / (count * (count - 1.0))).sqrt()
-        } else {
-            f64::NAN
-        };
     }
-    Some(Values::from_list(list))
+
+    /// Numbers that follow from the fields of some cells, and their errors as those of one place: the numbers of all
+    /// replicas and blocks together, and again those of each part.
+    pub fn derived<const N: usize>(
+        &self,
+        cells: &[usize],
+        of: impl Fn(&[Values]) -> [f64; N],
+    ) -> ([f64; N], TimeErrors<N>) {
+        let totals: Vec<Gathered> = (cells.iter())
+            .map(|&cell| self.total(None, &[cell]))
+            .collect();
+        let values = |parts: &[Gathered]| -> Vec<Values> {
+            let both = parts.iter().zip(&totals);
+            both.map(|(part, total)| part.values(total.drift(), self.freedom, true))
+                .collect()
+        };
+        let found = of(&values(&totals));
+        let errors = TimeErrors::new(self.size(), &[found], |_, replica, blocks| {
+            let parts: Option<Vec<Gathered>> = (cells.iter())
+                .map(|&cell| self.part(replica, blocks.clone(), None, &[cell]))
+                .collect();
+            Some(of(&values(&parts?)))
+        });
+        (found, errors)
+    }
+
+    /// Replicas and blocks of the window.
+    fn size(&self) -> [usize; 2] {
+        [self.replicas.len(), self.blocks.len()]
+    }
+
+    /// Cells of each place.
+    fn groups(&self, along: Along) -> Vec<Vec<usize>> {
+        let Some(first) = self.replicas.first() else {
+            return Vec::new();
+        };
+        let [columns, rows] = first.grid.counts;
+        match along {
+            Along::Cells => (0..columns * rows).map(|cell| vec![cell]).collect(),
+            Along::X => (0..columns)
+                .map(|x| (0..rows).map(|y| x + columns * y).collect())
+                .collect(),
+            Along::Y => (0..rows)
+                .map(|y| (0..columns).map(|x| x + columns * y).collect())
+                .collect(),
+        }
+    }
+
+    /// Sums over some cells in all replicas and blocks.
+    fn total(&self, species: Option<usize>, cells: &[usize]) -> Gathered {
+        let mut total = Gathered::default();
+        for replica in self.replicas {
+            let blocks = self.blocks.clone();
+            total.merge(&replica.gather(blocks, species, cells, self.free_shares));
+        }
+        total
+    }
+
+    /// Sums over some cells in some blocks of the window of one replica; none without a sample.
+    fn part(
+        &self,
+        replica: usize,
+        blocks: Range<usize>,
+        species: Option<usize>,
+        cells: &[usize],
+    ) -> Option<Gathered> {
+        let first = self.blocks.start;
+        let blocks = first + blocks.start..first + blocks.end;
+        let part = self.replicas[replica].gather(blocks, species, cells, self.free_shares);
+        (part.samples > 0).then_some(part)
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -474,7 +536,7 @@ impl Gathered {
             square,
             spin,
         } = self.sums;
-        if self.samples == 0 || number <= 0.0 {
+        if self.samples == 0 || number <= 0.0 || self.volume <= 0.0 {
             return Values::default();
         }
         let per_sample = number / self.samples as f64;
@@ -558,12 +620,18 @@ mod tests {
             dimension: 2,
             rotations: 1,
         };
-        let found = measure(&[&fields], 0..blocks, None, Along::X, freedom);
+        let averages = Averages {
+            replicas: &[&fields],
+            blocks: 0..blocks,
+            freedom,
+            free_shares: &[],
+        };
+        let found = averages.fields(None, Along::X).places;
         assert_eq!(found.len(), 4);
         let total = fields.blocks() * 10;
         for (column, cell) in found.iter().enumerate() {
             let level = (1 + column) as f64;
-            let errors = cell.errors.expect("many blocks");
+            let errors = cell.errors;
             let n = total as f64 * 20.0 * level;
             let expected = Values {
                 number_density: 40.0 * level,
@@ -591,9 +659,30 @@ mod tests {
             assert!((errors.temperature / true_error - 1.0).abs() < 0.5);
             assert!(errors.temperature < 0.03 * level);
         }
-        let heavy = measure(&[&fields], 0..blocks, Some(1), Along::Cells, freedom);
+        let heavy = averages.fields(Some(1), Along::Cells).places;
         assert!((heavy[2].values.temperature / 3.0 - 1.0).abs() < 0.05);
         assert!((heavy[2].values.number_density / 60.0 - 1.0).abs() < 1e-12);
+
+        // Density and pressure are of the free part of a cell, and nothing else is.
+        let half = Averages {
+            free_shares: &[0.5; 4],
+            ..averages.clone()
+        };
+        for (free, all) in half.fields(None, Along::X).places.iter().zip(&found) {
+            for (index, factor) in [2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 1.0]
+                .into_iter()
+                .enumerate()
+            {
+                let [free, all] = [free, all].map(|one| [one.values, one.errors]);
+                for (free, all) in free.into_iter().zip(all) {
+                    assert_eq!(free.list()[index], factor * all.list()[index], "{index}");
+                }
+            }
+        }
+        // A number that is a field of one cell has the error of that cell.
+        let (numbers, errors) = averages.derived(&[1], |cells| [cells[0].temperature]);
+        assert_eq!(numbers, [found[1].values.temperature]);
+        assert_eq!(errors.standard_errors, [[found[1].errors.temperature]]);
     }
 
     #[test]
@@ -610,9 +699,15 @@ mod tests {
             dimension: 2,
             rotations: 0,
         };
-        let found = measure(&[&fields], 0..3, None, Along::Cells, freedom);
+        let averages = Averages {
+            replicas: &[&fields],
+            blocks: 0..3,
+            freedom,
+            free_shares: &[],
+        };
+        let found = averages.fields(None, Along::Cells).places;
         assert_eq!(found[0].values, Values::default());
-        assert!(found[0].errors.is_none());
+        assert!(found[0].errors.list().iter().all(|error| error.is_nan()));
         // Beyond the last block by rounding.
         let mut late = fields;
         late.collision(3.0 + 1e-12, [0.0, 0.0], 1.0, 1.0);

@@ -58,6 +58,7 @@ pub mod steady;
 pub mod stress;
 pub mod structure_factor;
 pub mod theory;
+pub mod time_average;
 pub mod velocities;
 pub mod windows;
 
