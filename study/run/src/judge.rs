@@ -110,6 +110,12 @@ pub fn in_units(found: &Estimate, unit: f64) -> String {
     with_error(found.value.unwrap_or(f64::NAN) / unit, error)
 }
 
+/// A number over a unit with half its interval of 95 %, Student's where its error comes from few parts of the runs.
+pub fn with_interval(found: &Estimate, unit: f64) -> String {
+    let half = half_width(found, OUTSIDE).map(|half| (half / unit).abs());
+    with_error(found.value.unwrap_or(f64::NAN) / unit, half)
+}
+
 /// A quotient with its error.
 pub fn quotient(a: &Estimate, b: &Estimate) -> String {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));

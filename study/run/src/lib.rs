@@ -43,4 +43,6 @@ pub use plan::Plan;
 pub use run::{Options, PointSummary, RunError, Summary, run_case};
 
 #[cfg(test)]
+mod flow_tests;
+#[cfg(test)]
 mod tests;

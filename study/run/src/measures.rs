@@ -122,6 +122,16 @@ pub(crate) fn require_kept(plan: &Plan) -> Result<(), BadOption> {
     measure::require(false, "", allowed)
 }
 
+/// Meaning of the column `parts` of averages over time.
+const PARTS: &str = "Independent parts of the runs behind the errors, at least: blocks of time, or replicas where no blocks are long enough; \
+                     intervals are Student's with one degree of freedom less";
+
+/// Independent parts behind the errors of all of some averages over time, at least.
+fn fewest_parts<'a>(averages: impl IntoIterator<Item = &'a Estimate>) -> usize {
+    let parts = averages.into_iter().filter_map(|one| one.replicas);
+    parts.min().unwrap_or(1)
+}
+
 /// Mean and standard error over replicas; those without a finite value are left out.
 pub fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
     let known: Vec<f64> = values

@@ -11,7 +11,7 @@ pub struct Box {
     /// Its sides: two for disks, three for spheres. This or `packing_fraction`; neither where a start file has a box.
     #[schemars(extend("minItems" = 2, "maxItems" = 3, "items" = json!({"type": "number", "exclusiveMinimum": 0.0})))]
     pub size: Option<Vec<f64>>,
-    /// Covered share of its area or volume, up to 0.9069 for disks.
+    /// Share of its area or volume, without what is under obstacles, that particles cover; up to 0.9069 for disks.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 0.9069))]
     pub packing_fraction: Option<f64>,
     /// Width over the critical length of shear waves, the shortest that grow while the gas cools (Enskog theory): below 1 the

@@ -1,15 +1,18 @@
 //! `boundaries`: particles, force and power that each wall, opening, inflow and obstacle gives to the gas.
 
+use std::ops::Range;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stosszahl_analysis::time_average::TimeErrors;
 use stosszahl_case::format::{Inflow, Obstacle};
 use stosszahl_dsmc::BALANCE;
 use stosszahl_model::simulation::BoundaryFlux;
 use stosszahl_results::{Estimate, Table, Verdict, table};
 
 use super::course::{self, Course, Looking, Sample, Window};
-use super::over;
-use crate::judge::{self, in_units, title};
+use super::{PARTS, fewest_parts, over};
+use crate::judge::{self, in_units, title, with_interval};
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan, SpeciesPlan};
 
@@ -91,16 +94,16 @@ impl Measure for Boundaries {
             estimate "force_x", "energy/length", "Force on the gas along the first axis";
             estimate "force_y", "energy/length", "Force on the gas along the second axis";
             estimate "power", "energy/time", "Power given to the gas";
+            note "parts", "1", PARTS;
         };
         for one in One::all(plan, runs) {
             for name in one.names() {
-                table.add((
-                    (one.engine.name, name, one.window.times),
-                    one.rate(name, |given| given.particles),
-                    [0, 1].map(|axis| one.force(name, axis)),
-                    one.rate(name, |given| given.energy)
-                        .times(plan.scale.energy),
-                ));
+                let [along, across] = [0, 1].map(|axis| one.force(name, axis));
+                let contacts = one.rate(name, |given| given.particles);
+                let power = one.rate(name, |given| given.energy);
+                let found = [contacts, along, across, power.times(plan.scale.energy)];
+                let parts = fewest_parts(&found);
+                table.add(((one.engine.name, name, one.window.times), found, parts));
             }
         }
         vec![table]
@@ -141,12 +144,26 @@ impl<'a> One<'a> {
 
     /// A quantity per time of the case.
     fn rate(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> Estimate {
-        let [start, end] = self.window.times;
-        over(self.records.iter().map(|record| {
-            let before = record.until(self.window.blocks.start.checked_sub(1), name);
-            let after = record.until(Some(self.window.blocks.end - 1), name);
-            Some((quantity(&after) - quantity(&before)) / (end - start))
-        }))
+        let Window { blocks, times, .. } = &self.window;
+        let block = (times[1] - times[0]) / blocks.len() as f64;
+        let part = |replica: usize, part: Range<usize>| {
+            let [first, end] = [part.start, part.end].map(|block| blocks.start + block);
+            let record = self.records[replica];
+            let before = record.until(first.checked_sub(1), name);
+            let after = record.until(Some(end - 1), name);
+            (quantity(&after) - quantity(&before)) / (block * part.len() as f64)
+        };
+        let replicas = self.records.len();
+        let all = (0..replicas).map(|replica| part(replica, 0..blocks.len()));
+        let mean = all.sum::<f64>() / replicas as f64;
+        let errors = TimeErrors::new([replicas, blocks.len()], &[[mean]], |_, replica, blocks| {
+            Some([part(replica, blocks)])
+        });
+        let error = errors.standard_errors[0][0];
+        Estimate {
+            replicas: Some(errors.parts[0]),
+            ..Estimate::of(mean, Some(error).filter(|error| error.is_finite()))
+        }
     }
 
     /// A component of the force.
@@ -184,10 +201,10 @@ impl<'a> One<'a> {
             let scale = 0.5 * density * speed * speed * height(obstacle);
             let [drag, lift] = [0, 1].map(|axis| self.force(&name, axis).times(-1.0));
             let sentence = format!(
-                "The stream drags it with the force {}; the coefficient of drag is {}, that of lift {}.",
-                in_units(&drag, 1.0),
-                in_units(&drag, scale),
-                in_units(&lift, scale)
+                "The stream drags it with the force {}; the coefficient of drag is {}, that of lift {} (± half an interval of 95 %).",
+                with_interval(&drag, 1.0),
+                with_interval(&drag, scale),
+                with_interval(&lift, scale)
             );
             let topic = format!("drag of {name}, {}", title(self.engine.name));
             known

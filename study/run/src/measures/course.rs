@@ -12,9 +12,6 @@ use stosszahl_model::{Adds, Grouping, Particle};
 use crate::measure::{self, BadOption, Moment, Runs};
 use crate::plan::Plan;
 
-/// Blocks of time, where the case says nothing.
-const BLOCKS: u64 = 40;
-
 /// Samples, where the case says nothing.
 const SAMPLES: u64 = 400;
 
@@ -217,7 +214,7 @@ pub fn blocks(plan: &Plan, own: Option<u64>) -> usize {
     let fields = plan.case.measure.get("fields");
     let shared = fields.and_then(|table| table.get("blocks")?.as_integer());
     let written = own.or_else(|| shared.and_then(|blocks| u64::try_from(blocks).ok()));
-    written.unwrap_or(BLOCKS) as usize
+    written.unwrap_or_else(|| plan.default_blocks()) as usize
 }
 
 /// Number of samples after the start.

@@ -147,7 +147,7 @@ impl Measure for Energy {
 }
 
 /// A comparison of engines, void if one of them has large errors of its own.
-fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> Verdict {
+pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> Verdict {
     match engines.iter().find_map(|engine| plan.own_errors(engine)) {
         Some(reason) => judge::void(found, &reason),
         None => found,

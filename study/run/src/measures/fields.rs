@@ -4,6 +4,7 @@ mod channel;
 mod layers;
 mod tables;
 mod verdicts;
+mod view;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,8 @@ use stosszahl_analysis::fields::{Fields as Sums, Grid};
 use stosszahl_case::Kind;
 use stosszahl_model::{Collision, Observer, images};
 use stosszahl_results::{Table, Verdict};
+
+use view::View;
 
 use super::course::{self, Course, Looking, Sample, Window};
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
@@ -30,7 +33,8 @@ const MOST_SUMS: usize = 20_000_000;
 pub struct Options {
     /// Cells along the first two axes, each from 1 to 1000.
     pub cells: [u64; 2],
-    /// Blocks of time that fields are kept for, and that their standard errors come from. Default: 40.
+    /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor of the number of samples.
+    /// Default: the one nearest to 40.
     pub blocks: Option<u64>,
     /// Windows of time that are listed besides the steady state; moved to the ends of blocks.
     pub windows: Vec<[f64; 2]>,
@@ -146,11 +150,16 @@ impl Measure for Fields {
         let mut layers = layers::has_layers(plan, &options).then(layers::table);
         for (engine, records) in runs.each::<Record>(plan) {
             let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
+            let Some(grid) = sums.first().map(|sums| sums.grid()) else {
+                continue;
+            };
+            let free_shares = plan.free_shares(engine, grid.counts());
             for window in &windows {
-                tables::fill_cells(&mut cells, plan, engine, &sums, window);
-                tables::fill_profiles(&mut profiles, plan, engine, &sums, window);
+                let seen = (window, &View::new(plan, &sums, &free_shares, window));
+                tables::fill_cells(&mut cells, plan, engine, grid, seen);
+                tables::fill_profiles(&mut profiles, plan, engine, grid, seen);
                 if let Some(layers) = &mut layers {
-                    layers::fill(layers, plan, engine, &sums, window);
+                    layers::fill(layers, plan, engine, grid, seen);
                 }
             }
         }
@@ -169,7 +178,16 @@ impl Measure for Fields {
         let options = Options::of(plan);
         let steady = steady(plan, runs);
         let window = Window::last(plan, course::blocks(plan, options.blocks), &steady);
-        verdicts::all(plan, &options, &steady, &window, tables, runs.level)
+        let counts = options.cells.map(|count| count as usize);
+        let found = runs.each::<Record>(plan).map(|(engine, records)| {
+            let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
+            (sums, plan.free_shares(engine, counts))
+        });
+        let found: Vec<_> = found.collect();
+        let views: Vec<View<'_>> = (found.iter())
+            .map(|(sums, free_shares)| View::new(plan, sums, free_shares, &window))
+            .collect();
+        verdicts::all(plan, counts, &steady, (&window, &views), tables, runs.level)
     }
 }
 

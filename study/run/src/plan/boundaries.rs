@@ -1,13 +1,13 @@
 //! Walls, obstacles, streams and weights of a case, as engines have them.
 
 use nalgebra::{Vector2, Vector3, vector};
-use stosszahl_case::Kind;
 use stosszahl_case::format::{
     Along, FACES, Face as Written, FaceWord, Obstacle as Body, Weights as Regions,
 };
+use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Boundaries, Clearance, Inflow, Weights};
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, Outline, Vibration};
+use stosszahl_model::walls::{Obstacle, ObstacleError, Outline, Vibration};
 use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
 
 use super::data::{EnginePlan, Plan, PlanError, in_space};
@@ -60,21 +60,13 @@ impl Plan {
     /// [`PlanError`] names the obstacle.
     pub fn obstacles(&self) -> Result<Vec<Obstacle>, PlanError> {
         let size = vector![self.lengths[0], self.lengths[1]];
-        let one = |(index, written): (usize, &Body)| {
-            let key = format!("obstacle.{}", index + 1);
-            let failed = |error: stosszahl_model::walls::ObstacleError| {
-                PlanError::new(&key, error, "an obstacle with a surface, inside the box")
-            };
-            let outline = outline(written).ok_or_else(|| {
-                let allowed = "one of disc, polyline and polygon";
-                PlanError::new(&key, "none or several shapes", allowed)
-            })?;
-            let law = rebound(written.restitution, written.slip, written.temperature);
-            let obstacle = Obstacle::new(outline, law).map_err(failed)?;
-            obstacle.check_inside(size).map_err(failed)?;
-            Ok(obstacle)
-        };
-        self.case.obstacle.iter().enumerate().map(one).collect()
+        let all = obstacles(&self.case)?;
+        for (index, obstacle) in all.iter().enumerate() {
+            obstacle
+                .check_inside(size)
+                .map_err(|error| no_obstacle(index, error))?;
+        }
+        Ok(all)
     }
 
     /// Everything at the faces and inside the box, for Monte Carlo.
@@ -162,6 +154,29 @@ impl Plan {
         let clear = |engine: &EnginePlan| engine.clearance == Clearance::Radius;
         self.is_bounded() && self.engines.iter().any(clear)
     }
+}
+
+/// The obstacles of a case, wherever its box ends.
+///
+/// # Errors
+/// [`PlanError`] names the obstacle.
+pub(super) fn obstacles(case: &Case) -> Result<Vec<Obstacle>, PlanError> {
+    let one = |(index, written): (usize, &Body)| {
+        let outline = outline(written).ok_or_else(|| {
+            let key = format!("obstacle.{}", index + 1);
+            let allowed = "one of disc, polyline and polygon";
+            PlanError::new(key, "none or several shapes", allowed)
+        })?;
+        let law = rebound(written.restitution, written.slip, written.temperature);
+        Obstacle::new(outline, law).map_err(|error| no_obstacle(index, error))
+    };
+    case.obstacle.iter().enumerate().map(one).collect()
+}
+
+/// Error of an obstacle by its index.
+fn no_obstacle(index: usize, error: ObstacleError) -> PlanError {
+    let key = format!("obstacle.{}", index + 1);
+    PlanError::new(key, error, "an obstacle with a surface, inside the box")
 }
 
 /// Whether all that stands in the box has a meaning there.

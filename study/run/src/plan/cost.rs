@@ -412,7 +412,7 @@ impl Plan {
     /// Cells of a Monte Carlo engine.
     fn cells(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
         let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
-        self.volume / cell
+        self.box_volume() / cell
     }
 
     /// Time steps of a Monte Carlo engine up to the end of the run, about.

@@ -51,7 +51,8 @@ pub struct Plan {
     pub restitution: f64,
     /// Sides of the box; zero without one and beyond the dimension.
     pub lengths: [f64; 3],
-    /// Volume of the gas, with or without a box.
+    /// Volume of the gas, with or without a box: where centres of particles can be beside obstacles \[length^D\]. Number
+    /// densities are of that.
     pub volume: f64,
     /// Units of length, mass and energy.
     pub scale: Scale,
@@ -61,7 +62,7 @@ pub struct Plan {
     pub time_unit: TimeUnit,
     /// The engines, in the order in which they are run and compared.
     pub engines: Vec<EnginePlan>,
-    /// Covered share of the volume; tracers cover nothing.
+    /// Covered share of the volume that is not under obstacles; tracers cover nothing.
     pub packing_fraction: f64,
     /// Contact value of Enskog's theory at that packing.
     pub contact_value: f64,

@@ -19,6 +19,7 @@ use super::boundaries;
 use super::cost::available_memory;
 use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan, in_space};
 use super::engines;
+use super::free_volume::{covered_area, factor_of_radii, free_volume, uncovered_volume};
 use super::species::{self, Particles};
 use super::start_file;
 use super::theory::{dilute_path, rates};
@@ -124,6 +125,7 @@ impl Plan {
         plan.find_times()?;
         plan.check_times()?;
         plan.check_gravity()?;
+        plan.choose_blocks()?;
         plan.check_drive()?;
         plan.check_start()?;
         plan.engines = engines::all(&mut plan)?;
@@ -243,10 +245,13 @@ impl Plan {
         });
         let closest = self.closest_packing();
         let fits = self.packing_fraction <= closest * (1.0 + 1e-9);
-        let found = format!(
-            "particles cover {} of the box",
-            short(self.packing_fraction)
-        );
+        let part = if self.case.obstacle.is_empty() {
+            "the box"
+        } else {
+            "what obstacles leave of the box"
+        };
+        let covered = short(self.packing_fraction);
+        let found = format!("particles cover {covered} of {part}");
         let allowed = format!("at most {closest:.4}, close packing");
         let fine = self.kind == Kind::Homogeneous || !hard;
         PlanError::unless(fine || fits, "box", found, &allowed)?;
@@ -432,20 +437,25 @@ fn boxed(
         _ => balls(&particles),
     };
     let (lengths, given) = sides(case, covered, scale.length)?;
-    let volume = lengths[..dimension].iter().product();
     if let Some(path) = case.gas.mean_free_path {
-        let kinds = particles.kinds.iter();
-        let sizes = kinds.map(|kind| (kind.count as f64, kind.radius, kind.mass));
-        let found = dilute_path(&sizes.collect::<Vec<_>>(), volume, dimension);
+        let mean_radius = particles.mean(|kind| kind.radius);
+        let found = |factor: f64| {
+            let kinds = particles.kinds.iter();
+            let sizes = kinds.map(|kind| (kind.count as f64, factor * kind.radius, kind.mass));
+            let volume = free_volume(case, &lengths, factor * mean_radius)?;
+            Ok(dilute_path(&sizes.collect::<Vec<_>>(), volume, dimension))
+        };
         // Cross sections grow with the power D - 1 of the diameter.
-        let factor = (found / (path / scale.length)).powf(1.0 / (dimension as f64 - 1.0));
+        let exponent = 1.0 / (dimension as f64 - 1.0);
+        let factor = factor_of_radii(path / scale.length, exponent, found)?;
         for kind in &mut particles.kinds {
             kind.radius *= factor;
         }
     }
+    let volume = free_volume(case, &lengths, particles.mean(|kind| kind.radius))?;
     let packing = match given {
         Some(packing) if case.gas.mean_free_path.is_none() => packing,
-        _ => balls(&particles) / volume,
+        _ => balls(&particles) / uncovered_volume(case, &lengths, 0.0)?,
     };
     let (species, classes) = particles.groups(volume);
     check_placement(case, kind, &particles, &lengths, packing, scale.length)?;
@@ -572,9 +582,9 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
     let written = case.domain.as_ref();
     let size = written.and_then(|domain| domain.size.as_ref());
     let packing = written.and_then(|domain| domain.packing_fraction);
-    let mut lengths = [0.0; 3];
     match (size, packing) {
         (Some(size), None) => {
+            let mut lengths = [0.0; 3];
             for (length, side) in lengths.iter_mut().zip(size) {
                 *length = side / unit;
             }
@@ -583,13 +593,14 @@ fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>)
         (None, Some(packing)) => {
             let aspect = written.map_or(1.0, |domain| domain.aspect_ratio);
             let volume = covered / packing;
-            if dimension == 2 {
-                let width = (volume / aspect).sqrt();
-                lengths = [width, volume / width, 0.0];
+            let lengths = if dimension == 2 {
+                let area = volume + covered_area(case)?;
+                let width = (area / aspect).sqrt();
+                [width, area / width, 0.0]
             } else {
                 let width = (volume / aspect).cbrt();
-                lengths = [width, volume / (width * width), width];
-            }
+                [width, volume / (width * width), width]
+            };
             Ok((lengths, Some(packing)))
         }
         (found, _) => {

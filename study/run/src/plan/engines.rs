@@ -65,6 +65,10 @@ pub(crate) const IN_CELLS: [&str; 6] = [
     "dsmc-contact-point",
 ];
 
+/// Simulators in a cell of a flow, and most simulators in all, where the case says nothing: some 100 MB.
+const TEN: f64 = 10.0;
+const MOST_SIMULATORS: f64 = 1_048_576.0;
+
 /// The scheme of an engine in cells, with its own settings.
 fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
@@ -134,6 +138,10 @@ fn monte_carlo<S: Space>(
         None if chaotic => {
             Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
         }
+        // A case that chooses the cells also chooses their simulators.
+        None if plan.kind == Kind::Flow && !scheme.is_across() && written.cell_size.is_none() => {
+            plan.simulators_of_flow(plan.resolving_cell(scheme))
+        }
         None => parameters.simulators_per_disk,
     };
     parameters.copies = match written.copies {
@@ -146,24 +154,44 @@ fn monte_carlo<S: Space>(
     parameters.cell_size = match written.cell_size {
         Some(size) => Some(size / unit),
         None if plan.kind == Kind::Flow && !scheme.is_across() => {
-            Some(plan.cell_of_flow::<S>(scheme, parameters.simulators_per_disk))
+            Some(plan.cell_of_flow(scheme, parameters.simulators_per_disk))
         }
         None => None,
-    };
-    let centre = match written.walls_act_on {
-        Some(place) => place == WallsActOn::Centre,
-        None => scheme == Scheme::Boltzmann,
     };
     Ok(EnginePlan {
         name,
         kind: EngineKind::MonteCarlo(parameters),
-        clearance: if centre {
-            Clearance::Centre
-        } else {
-            Clearance::Radius
-        },
+        clearance: clearance(written, scheme),
         weights: boundaries::weights(&format!("engine.{name}"), written.weights.as_ref())?,
     })
+}
+
+/// Where walls and obstacles act on the particles of an engine in cells.
+fn clearance(written: &MonteCarlo, scheme: Scheme) -> Clearance {
+    let centre = match written.walls_act_on {
+        Some(place) => place == WallsActOn::Centre,
+        None => scheme == Scheme::Boltzmann,
+    };
+    if centre {
+        Clearance::Centre
+    } else {
+        Clearance::Radius
+    }
+}
+
+/// A radius if an engine of the case keeps surfaces of particles from walls and obstacles, none if all keep centres.
+pub(super) fn widest_clearance(case: &Case) -> Clearance {
+    let mut case = case.clone();
+    let by_radius = |name: &&str| {
+        let written = in_cells(&mut case, name).cloned();
+        let engine = written.zip(scheme_of(name));
+        engine.is_some_and(|(written, scheme)| clearance(&written, scheme) == Clearance::Radius)
+    };
+    if IN_CELLS.iter().any(by_radius) || case.engine.ed.is_some() {
+        Clearance::Radius
+    } else {
+        Clearance::Centre
+    }
 }
 
 impl Plan {
@@ -193,23 +221,43 @@ impl Plan {
         transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
     }
 
-    /// Side of a cell in a flow: half the mean free path of the uniform box, and at least such that a cell holds ten
-    /// simulators; no less than two diameters for dense schemes.
-    fn cell_of_flow<S: Space>(&self, scheme: Scheme, simulators_per_particle: u32) -> f64 {
-        let simulators = self.count() as f64 * f64::from(simulators_per_particle);
-        let ten = (10.0 * self.volume / simulators).powf(1.0 / self.dimension as f64);
+    /// Mean free path of the uniform flow at the collision rate of a scheme in cells.
+    pub fn flow_path(&self, scheme: Scheme) -> f64 {
         let densest = if self.dimension == 2 { 0.6 } else { 0.5 };
+        let packing = self.packing_fraction.min(densest);
         let chi = match scheme {
             Scheme::Boltzmann => 1.0,
-            _ => S::contact_value(self.packing_fraction.min(densest)),
+            _ => in_space!(self.dimension, S => S::contact_value(packing)),
         };
-        let wanted = (0.5 * self.dilute_mean_free_path() / chi).max(ten);
+        self.dilute_mean_free_path() / chi
+    }
+
+    /// Side of a cell that resolves the mean free path of the uniform flow: half of it, and no less than two diameters for
+    /// dense schemes.
+    fn resolving_cell(&self, scheme: Scheme) -> f64 {
+        let half = 0.5 * self.flow_path(scheme);
         if scheme == Scheme::Boltzmann {
-            wanted
+            half
         } else {
             let radii = self.species.iter().map(|one| one.radius);
-            wanted.max(4.0 * radii.fold(0.0, f64::max))
+            half.max(4.0 * radii.fold(0.0, f64::max))
         }
+    }
+
+    /// Simulators for each particle of a flow with which a cell of a side holds ten of them, of at most 2^20 in all.
+    fn simulators_of_flow(&self, side: f64) -> u32 {
+        let count = self.count().max(1) as f64;
+        let per_cell = count * side.powi(self.dimension as i32) / self.volume;
+        // A cell that holds ten but for rounding holds ten.
+        let wanted = (TEN / per_cell * (1.0 - 1e-9)).ceil();
+        wanted.clamp(1.0, (MOST_SIMULATORS / count).floor().max(1.0)) as u32
+    }
+
+    /// Side of a cell in a flow: one that resolves the mean free path, and at least such that it holds ten simulators.
+    fn cell_of_flow(&self, scheme: Scheme, simulators_per_particle: u32) -> f64 {
+        let simulators = self.count() as f64 * f64::from(simulators_per_particle);
+        let ten = (TEN * self.volume / simulators).powf(1.0 / self.dimension as f64);
+        self.resolving_cell(scheme).max(ten)
     }
 
     /// Sides of a Monte Carlo cell; zero beyond the dimension.

@@ -14,6 +14,7 @@
 //! | `confinement` | faces and bodies that keep particles of a start out |
 //! | `species` | species, sizes, laws |
 //! | `boundaries` | walls, obstacles, streams |
+//! | `free_volume` | volume that obstacles leave to the gas |
 //! | `engines` | the numerical choices of each engine |
 //! | `times` | when a run looks |
 //! | `theory` | rates, Haff's law, steady states |
@@ -31,6 +32,7 @@ mod derive;
 mod engines;
 mod file_species;
 mod flow_numbers;
+mod free_volume;
 mod notable;
 mod plausible;
 mod region;

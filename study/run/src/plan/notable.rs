@@ -15,6 +15,8 @@ use super::data::{EngineKind, EnginePlan, Plan, Quantity, SpeciesPlan, in_space}
 const FEW: f64 = 5.0;
 /// Cells wider than this many mean free paths carry momentum too far.
 const WIDE: f64 = 2.0;
+/// The same in flows, whose profiles are made by transport.
+const WIDE_IN_FLOWS: f64 = 1.0;
 /// Share of the collision rate that walls may cost `dsmc-contact-point` without a word.
 const NOTABLE_WALLS: f64 = 0.02;
 /// Height of a box in T/(m g) from which a gas that nothing heats has lost far more by its fall than it had.
@@ -223,11 +225,10 @@ impl Plan {
             }
             return;
         }
-        if parameters.scheme.is_across() || self.kind == Kind::Flow {
+        if parameters.scheme.is_across() {
             return;
         }
-        let simulators = self.simulators_per_cell(parameters);
-        if simulators < FEW {
+        if let Some(simulators) = self.few_simulators(parameters) {
             list.push(format!(
                 "{name}: {} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
                  meet again and again; a difference to ED says nothing about chaos by itself. More simulators_per_particle or \
@@ -235,13 +236,20 @@ impl Plan {
                 short(simulators)
             ));
         }
-        let wide = self.cell(parameters)[0] / self.mean_free_path();
-        if wide > WIDE {
+        if let Some(wide) = self.wide_cells(parameters) {
+            let remedy = if self.kind == Kind::Flow {
+                ". A smaller cell_size with more simulators_per_particle resolves it"
+            } else {
+                ""
+            };
             list.push(format!(
                 "{name}: cells are {} mean free paths wide, so transport is overestimated, by an error that grows with \
-                 the square of the width",
+                 the square of the width{remedy}",
                 short(wide)
             ));
+        }
+        if self.kind == Kind::Flow {
+            return;
         }
         let placed = self.case.start.placement == Placement::File;
         if parameters.simulators_per_disk > 1 && placed {
@@ -257,17 +265,33 @@ impl Plan {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
         };
-        if parameters.scheme.is_across() || self.kind == Kind::Flow {
+        if parameters.scheme.is_across() {
             return None;
         }
-        let simulators = self.simulators_per_cell(parameters);
-        (simulators < FEW).then(|| {
-            format!(
-                "{} has {} simulators in a cell",
-                engine_title(engine.name),
-                short(simulators)
-            )
-        })
+        let few = self.few_simulators(parameters);
+        let few = few.map(|few| format!("{} simulators in a cell", short(few)));
+        // Profiles of a flow are made by transport.
+        let wide = self.wide_cells(parameters);
+        let wide = wide.filter(|_| self.kind == Kind::Flow);
+        let wide = wide.map(|wide| format!("cells {} mean free paths wide", short(wide)));
+        let reasons: Vec<String> = few.into_iter().chain(wide).collect();
+        let name = engine_title(engine.name);
+        (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")))
+    }
+
+    /// Simulators in a cell, where they are too few.
+    fn few_simulators(&self, parameters: &Parameters) -> Option<f64> {
+        Some(self.simulators_per_cell(parameters)).filter(|&simulators| simulators < FEW)
+    }
+
+    /// Width of the cells in mean free paths of the uniform gas, where it is too large.
+    fn wide_cells(&self, parameters: &Parameters) -> Option<f64> {
+        let (path, limit) = match self.kind {
+            Kind::Flow => (self.flow_path(parameters.scheme), WIDE_IN_FLOWS),
+            _ => (self.mean_free_path(), WIDE),
+        };
+        let widest = self.cell(parameters).into_iter().fold(0.0, f64::max);
+        Some(widest / path).filter(|&wide| wide > limit)
     }
 
     /// Thermal speed `(T/m)^(1/2)` of the start, by the means of T and m over the particles \[engine speed\].
@@ -288,8 +312,9 @@ impl Plan {
         };
         let (length, time) = (self.scale.length, self.scale.time());
         let stands_for = self.case.gas.particles_per_simulator;
-        let simulated = self.volume * length.powi(self.dimension as i32);
-        let volume = simulated * stands_for.unwrap_or(1.0);
+        let unit = length.powi(self.dimension as i32);
+        let simulated = self.volume * unit;
+        let volume = self.box_volume() * unit * stands_for.unwrap_or(1.0);
         add("particles", self.count() as f64, "1");
         if let Some(stands_for) = stands_for {
             add("particles_per_simulator", stands_for, "1");
@@ -302,6 +327,9 @@ impl Plan {
             }
         }
         add("volume", volume, "length^D");
+        if !self.case.obstacle.is_empty() {
+            add("free_volume", simulated, "length^D");
+        }
         add(
             "number_density",
             self.count() as f64 / simulated,

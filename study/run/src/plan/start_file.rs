@@ -14,6 +14,7 @@ use super::confinement::Confinement;
 use super::data::{Plan, PlanError, Scale, in_space};
 use super::derive::Gas;
 use super::file_species::FileSpecies;
+use super::free_volume::{free_volume, uncovered_volume};
 use super::species::Particles;
 
 /// Largest overlap of a start that counts as rounding, over the mean diameter.
@@ -81,7 +82,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
     let file = scaled(source.file, scale);
     let species = species.scaled(scale);
     let lengths = lengths.map(|side| side / scale.length);
-    let volume = lengths[..dimension].iter().product();
+    let volume = free_volume(case, &lengths, mean(&species.radii))?;
     let covered: f64 = species.covered(dimension);
     let mean_mass = mean(&species.masses);
     let temperature = warmth / scale.energy;
@@ -99,7 +100,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
         temperature: warmth,
         lengths,
         volume,
-        packing: covered / volume,
+        packing: covered / uncovered_volume(case, &lengths, 0.0)?,
         scale,
         file: Some(file),
         choices: source.changes,

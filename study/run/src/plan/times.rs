@@ -10,6 +10,23 @@ const MOST_SAMPLES: f64 = 1e6;
 const PER_DECADE: u64 = 12;
 const SAMPLES_OF_FLOW: u64 = 400;
 
+/// Blocks of time that averages and their errors come from, where the case says nothing and the number of samples allows it;
+/// fewest and most of them.
+const BLOCKS: u64 = 40;
+const FEWEST_BLOCKS: u64 = 10;
+const MOST_BLOCKS: u64 = 160;
+
+/// Number of blocks with equal numbers of samples that is nearest to 40, as a factor; none if there is none from 10 to 160.
+/// Fewer than 10 samples are a block each.
+fn blocks_of(samples: u64) -> Option<u64> {
+    let fewest = FEWEST_BLOCKS.min(samples).max(1);
+    let fits = |blocks: &u64| samples.is_multiple_of(*blocks);
+    let off = |blocks: u64| (blocks as f64 / BLOCKS as f64).ln().abs();
+    (fewest..=MOST_BLOCKS)
+        .filter(fits)
+        .min_by(|&a, &b| off(a).total_cmp(&off(b)))
+}
+
 /// A grid in equal factors from the first time on, and last the end exactly; a point that all but coincides with the end is
 /// left out.
 pub fn logarithmic(first: f64, until: f64, per_decade: u64) -> impl Iterator<Item = f64> {
@@ -53,6 +70,41 @@ impl Plan {
         std::iter::once(0.0).chain(grid).collect()
     }
 
+    /// Blocks of time of measures of flows, where neither the case nor their own table says how many.
+    pub fn default_blocks(&self) -> u64 {
+        self.equal_samples().and_then(blocks_of).unwrap_or(BLOCKS)
+    }
+
+    /// Chooses the number of blocks of time, and says so where it is not 40.
+    pub(super) fn choose_blocks(&mut self) -> Result<(), PlanError> {
+        let measures = &self.case.measure;
+        let is_written = |name: &str| {
+            let table = measures.get(name);
+            table.is_some_and(|table| table.contains_key("blocks"))
+        };
+        let asked = ["fields", "boundaries"]
+            .iter()
+            .any(|name| measures.contains_key(*name));
+        let needed = (self.kind == Kind::Flow || asked) && !is_written("fields");
+        let (Some(samples), true) = (self.equal_samples(), needed) else {
+            return Ok(());
+        };
+        let Some(blocks) = blocks_of(samples) else {
+            let near = samples.div_ceil(BLOCKS) * BLOCKS;
+            let allowed = format!(
+                "a number of samples that falls into {FEWEST_BLOCKS} to {MOST_BLOCKS} blocks of equal numbers, such as {near}; \
+                 measure.fields.blocks chooses any other number of blocks that divides it"
+            );
+            return Err(PlanError::new("run.samples", "", allowed));
+        };
+        if blocks != BLOCKS {
+            self.choices.push(format!(
+                "measure.fields.blocks = {blocks}: the number nearest to {BLOCKS} that divides run.samples = {samples}"
+            ));
+        }
+        Ok(())
+    }
+
     pub(super) fn check_times(&self) -> Result<(), PlanError> {
         let until = self.case.run.until;
         let good = (until * self.time).is_finite();
@@ -66,5 +118,27 @@ impl Plan {
             each,
             allowed,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By all divisors of a number of samples, in the plain way.
+    #[test]
+    fn blocks_divide_the_samples() {
+        for samples in 1..=2000_u64 {
+            let divisors = (1..=samples).filter(|blocks| samples % blocks == 0);
+            let wanted = divisors.filter(|blocks| (10..=160).contains(blocks) || samples < 10);
+            let near = |blocks: u64| (blocks as f64 / 40.0).max(40.0 / blocks as f64);
+            let plain = wanted.min_by(|&a, &b| near(a).total_cmp(&near(b)));
+            assert_eq!(blocks_of(samples), plain, "{samples}");
+        }
+        let samples = [400, 100, 50, 60, 75, 90, 150, 250, 300, 500, 7, 326];
+        let blocks = samples.map(blocks_of);
+        let known = [40, 50, 50, 30, 25, 45, 50, 50, 50, 50, 7].map(Some);
+        assert_eq!(blocks[..11], known);
+        assert_eq!(blocks[11], None);
     }
 }

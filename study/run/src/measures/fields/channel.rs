@@ -6,27 +6,24 @@ use stosszahl_case::Case;
 use stosszahl_case::format::{Face, FaceWord, Inflow};
 use stosszahl_results::{Estimate, Verdict};
 
-use super::Options;
-use super::verdicts::{Row, mean};
+use stosszahl_analysis::fields::Along;
+
+use super::view::{DENSITY, Quantities, SPEED, TEMPERATURE, View};
 use crate::judge::{self, in_units};
+use crate::measures::fewest_parts;
 use crate::plan::Plan;
 
 /// The fields of a flow along a channel.
 pub(super) struct Channel<'a> {
     plan: &'a Plan,
+    view: &'a View<'a>,
     /// Fields of the last window, the first axis running fastest.
-    cells: &'a [Row<'a>],
+    cells: Vec<Quantities>,
     columns: usize,
     rows: usize,
     /// Velocity of the inflow along the channel, in the units of the case.
     entering: f64,
-    /// Blocks of all replicas that errors come from.
-    parts: usize,
 }
-
-const SPEED: &str = "velocity_x";
-const HEAT: &str = "temperature";
-const DENSITY: &str = "number_density";
 
 /// Fewest cells across a channel that show its layers.
 pub(super) const FEWEST_ROWS: usize = 4;
@@ -55,21 +52,19 @@ impl<'a> Channel<'a> {
     /// The channel of a case, if it is one and its fields are fine enough.
     pub(super) fn of(
         plan: &'a Plan,
-        options: &Options,
-        cells: &'a [Row<'a>],
-        parts: usize,
+        view: &'a View<'a>,
+        [columns, rows]: [usize; 2],
     ) -> Option<Self> {
         let case = &plan.case;
         let inflow = entering(case)?;
-        let [columns, rows] = options.cells.map(|count| count as usize);
-        let fine = rows >= FEWEST_ROWS && columns >= 8 && cells.len() == rows * columns;
-        (is_channel(case) && fine).then_some(Self {
+        let fine = rows >= FEWEST_ROWS && columns >= 8;
+        (is_channel(case) && fine).then(|| Self {
             plan,
-            cells,
+            view,
+            cells: view.fields(None, Along::Cells),
             columns,
             rows,
             entering: inflow.velocity.first().copied().unwrap_or(0.0),
-            parts,
         })
     }
 
@@ -83,7 +78,7 @@ impl<'a> Channel<'a> {
         list
     }
 
-    fn at(&self, column: usize, row: usize) -> &Row<'a> {
+    fn at(&self, column: usize, row: usize) -> &Quantities {
         &self.cells[column + self.columns * row]
     }
 
@@ -99,14 +94,17 @@ impl<'a> Channel<'a> {
     }
 
     /// Mean over a block of cells, weighted with the density.
-    fn mean(&self, columns: Range<usize>, rows: Range<usize>, of: &str) -> Estimate {
-        let cells = columns.flat_map(|column| rows.clone().map(move |row| (column, row)));
-        mean(cells.map(|(column, row)| self.at(column, row)), of)
+    fn mean(&self, columns: Range<usize>, rows: Range<usize>, quantity: usize) -> Estimate {
+        let across = self.columns;
+        let cells = columns.flat_map(|column| rows.clone().map(move |row| column + across * row));
+        self.view.mean(&cells.collect::<Vec<_>>(), quantity)
     }
 
     /// Last over first eighth, in the middle.
-    fn change(&self, of: &str) -> String {
-        let [first, last] = self.ends().map(|end| self.mean(end, self.middle(), of));
+    fn change(&self, quantity: usize) -> String {
+        let [first, last] = self
+            .ends()
+            .map(|end| self.mean(end, self.middle(), quantity));
         judge::quotient(&last, &first)
     }
 
@@ -118,7 +116,7 @@ impl<'a> Channel<'a> {
             "From the first to the last eighth the velocity in the middle changes by the factor {}, the temperature by {}, the \
              density by {}. At the exit the velocity is {} of that of the inflow.",
             self.change(SPEED),
-            self.change(HEAT),
+            self.change(TEMPERATURE),
             self.change(DENSITY),
             in_units(&centre, self.entering)
         )
@@ -160,8 +158,8 @@ impl<'a> Channel<'a> {
         for (column, row) in (0..self.columns).flat_map(|x| (0..self.rows / 2).map(move |y| (x, y)))
         {
             let pair = [self.at(column, row), self.at(column, self.rows - 1 - row)];
-            for of in [SPEED, HEAT, DENSITY] {
-                let [a, b] = pair.map(|cell| cell.measured(of));
+            for quantity in [SPEED, TEMPERATURE, DENSITY] {
+                let [a, b] = pair.map(|cell| cell[quantity]);
                 let error = a.standard_error.zip(b.standard_error);
                 let error = error.map_or(0.0, |(a, b)| a.hypot(b));
                 if let (Some(x), Some(y), true) = (a.value, b.value, error > 0.0) {
@@ -175,7 +173,12 @@ impl<'a> Channel<'a> {
             return Some(judge::note(topic, unknown));
         }
         let mean_square: f64 = chi_squared / count;
-        let (kind, few) = judge::by_parts(mean_square <= ALIKE, self.parts);
+        let parts = fewest_parts(
+            self.cells
+                .iter()
+                .flat_map(|cell| [SPEED, TEMPERATURE, DENSITY].map(|quantity| &cell[quantity])),
+        );
+        let (kind, few) = judge::by_parts(mean_square <= ALIKE, parts);
         let sentence = format!(
             "Velocity, temperature and density of mirrored cells differ by {:.3} standard errors (root mean square of {count} \
              differences, limit {:.3}{few}).",

@@ -1,13 +1,16 @@
 //! What fields and profiles say.
 
+use stosszahl_analysis::fields::Along;
 use stosszahl_case::Kind;
 use stosszahl_model::Space as _;
 use stosszahl_results::{Cell, Estimate, Table, Verdict};
 
-use super::Options;
 use super::channel::Channel;
+use super::view::{DENSITY, SPEED, TEMPERATURE, View};
 use crate::judge::{self, in_units, title};
 use crate::measures::course::Window;
+use crate::measures::energy::void_for;
+use crate::measures::fewest_parts;
 use crate::plan::{EnginePlan, Plan, in_space};
 use crate::theory::flow;
 
@@ -19,13 +22,13 @@ const SURE: f64 = 4.0;
 
 /// One row of a table.
 #[derive(Clone, Copy)]
-pub(super) struct Row<'a> {
+struct Row<'a> {
     table: &'a Table,
     cells: &'a [Cell],
 }
 
 impl Row<'_> {
-    pub(super) fn number(&self, column: &str) -> Option<f64> {
+    fn number(&self, column: &str) -> Option<f64> {
         match self.cells.get(self.table.find(column)?)? {
             Cell::Number(number) if number.is_finite() => Some(*number),
             _ => None,
@@ -33,7 +36,7 @@ impl Row<'_> {
     }
 
     /// A quantity and its standard error.
-    pub(super) fn measured(&self, column: &str) -> Estimate {
+    fn measured(&self, column: &str) -> Estimate {
         let error = self.number(&format!("{column}_se"));
         Estimate::of(self.number(column).unwrap_or(f64::NAN), error)
     }
@@ -54,34 +57,18 @@ fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &Window) -> Vec<Row<'
     all.filter(wanted).collect()
 }
 
-/// Mean of a quantity over rows, weighted with their density; its error is none unless all are known.
-pub(super) fn mean<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>, column: &str) -> Estimate {
-    let (mut number, mut sum, mut square) = (0.0, 0.0, Some(0.0_f64));
-    for row in rows {
-        let density = row.number("number_density").unwrap_or(0.0);
-        let found = row.measured(column);
-        number += density;
-        sum += density * found.value.unwrap_or(f64::NAN);
-        let error = square.zip(found.standard_error);
-        square = error.map(|(square, error)| square + (density * error).powi(2));
-    }
-    Estimate::of(sum / number, square.map(|square| square.sqrt() / number))
-}
-
-/// All of them, the most important first.
+/// All of them, the most important first. `views` are those of the engines.
 pub(super) fn all(
     plan: &Plan,
-    options: &Options,
+    counts: [usize; 2],
     steady: &[Option<f64>],
-    window: &Window,
+    (window, views): (&Window, &[View<'_>]),
     tables: &[Table],
     level: f64,
 ) -> Vec<Verdict> {
-    let [cells, profiles, ..] = tables else {
+    let [_, profiles, ..] = tables else {
         return Vec::new();
     };
-    // How many blocks of all replicas an average of one engine runs over.
-    let parts = window.blocks.len() * plan.case.replicas as usize;
     let mut list = vec![steadiness(plan, steady, window)];
     let profiles = |engine: &EnginePlan| rows(profiles, engine, window);
     // Nothing keeps the particles of Monte Carlo from overlapping; Boltzmann's are points.
@@ -92,24 +79,45 @@ pub(super) fn all(
     let sized = simulated.filter(|engine| !flow::is_dilute(engine));
     list.extend(sized.filter_map(|engine| overcrowded(plan, engine, &profiles(engine))));
     let first = &plan.engines[0];
-    for other in plan.engines.iter().skip(1) {
+    // Independent parts behind the densities of each engine.
+    let parts: Vec<usize> = views.iter().map(density_parts).collect();
+    for (index, other) in plan.engines.iter().skip(1).enumerate() {
         let [a, b] = [first, other].map(|engine| title(engine.name));
         let both = [first, other].map(profiles);
-        list.extend(profiles_agree([a, b], &both, parts, level));
+        let parts = parts[0].min(parts[1 + index]);
+        let found = profiles_agree([a, b], &both, parts, level);
+        list.extend(found.map(|found| void_for(found, plan, &[first, other])));
     }
-    for engine in &plan.engines {
+    for ((engine, view), &parts) in plan.engines.iter().zip(views).zip(&parts) {
         let about = |what: &str| format!("{what}, {}", title(engine.name));
         let all = profiles(engine).into_iter();
         let along: Vec<Row<'_>> = all.filter(|row| row.says("along", "y")).collect();
         let topic = about("barometric profile");
         list.extend(barometric(plan, topic, &along, parts, level));
-        list.extend(walls(plan, about("thermal walls"), &along, parts, level));
-        let cells = rows(cells, engine, window);
-        if let Some(channel) = Channel::of(plan, options, &cells, parts) {
+        let cells: Vec<usize> = (0..counts[0] * counts[1]).collect();
+        let mean = |quantity| view.mean(&cells, quantity);
+        let about_walls = about("thermal walls");
+        list.extend(walls(
+            plan,
+            about_walls,
+            mean(TEMPERATURE),
+            mean(SPEED),
+            level,
+        ));
+        if let Some(channel) = Channel::of(plan, view, counts) {
             list.extend(channel.verdicts(about));
         }
     }
     list
+}
+
+/// Independent parts behind the errors of the density profiles of an engine.
+fn density_parts(view: &View<'_>) -> usize {
+    let along = |along| {
+        let places = view.fields(None, along);
+        fewest_parts(places.iter().map(|place| &place[DENSITY]))
+    };
+    along(Along::X).min(along(Along::Y))
 }
 
 fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
@@ -250,23 +258,18 @@ fn barometric(
     Some(judge::verdict(topic, sentence, kind))
 }
 
-/// An elastic gas between walls of one temperature.
+/// An elastic gas between walls of one temperature, by its mean temperature and its drift along the first axis.
 fn walls(
     plan: &Plan,
     topic: String,
-    rows: &[Row<'_>],
-    parts: usize,
+    temperature: Estimate,
+    drift: Estimate,
     level: f64,
 ) -> Option<Verdict> {
     let expected = flow::wall_temperature(plan)?;
-    let rows: Vec<_> = rows
-        .iter()
-        .filter(|row| row.says("species", "all"))
-        .collect();
-    let mean = |column, unit: f64| mean(rows.iter().copied(), column).times(1.0 / unit);
-    let temperature = mean("temperature", expected * plan.scale.energy);
+    let temperature = temperature.times(1.0 / (expected * plan.scale.energy));
     let thermal = (expected / plan.species[0].mass).sqrt() * plan.scale.speed();
-    let drift = mean("velocity_x", thermal);
+    let drift = drift.times(1.0 / thermal);
     let sentence = format!(
         "The gas has {} times the temperature of its walls, and moves along them at {} thermal speeds (margin {MARGIN} for both).",
         in_units(&temperature, 1.0),
@@ -275,7 +278,6 @@ fn walls(
     let within = |found: Estimate, expected: f64| {
         let off = Estimate {
             value: found.value.map(|value| value - expected),
-            replicas: Some(parts),
             ..found
         };
         judge::within(&off, MARGIN, 0.5 * level)

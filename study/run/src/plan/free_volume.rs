@@ -1,0 +1,129 @@
+//! Volume that obstacles leave to the gas: of the whole box, and of each cell of a grid.
+
+use stosszahl_case::Case;
+use stosszahl_case::format::Face;
+use stosszahl_dsmc::Clearance;
+use stosszahl_model::walls::FreeArea;
+
+use super::boundaries;
+use super::data::{EnginePlan, Plan, PlanError};
+use super::engines;
+
+/// Most steps in which diameters are fitted to a free path.
+const STEPS: usize = 200;
+
+/// Volume of a box in which centres of particles of a mean radius can be \[length^D\], where they keep from obstacles what
+/// the engines of the case ask for: with no obstacles, the volume of the box.
+///
+/// # Errors
+/// [`PlanError`] names the obstacle that is none.
+pub(super) fn free_volume(
+    case: &Case,
+    lengths: &[f64; 3],
+    mean_radius: f64,
+) -> Result<f64, PlanError> {
+    let clearance = match engines::widest_clearance(case) {
+        Clearance::Centre => 0.0,
+        Clearance::Radius => mean_radius,
+    };
+    uncovered_volume(case, lengths, clearance)
+}
+
+/// Volume of a box at least so far from obstacles \[length^D\].
+///
+/// # Errors
+/// [`PlanError`] names the obstacle that is none.
+pub(super) fn uncovered_volume(
+    case: &Case,
+    lengths: &[f64; 3],
+    clearance: f64,
+) -> Result<f64, PlanError> {
+    let dimension = case.gas.dimension as usize;
+    let all = lengths[..dimension].iter().product();
+    let obstacles = boundaries::obstacles(case)?;
+    if obstacles.is_empty() {
+        return Ok(all);
+    }
+    // Obstacles are for disks, so that this is all of the volume.
+    let [x, y, _] = *lengths;
+    let area = FreeArea::new(&obstacles, [x, y], periodic(case), clearance);
+    let free = area.between([0.0; 2], [x, y]);
+    let allowed = "obstacles that leave room for the gas";
+    PlanError::unless(free > 1e-9 * all, "obstacle", "no free area", allowed)?;
+    Ok(free)
+}
+
+/// Area that obstacles cover \[length^2\], wherever the box ends.
+///
+/// # Errors
+/// [`PlanError`] names the obstacle that is none.
+pub(super) fn covered_area(case: &Case) -> Result<f64, PlanError> {
+    let obstacles = boundaries::obstacles(case)?;
+    let corner = (obstacles.iter()).fold([0.0; 2], |corner: [f64; 2], obstacle| {
+        let most = obstacle.bounds()[1];
+        [corner[0].max(most.x), corner[1].max(most.y)]
+    });
+    let area = FreeArea::new(&obstacles, corner, [false; 2], 0.0);
+    Ok(corner[0] * corner[1] - area.between([0.0; 2], corner))
+}
+
+/// The factor of all radii with which a length that depends on them is the wanted one; `found` is that length, which falls
+/// with the power `1 / exponent` of the factor where nothing stands in the box.
+///
+/// # Errors
+/// As `found`.
+pub(super) fn factor_of_radii(
+    wanted: f64,
+    exponent: f64,
+    found: impl Fn(f64) -> Result<f64, PlanError>,
+) -> Result<f64, PlanError> {
+    let mut factor = 1.0;
+    for _ in 0..STEPS {
+        let next = factor * (found(factor)? / wanted).powf(exponent);
+        if (next / factor - 1.0).abs() <= 4.0 * f64::EPSILON {
+            return Ok(factor);
+        }
+        factor = next;
+    }
+    Ok(factor)
+}
+
+/// Whether the box is periodic along its first two axes.
+fn periodic(case: &Case) -> [bool; 2] {
+    [0, 1].map(|axis| *case.walls.at(axis, 0) == Face::default())
+}
+
+impl Plan {
+    /// Volume of the box \[length^D\], with what obstacles take of it; that of the gas where it has no box.
+    pub fn box_volume(&self) -> f64 {
+        match self.lengths[0] {
+            0.0 => self.volume,
+            _ => self.lengths[..self.dimension].iter().product(),
+        }
+    }
+
+    /// Share of each cell of a grid over the first two axes that obstacles leave to the centres of particles of an engine,
+    /// the first axis running fastest; empty without obstacles.
+    pub fn free_shares(&self, engine: &EnginePlan, counts: [usize; 2]) -> Vec<f64> {
+        let obstacles = self.obstacles().unwrap_or_default();
+        if obstacles.is_empty() {
+            return Vec::new();
+        }
+        let clearance = match engine.clearance {
+            Clearance::Centre => 0.0,
+            Clearance::Radius => self.mean_radius(),
+        };
+        let sides = [self.lengths[0], self.lengths[1]];
+        let area = FreeArea::new(&obstacles, sides, self.periodic(), clearance);
+        let edge = |axis: usize, number: usize| sides[axis] * number as f64 / counts[axis] as f64;
+        let share = |row: usize, column: usize| {
+            let low = [edge(0, column), edge(1, row)];
+            let high = [edge(0, column + 1), edge(1, row + 1)];
+            area.between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]))
+        };
+        (0..counts[1])
+            .flat_map(|row| (0..counts[0]).map(move |column| (row, column)))
+            .map(|(row, column)| share(row, column))
+            .collect()
+    }
+}
