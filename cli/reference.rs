@@ -147,7 +147,11 @@ fn allowed(schema: &Value) -> Option<String> {
         let limit = schema.get(name)?;
         // Large whole numbers have more digits than a number that is rounded.
         let whole = limit.as_u64().map(|whole| whole.to_string());
-        whole.or_else(|| limit.as_f64().map(|number| number.to_string()))
+        let short = |number: f64| match number.abs() {
+            size if size > 0.0 && size < 1e-4 => format!("{number:e}"),
+            _ => number.to_string(),
+        };
+        whole.or_else(|| limit.as_f64().map(short))
     };
     if let Some(value) = schema.get("const") {
         return Some(format!("`{value}`"));

@@ -201,7 +201,7 @@ impl Engine {
         stiffness: Option<f64>,
         partner_radius: Option<f64>,
     ) -> PyResult<Self> {
-        let defaults = Parameters::for_scheme(scheme(name, stiffness, partner_radius)?);
+        let defaults = MonteCarlo::defaults(&gas.0, scheme(name, stiffness, partner_radius)?);
         let parameters = Parameters {
             cell_size,
             steps_per_crossing: steps_per_crossing.unwrap_or(defaults.steps_per_crossing),

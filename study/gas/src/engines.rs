@@ -155,7 +155,17 @@ impl MonteCarlo {
     /// # Errors
     /// [`GasError`] if scheme and gas do not go together.
     pub fn from_state(gas: &Gas, scheme: Scheme) -> Result<Self, GasError> {
-        Self::with(gas, Parameters::for_scheme(scheme))
+        Self::with(gas, Self::defaults(gas, scheme))
+    }
+
+    /// Parameters that a gas starts with by default: those of the scheme, without a displacement of partners where there are walls,
+    /// through which it would lead them.
+    pub fn defaults(gas: &Gas, scheme: Scheme) -> Parameters {
+        let defaults = Parameters::for_scheme(scheme);
+        Parameters {
+            displacement: defaults.displacement && !gas.grains.is_bounded,
+            ..defaults
+        }
     }
 
     /// The same with parameters of one's own.

@@ -62,8 +62,14 @@ fn a_paused_gas_goes_on_to_the_same_bytes() -> Result<(), GasError> {
         )
         .gravity([-0.1, 0.0]);
     for gas in [periodic.build()?, bounded.build()?] {
+        let mut schemes = 0;
         for scheme in Scheme::ALL {
-            let mut paused = MonteCarlo::from_state(&gas, scheme)?;
+            // Not all schemes go with walls.
+            let Ok(mut paused) = MonteCarlo::from_state(&gas, scheme) else {
+                assert!(gas.grains.is_bounded, "{}", scheme.name());
+                continue;
+            };
+            schemes += 1;
             let mut alone = MonteCarlo::from_state(&gas, scheme)?;
             let pauses = with_pauses(&mut *paused, until, usize::MAX)?;
             alone.advance(until, &mut ())?;
@@ -76,6 +82,7 @@ fn a_paused_gas_goes_on_to_the_same_bytes() -> Result<(), GasError> {
             assert_eq!(paused.particles(), alone.particles(), "{}", scheme.name());
             assert_eq!(paused.work(), alone.work());
         }
+        assert!(schemes >= 4);
         let (mut paused, mut alone) = (EventDriven::new(&gas)?, EventDriven::new(&gas)?);
         // It looks every 50000 collisions.
         let until = if gas.grains.is_bounded { 400.0 } else { until };
