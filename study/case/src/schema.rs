@@ -159,7 +159,17 @@ impl Format {
                     self.within(&first["items"], value, &below(key, (index + 1).to_string()))?;
                 }
             }
-            Value::Table(table) => self.table(first, table, key)?,
+            Value::Table(table) => {
+                // Of several kinds of tables, the one that knows most of the keys; the first of equals.
+                let known = |choice: &&Json| {
+                    let keys = choice["properties"].as_object();
+                    let is_known =
+                        |name: &&String| keys.is_some_and(|keys| keys.contains_key(*name));
+                    table.keys().filter(is_known).count()
+                };
+                let best = fitting.iter().copied().rev().max_by_key(known);
+                self.table(best.unwrap_or(first), table, key)?;
+            }
             _ => {}
         }
         Ok(())
