@@ -217,8 +217,8 @@ pub struct Start {
     pub region: Option<[Vec<f64>; 2]>,
     /// Where the velocities come from.
     pub velocities: Velocities,
-    /// Elastic collisions per particle before t = 0; 0 means none. Default: 10 in a periodic box, 0 in flows and where a file or a
-    /// region gives the places.
+    /// Elastic collisions per particle before t = 0; 0 means none. Default: 0 in flows and where a file or a region gives the
+    /// places, else 10, and `10 sqrt(phi) chi` up to 100 at packings above 0.3.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub equilibration: Option<f64>,
     /// Give up equilibrating here. Default: four times `equilibration`, and at least 200.

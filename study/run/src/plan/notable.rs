@@ -27,11 +27,27 @@ const LEAST_RELAXATIONS: f64 = 20.0;
 /// by `share^2/32 < 4e-4`, from the saw tooth of the temperature.
 const LARGEST_KICK: f64 = 0.1;
 
+/// Elastic collisions per particle before the start, by default, for each `sqrt(phi) chi`, the box over the mean free path at a given
+/// number of disks: waves as long as the box of 600 disks, which are the last to be those of a fluid, take so many at packings from 0.2 to 0.44.
+const SOUND: f64 = 10.0;
+/// The least of them; distances up to 1.3 diameters take 4 at any packing.
+const LEAST_EQUILIBRATION: f64 = 10.0;
+/// The most of them: at packings that take more, the crystal is the equilibrium and stays.
+const MOST_EQUILIBRATION: f64 = 100.0;
+
 impl Plan {
-    /// Elastic collisions per particle before the start.
+    /// Elastic collisions per particle before the start. Default for disks in a periodic box that the program places: 10, and more at packings
+    /// above 0.3, `10 sqrt(phi) chi` up to 100.
     pub fn equilibration(&self) -> f64 {
         let melts = self.kind == Kind::Comparison && self.dimension == 2 && !self.starts_as_given();
-        let default = if melts { 10.0 } else { 0.0 };
+        let crowded = SOUND * self.packing_fraction.sqrt() * self.contact_value;
+        let default = if melts {
+            crowded
+                .ceil()
+                .clamp(LEAST_EQUILIBRATION, MOST_EQUILIBRATION)
+        } else {
+            0.0
+        };
         self.case.start.equilibration.unwrap_or(default)
     }
 

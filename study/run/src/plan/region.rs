@@ -50,14 +50,6 @@ impl Plan {
         })
     }
 
-    /// Area or volume of the particles \[length^D\].
-    fn covered(&self) -> f64 {
-        let balls = self.radii_and_masses().into_iter();
-        balls
-            .map(|(radius, _)| in_space!(self.dimension, S => S::ball(radius)))
-            .sum()
-    }
-
     /// Share of the region of the start that the particles cover, bodies left out.
     ///
     /// # Errors
@@ -69,7 +61,7 @@ impl Plan {
         let free =
             in_space!(self.dimension, S => free_share(&Confinement::<S>::of(self)?, &region));
         Ok(Some(
-            self.covered() / (free * region.volume(self.dimension)),
+            self.packing_fraction * self.volume / (free * region.volume(self.dimension)),
         ))
     }
 

@@ -213,6 +213,29 @@ fn velocities_of_a_file_are_dealt_within_species() {
     }
 }
 
+/// Collisions before the start grow with packing, where the case does not give them; those of a file or a region are none.
+#[test]
+fn default_equilibration_depends_on_packing() {
+    let asked = |packing: f64, start: &str| {
+        let text = format!(
+            "[gas]\nnumber = 100\nrestitution = 1\n[box]\npacking_fraction = {packing}\n[start]\n{start}[run]\nuntil = 1\n[engine.ed]\n"
+        );
+        plan(&text).equilibration()
+    };
+    // 10 sqrt(phi) chi by Henderson's chi less a hundredth: 9.7, 14.5, 22.0 and 35.2, made whole.
+    for (packing, wanted) in [
+        (0.05, 10.0),
+        (0.3, 10.0),
+        (0.4, 15.0),
+        (0.5, 22.0),
+        (0.6, 36.0),
+    ] {
+        assert_eq!(asked(packing, ""), wanted, "{packing}");
+    }
+    assert_eq!(asked(0.4, "equilibration = 3\n"), 3.0);
+    assert_eq!(asked(0.02, "region = [[0, 0], [40, 40]]\n"), 0.0);
+}
+
 /// Where next to nothing collides, and at the longest equilibration, the flight after the count ends too.
 #[test]
 fn few_disks_end_their_equilibration() {
