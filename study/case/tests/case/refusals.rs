@@ -299,10 +299,14 @@ const OF_COMPARISONS: &[Row] = &[
     ),
     (
         &["start.velocities=file"],
-        "start.file",
-        "velocities = \"file\"",
+        "start.velocities",
+        "gas.number gives it too",
     ),
-    (&["start.velocities={ a2 = 11 }"], "start.velocities", "10"),
+    (
+        &["start.velocities={ a2 = 11 }"],
+        "start.velocities.a2",
+        "10",
+    ),
     (&["start.region=[[0, 0], [1]]"], "start.region.2", "2"),
     (
         &["start.region=[[2, 0], [1, 3]]"],
