@@ -2,161 +2,16 @@
 
 mod windows;
 
-use serde::{Deserialize, Serialize};
 use stosszahl_model::Space;
 
-use crate::sweep::each_of;
-use crate::tally::larger;
+use crate::extrema::larger;
+use crate::scheme::{Neighbourhood, Scheme};
+use crate::threads::each_of;
 
 pub(crate) use windows::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
 
 /// Lines of cells that one thread adds up in turn.
 const BLOCK: usize = 16;
-
-/// Over which area the packing fraction is taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Neighbourhood {
-    /// The whole box.
-    Mean,
-    /// The square or cube of (2n + 1)^D cells around.
-    Cells(u32),
-}
-
-/// Which pairs collide, and how often.
-///
-/// Collisions per pair and time are those of kinetic theory with the factor chi. The first four draw pairs within a cell;
-/// the last three draw partners by where they are, over a contact distance d.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Scheme {
-    /// No collisions at all: free molecular flow.
-    Collisionless,
-    /// chi = 1: the dilute gas. Converges to the Boltzmann equation.
-    Boltzmann,
-    /// chi = V/(V - `V_0`), `V_0` the area that the disks of the cell need at random close packing, 0.82 (spheres: 0.64):
-    /// the scheme of Luding, Müller & McNamara (1998). 9 % below Enskog at packing 0.25; without a
-    /// limit it is infinite or negative in a crowded cell.
-    FreeVolume,
-    /// chi of the packing around the cell: with many simulators the local Enskog collision rate.
-    Enskog(Neighbourhood),
-    /// A partner from the cell of the point at d from the simulator along a random line of centres, as likely as that cell is
-    /// crowded, times chi halfway: Enskog Simulation Monte Carlo (Montanero & Santos, Phys. Rev. E 54, 438 (1996),
-    /// doi:10.1103/PhysRevE.54.438). With many simulators and small cells it solves the Enskog equation.
-    Esmc(Neighbourhood),
-    /// Partners nearer than d that approach at `g_n` along the line between them collide with the rate
-    /// `stiffness` D chi `g_n`/d: stochastic hard-sphere dynamics (Donev, Alder & Garcia, Phys. Rev. Lett. 101, 075902 (2008),
-    /// doi:10.1103/PhysRevLett.101.075902). The gas is a fluid of penetrable particles, with fluctuations and structure
-    /// of its own equation of state; stiff, it tends to exact hard particles, its collision rate from below.
-    StochasticDisks {
-        /// How readily overlapping particles collide: 1 would give Enskog's rate if they overlapped as in the dilute gas.
-        stiffness: f64,
-    },
-    /// A partner from around the point at about d from the simulator along a random line of centres, at the rate of
-    /// Enskog's theory for the density around, however few the partners (`docs/development/monte-carlo.md`). With up to eleven simulators for
-    /// each disk, in space, in thin gases, for unequal sizes and in boxes with boundaries the density is a mean over at least
-    /// 3 d: the scheme then has Enskog's rate, pressure and transport where the state changes little within that length, and at
-    /// shorter wavelengths the structure factor is too large (at k d = 0.5 and packing 0.25, 0.53 with one simulator for each disk
-    /// and 0.40 with four, where exact disks have 0.335). With more simulators it is a mean over about a diameter around the point halfway,
-    /// and with 16 for each disk S(k d) is that of exact disks within 5 % up to k d = 1.
-    ContactPoint {
-        /// Radius around the point within which all simulators are equally likely; if there is none, the nearest in
-        /// the cells around is taken \[length\]. None: half the diameter, or a quarter of the mean free path if that is longer.
-        radius: Option<f64>,
-    },
-}
-
-impl Scheme {
-    /// [`Scheme::ContactPoint`] with its own radius: the scheme to compare with exact disks.
-    pub const CONTACT_POINT: Self = Self::ContactPoint { radius: None };
-
-    /// All schemes, each with the settings that it has where none are chosen.
-    pub const ALL: [Self; 7] = [
-        Self::Collisionless,
-        Self::Boltzmann,
-        Self::FreeVolume,
-        Self::Enskog(Neighbourhood::Cells(2)),
-        Self::Esmc(Neighbourhood::Cells(2)),
-        Self::StochasticDisks { stiffness: 1.0 },
-        Self::CONTACT_POINT,
-    ];
-
-    /// The scheme of a [`Self::name`], with its own settings.
-    ///
-    /// ```
-    /// use stosszahl_dsmc::{Neighbourhood, Scheme};
-    ///
-    /// assert_eq!(Scheme::named("enskog"), Some(Scheme::Enskog(Neighbourhood::Cells(2))));
-    /// assert_eq!(Scheme::named("ensk"), None);
-    /// ```
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|scheme| scheme.name() == name)
-    }
-
-    /// The word used in file names and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Collisionless => "collisionless",
-            Self::Boltzmann => "boltzmann",
-            Self::FreeVolume => "free-volume",
-            Self::Enskog(_) => "enskog",
-            Self::Esmc(_) => "esmc",
-            Self::StochasticDisks { .. } => "stochastic-disks",
-            Self::ContactPoint { .. } => "contact-point",
-        }
-    }
-
-    /// Whether partners are drawn by where they are, from other cells too.
-    pub fn is_across(self) -> bool {
-        matches!(
-            self,
-            Self::Esmc(_) | Self::StochasticDisks { .. } | Self::ContactPoint { .. }
-        )
-    }
-
-    /// Whether its collisions carry momentum over the distance of the partners, as those of exact particles do: their virial is
-    /// then part of the pressure. Partners within a cell are points, whatever their rate.
-    pub fn carries(self) -> bool {
-        self.is_across()
-    }
-
-    /// Whether the number of its trials follows from a bound of the speeds at which partners approach.
-    pub(crate) fn bounds_trials(self) -> bool {
-        !matches!(self, Self::StochasticDisks { .. })
-    }
-
-    /// Cells on each side over which the packing is taken, and how they count; none for the whole box, or where it does not count.
-    fn window(self, gas: &Gas, dimension: usize) -> Option<(u32, Weighing)> {
-        let (cell, diameter) = (gas.width, gas.diameter);
-        let reach = match self {
-            Self::Enskog(Neighbourhood::Cells(n)) | Self::Esmc(Neighbourhood::Cells(n)) => n,
-            Self::FreeVolume => 0,
-            Self::StochasticDisks { .. } => 2,
-            // Ten diameters around one simulator per particle, fewer around many, which make less noise.
-            Self::ContactPoint { .. } => {
-                let shrunk = 10.0 / gas.simulators_per_particle.powf(1.0 / dimension as f64);
-                // In space it was not measured.
-                let is_known = dimension == 2 && gas.is_plain && !gas.bounded[..2].contains(&true);
-                if shrunk < 3.0 && is_known && cell < diameter {
-                    let half = (diameter / cell).ceil().min(50.0);
-                    return Some((half as u32 - 1, Weighing::Triangle));
-                }
-                let side = shrunk.max(3.0) * diameter;
-                ((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50)
-            }
-            _ => return None,
-        };
-        Some((reach, Weighing::Flat))
-    }
-
-    /// chi at a packing fraction, before any limit.
-    pub fn contact_value<S: Space>(self, packing_fraction: f64) -> f64 {
-        match self {
-            Self::Collisionless | Self::Boltzmann => 1.0,
-            Self::FreeVolume if packing_fraction >= S::RANDOM_CLOSE_PACKING => f64::INFINITY,
-            Self::FreeVolume => 1.0 / (1.0 - packing_fraction / S::RANDOM_CLOSE_PACKING),
-            _ => S::contact_value(packing_fraction),
-        }
-    }
-}
 
 /// How the cells of a neighbourhood count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -249,10 +104,34 @@ pub(crate) struct Gas {
     pub(crate) is_plain: bool,
 }
 
+/// Cells on each side over which the packing is taken, and how they count; none for the whole box, or where it does not count.
+fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, Weighing)> {
+    let (cell, diameter) = (gas.width, gas.diameter);
+    let reach = match scheme {
+        Scheme::Enskog(Neighbourhood::Cells(n)) | Scheme::Esmc(Neighbourhood::Cells(n)) => n,
+        Scheme::FreeVolume => 0,
+        Scheme::StochasticDisks { .. } => 2,
+        // Ten diameters around one simulator per particle, fewer around many, which make less noise.
+        Scheme::ContactPoint { .. } => {
+            let shrunk = 10.0 / gas.simulators_per_particle.powf(1.0 / dimension as f64);
+            // In space it was not measured.
+            let is_known = dimension == 2 && gas.is_plain && !gas.bounded[..2].contains(&true);
+            if shrunk < 3.0 && is_known && cell < diameter {
+                let half = (diameter / cell).ceil().min(50.0);
+                return Some((half as u32 - 1, Weighing::Triangle));
+            }
+            let side = shrunk.max(3.0) * diameter;
+            ((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50)
+        }
+        _ => return None,
+    };
+    Some((reach, Weighing::Flat))
+}
+
 impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
         let counts = gas.counts.map(|count| count as usize);
-        let wanted = scheme.window(gas, S::DIMENSION);
+        let wanted = window(scheme, gas, S::DIMENSION);
         let (cells, mut weighing) = wanted.unwrap_or((0, Weighing::Flat));
         let reach = [0, 1, 2].map(|axis| {
             let wanted = if axis < S::DIMENSION {
@@ -663,130 +542,4 @@ fn wrapped(shifted: usize, reach: usize, count: usize) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use stosszahl_model::{Plane, Volume};
-
-    /// A gas of so many cells of the size 2 and of particles that cover so much.
-    fn gas(counts: [u32; 3], unit: f64) -> Gas {
-        Gas {
-            limit: 10.0,
-            counts,
-            cell: 4.0,
-            width: 2.0,
-            // Three cells on a side of a triangle.
-            diameter: 5.0,
-            simulators_per_particle: 64.0,
-            unit,
-            packing_fraction: 0.25,
-            bounded: [false; 3],
-            is_plain: true,
-        }
-    }
-
-    /// The sums along lines and across them against the plain sum over all cells around.
-    fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
-        let areas: Vec<f32> = (0..counts.iter().product())
-            .map(|i| (i * i % 5) as f32)
-            .collect();
-        let gas = gas(counts, 0.1);
-        let columns = counts[0] as usize;
-        for parallel in [false, true] {
-            let mut density = Density::<S>::new(scheme, &gas);
-            assert_eq!(density.weighing(), weighing);
-            density.update(parallel, &|line, values| {
-                values.copy_from_slice(&areas[line * columns..(line + 1) * columns]);
-            });
-            let [nx, ny, nz] = counts.map(|count| count as usize);
-            let deep = if S::DIMENSION == 2 { 2..3 } else { 0..5 };
-            let weight = |away: [usize; 3]| match weighing {
-                Weighing::Flat => 1,
-                Weighing::Triangle => (3 - away[0]) * (3 - away[1]),
-            };
-            let away = |x: usize, y: usize, z: usize| [x, y, z].map(|at| at.abs_diff(2));
-            let cubes = deep
-                .clone()
-                .flat_map(|z| (0..25).map(move |i| [i % 5, i / 5, z]));
-            let all: usize = cubes.clone().map(|[x, y, z]| weight(away(x, y, z))).sum();
-            let squares: usize = cubes.map(|[x, y, z]| weight(away(x, y, z)).pow(2)).sum();
-            assert!((density.squares() - squares as f64 / all as f64).abs() < 1e-14);
-            assert_eq!(density.cells_around(), all as f64);
-            assert_eq!(density.share_of([1, 2, 0]), weight([1, 2, 0]) as f64);
-            for cell in 0..areas.len() {
-                let at = [cell % nx, cell / nx % ny, cell / nx / ny];
-                let mut plain = 0.0;
-                for z in deep.clone() {
-                    let row = (at[2] + z + nz - 2) % nz;
-                    for y in 0..5 {
-                        for x in 0..5 {
-                            let (column, line) =
-                                ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);
-                            let area = areas[column + nx * (line + ny * row)];
-                            plain += weight(away(x, y, z)) as f64 * f64::from(area);
-                        }
-                    }
-                }
-                let packing = plain * 0.1 / 4.0 / all as f64;
-                let found = density.contact_value(at.map(|at| at as u32), 0.0);
-                assert!((found.2 - packing).abs() < 1e-14);
-                assert!((found.0 - S::contact_value(packing)).abs() < 1e-12);
-            }
-        }
-    }
-
-    /// What others count around cells near one, and the most of it, against sums over all simulators around but one of that cell.
-    #[test]
-    fn others_are_all_but_one() {
-        let counts = [7, 6, 1];
-        let mut density = Density::<Plane>::new(Scheme::CONTACT_POINT, &gas(counts, 0.1));
-        let number = |x: i64, y: i64| (x.rem_euclid(7) + 7 * y.rem_euclid(6)) as usize;
-        let held = |cell: usize| cell * cell % 5 + 1;
-        density.update(false, &|line, values| {
-            for (x, value) in values.iter_mut().enumerate() {
-                *value = held(x + 7 * line) as f32;
-            }
-        });
-        let mut expected = Vec::new();
-        for (y, x) in (0..6).flat_map(|y| (0..7).map(move |x| (y, x))) {
-            let cell = [x as u32, y as u32, 0];
-            let mut most = 0.0;
-            for (right, up) in (-2..=2).flat_map(|right| (-2..=2).map(move |up| (right, up))) {
-                let mut others = 0;
-                for (dx, dy) in (-2..=2_i64).flat_map(|dx| (-2..=2_i64).map(move |dy| (dx, dy))) {
-                    let there = number(x + right + dx, y + up + dy);
-                    let but_one = usize::from(there == number(x, y));
-                    others += (3 - dx.abs()) * (3 - dy.abs()) * (held(there) - but_one) as i64;
-                }
-                assert_eq!(density.others(cell, [right, up, 0]), others as f64);
-                most = larger(most, others as f64);
-            }
-            expected.push(most);
-        }
-        for (y, part) in (0..6).flat_map(|y| [(y, 0..7), (y, 3..5)]) {
-            let mut most = vec![f64::NAN; part.len()];
-            let first = [part.start as u32, y as u32, 0];
-            density.most_others(first, [2, 2, 0], &mut Vec::new(), &mut most);
-            assert_eq!(most, expected[7 * y..][part]);
-        }
-    }
-
-    #[test]
-    fn neighbourhood_packing_is_the_plain_sum() {
-        let flat = Scheme::Enskog(Neighbourhood::Cells(2));
-        check::<Plane>([7, 5, 1], flat, Weighing::Flat);
-        check::<Volume>([5, 7, 6], flat, Weighing::Flat);
-        check::<Plane>([7, 5, 1], Scheme::CONTACT_POINT, Weighing::Triangle);
-    }
-
-    #[test]
-    fn crowded_cells_are_limited_and_say_so() {
-        let gas = gas([2, 1, 1], Plane::ball(0.5));
-        let density = Density::<Plane>::new(Scheme::FreeVolume, &gas);
-        let (chi, limited, packing) = density.contact_value([0; 3], 2.0);
-        let known = std::f64::consts::FRAC_PI_4 / 2.0;
-        assert!(!limited && (packing - known).abs() < 1e-15);
-        assert!((chi - 1.0 / (1.0 - known / 0.82)).abs() < 1e-14);
-        let (chi, limited, _) = density.contact_value([1, 0, 0], 5.0);
-        assert_eq!((chi, limited), (10.0, true));
-    }
-}
+mod tests;

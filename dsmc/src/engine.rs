@@ -1,20 +1,20 @@
 //! The engine: what it holds, and what can be asked of it.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Interrupt, Physics, Sizes, SpinOf, State, VectorOf};
+use stosszahl_model::{Body, Interrupt, Physics, Sizes, Space, SpinOf, State, VectorOf};
 
-use crate::across::{Arm, Rates};
 use crate::boundary::{Ledgers, Surroundings};
+use crate::cross_cell::{Arm, HaloCopy, Rates};
+use crate::decomposition::Subdomain;
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
-use crate::share::Share;
-use crate::simulator::{Follow, SimulatorOf, Unfollowed};
-use crate::start::Means;
-use crate::step::Pause;
-use crate::sweep::Pool;
+use crate::particle::{Follow, SimulatorOf, Unfollowed};
+use crate::pause::Pause;
+use crate::start_means::Means;
 use crate::tally::{CellCount, Stock, Tally, Unit};
-use crate::tile::{Outbox, Tile, Traveller};
+use crate::threads::Pool;
+use crate::tile::{Outbox, Scratch, Tile, Traveller};
 use stosszahl_model::interrupt::Interruption;
 
 /// What of the gas never changes.
@@ -73,7 +73,9 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) departing: Vec<Outbox<P, F>>,
     pub(crate) arriving: Vec<Outbox<P, F>>,
     pub(crate) far: Vec<(u32, Traveller<P, F>)>,
-    pub(crate) pool: Pool<P, F>,
+    pub(crate) pool: Pool<Scratch<P, F>>,
+    /// Halo copies of tiles, of schemes whose partners lie across cells.
+    pub(crate) halo_copies: Pool<HaloCopy<P>>,
     pub(crate) held_step: Option<f64>,
     pub(crate) counts_cells: bool,
     pub(crate) time: f64,
@@ -89,7 +91,7 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     /// The pause in which the gas is; none once something else was done with it.
     pub(crate) pause: Option<Pause>,
     /// The part of the gas that this process holds, if there are several.
-    pub(crate) share: Option<Share<P::Space>>,
+    pub(crate) share: Option<Subdomain<P::Space>>,
 }
 
 impl<P, F> Engine<P, F>
@@ -310,9 +312,10 @@ where
     /// some diameters does not know. None for other schemes, and zero without walls.
     pub fn wall_error(&self) -> Option<f64> {
         let is_contact = matches!(self.parameters.scheme, crate::Scheme::ContactPoint { .. });
-        let widths = self.surroundings.iter().flat_map(|surroundings| {
-            (0..crate::dimension::<P>()).map(|axis| surroundings.width(axis))
-        });
+        let widths = self
+            .surroundings
+            .iter()
+            .flat_map(|surroundings| (0..P::Space::DIMENSION).map(|axis| surroundings.width(axis)));
         let shares: f64 = widths.map(|width| 1.75 / width).sum();
         is_contact.then_some(self.constants.packing_fraction * shares)
     }
@@ -344,7 +347,8 @@ where
                 .map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes())
                 .sum::<usize>()
             + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
-            + self.pool.bytes()
+            + self.pool.bytes(Scratch::bytes)
+            + self.halo_copies.bytes(HaloCopy::bytes)
             + self.density.bytes()
             + self.surroundings.as_ref().map_or(0, Surroundings::bytes)
             + self.rates.as_ref().map_or(0, Rates::bytes)

@@ -202,6 +202,12 @@ impl<S: Space> Grid<S> {
         self.images
     }
 
+    /// The shortest image of a difference of positions in the box or a little outside.
+    #[inline(always)]
+    pub(crate) fn nearest_image(&self, difference: S::Vector) -> S::Vector {
+        self.domain.images().nearest_of_near(difference)
+    }
+
     /// Number of tiles along each axis; one beyond the dimension.
     pub fn tiles(&self) -> [u32; 3] {
         self.tiles

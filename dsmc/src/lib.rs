@@ -57,7 +57,7 @@
 //! it needs two copies, and each pass waits for the memory anew. `docs/development/monte-carlo.md` has the figures.
 //!
 //! Schemes that need a neighbourhood of cells run as two sweeps instead of one. Those whose partners are in different
-//! cells are in `across`: the line of centres is drawn first, and the partner from where it then has to be.
+//! cells are in `cross_cell`: the line of centres is drawn first, and the partner from where it then has to be.
 //!
 //! # Known errors
 //!
@@ -68,41 +68,49 @@
 //! last, and weaken thermal noise. [`Scheme::ContactPoint`] has the rate and the pressure of Enskog's theory even so, and
 //! needs many simulators only for chaos.
 
-mod across;
 mod boundary;
-mod collide;
-mod copies;
+mod checkpoint;
+mod cross_cell;
+mod decomposition;
 mod density;
 mod engine;
-mod fly;
+mod extrema;
+mod features;
+mod flight;
 mod grid;
 mod parameters;
+mod random_counts;
 mod regions;
-mod share;
+mod replicate_start;
+mod scheme;
+mod within_cell;
 // Unit tests are of the parts: without all kinds of gases they compile faster.
+mod particle;
+mod pause;
 #[cfg(not(test))]
 mod simulate;
-mod simulator;
 mod start;
+mod start_means;
 mod step;
 mod sweep;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod threads;
 mod tile;
 
 pub use boundary::{Boundaries, Clearance, Inflow, Ledgers, Transfer, Weights};
-pub use density::{Neighbourhood, Scheme};
+pub use checkpoint::Checkpoint;
+pub use decomposition::{Beside, Ranks, from_first, gather_from_all, shard_name};
 pub use engine::Engine;
 pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
-pub use share::{Beside, Ranks, from_first, gather_from_all, shard_name};
+pub use particle::{Follow, Followed, Simulator, Unfollowed};
+pub use scheme::{Neighbourhood, Scheme};
 #[cfg(not(test))]
 pub use simulate::{
     BALANCE, ExpectedGas, Gas, Left, check, resume, resume_among, serve, simulate, simulate_among,
 };
-pub use simulator::{Follow, Followed, Simulator, Unfollowed};
-pub use start::Checkpoint;
 pub use tally::{CellCount, Tally};
 
 /// Gases without positions, in a package of their own.
@@ -115,8 +123,3 @@ pub const STATISTICS_VERSION: u32 = 2;
 /// The same of `contact-point` gases whose density is taken halfway to the contact, those of twelve or more simulators for each disk in periodic
 /// boxes: they alone change with it.
 pub const HALFWAY_STATISTICS_VERSION: u32 = 1;
-
-/// Number of components of a position.
-const fn dimension<P: stosszahl_model::Physics>() -> usize {
-    <P::Space as stosszahl_model::Space>::DIMENSION
-}

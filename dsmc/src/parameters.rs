@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
 use stosszahl_model::{Domain, Invalid, MessageUnits, Space, brief};
 
-use crate::density::Scheme;
+use crate::scheme::Scheme;
 
 /// How far the partners of a collision within a cell are displaced, along the momentum that each receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -4,9 +4,9 @@ use stosszahl_model::Physics;
 use stosszahl_model::random::Purpose;
 
 use crate::boundary::{Surroundings, Weights, enter};
-use crate::collide::draw_whole;
 use crate::engine::Engine;
-use crate::simulator::Follow;
+use crate::particle::Follow;
+use crate::random_counts::draw_whole;
 
 /// Steps between two looks at the numbers.
 const EVERY: u64 = 16;

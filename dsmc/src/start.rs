@@ -1,25 +1,25 @@
 //! How an engine starts, stops and goes on.
 
-use serde::{Deserialize, Serialize};
+use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
 
-use crate::across::{self, Arm, Rates, Spread};
-use crate::boundary::{
-    Boundaries, Inflow, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter,
-};
-use crate::collide::draw_whole;
-use crate::copies;
-use crate::density::{Density, Gas, Scheme};
+use crate::boundary::{Boundaries, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter};
+use crate::checkpoint::Checkpoint;
+use crate::cross_cell::{self, Arm, Rates};
+use crate::density::{Density, Gas};
 use crate::engine::{Constants, Engine};
 use crate::grid::Grid;
 use crate::parameters::{Displacement, EngineError, Parameters};
-use crate::simulator::{Follow, SimulatorOf, Unfollowed, is_good};
-use crate::sweep::Pool;
+use crate::particle::{Follow, SimulatorOf, is_good};
+use crate::random_counts::draw_whole;
+use crate::replicate_start;
+use crate::scheme::Scheme;
+use crate::start_means::Means;
 use crate::tally::{CellCount, Stock, Tally, Unit};
+use crate::threads::Pool;
 use crate::tile::{Outbox, Tile};
-use stosszahl_model::interrupt::Interruption;
 
 /// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
 /// the fewer leave it.
@@ -29,128 +29,6 @@ const PER_TILE: usize = 8192;
 /// simulators keep enough tiles that threads have enough of each colour.
 const PER_TILE_ACROSS: usize = 3072;
 const TILES_ACROSS: usize = 25;
-
-/// Everything needed to continue a run to the same bytes.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(bound = "")]
-pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
-    time: f64,
-    /// In the order of their cells.
-    simulators: Vec<SimulatorOf<P, F>>,
-    stock: Stock<P::Space>,
-    unit: Unit,
-    tally: Tally,
-    arm: Arm,
-    ledgers: Ledgers<P::Space>,
-    means: Means,
-    /// Factors of the weights of regions that follow the number of simulators; empty where none do.
-    factors: Vec<f64>,
-}
-
-impl<P: Physics, F: Follow<P::Space>> Checkpoint<P, F> {
-    /// Gives it its simulators, in the order of their cells.
-    pub(crate) fn hold(&mut self, simulators: Vec<SimulatorOf<P, F>>) {
-        self.simulators = simulators;
-    }
-}
-
-/// Sums over the particles of the start. Simulators may come and go; cells, tiles and steps stay as they were chosen.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Means {
-    /// How many simulators there were.
-    simulators: usize,
-    /// Sum of the weights of what is averaged: one for each simulator of a start, its density for each inflow.
-    count: f64,
-    /// Sums of their diameters d, of d^(D-1), of d^D, of their areas or volumes, and of their masses.
-    diameters: f64,
-    lower: f64,
-    upper: f64,
-    covered: f64,
-    mass: f64,
-    /// Sums of the powers D to 2 D of the radius over the largest.
-    powers: [f64; 4],
-}
-
-impl Means {
-    /// Mean diameter, `M_(D-1)/M_D` of the diameters, mean mass, and mean area or volume.
-    fn averages(&self) -> [f64; 4] {
-        [
-            self.diameters / self.count,
-            self.lower / self.upper,
-            self.mass / self.count,
-            self.covered / self.count,
-        ]
-    }
-
-    /// Packing fraction of the start, for simulators that count as `share` over the volume of the box.
-    fn packing_fraction(&self, share: f64) -> f64 {
-        match self.simulators {
-            0 => 0.0,
-            _ => share * self.covered,
-        }
-    }
-
-    /// How many simulators tiles are made for, of which all cover `covered`: those of the start, or what flows into an empty
-    /// box. Not the number of the moment, so that a continued run has the tiles of its start.
-    fn expected(&self, covered: f64) -> usize {
-        match self.simulators {
-            0 => (covered * self.count / self.covered).min(MOST_SIMULATORS) as usize,
-            some => some,
-        }
-    }
-
-    /// How many simulators there were at the start.
-    pub(crate) fn simulators(&self) -> usize {
-        self.simulators
-    }
-
-    /// What unequal sizes do to the count of a neighbourhood.
-    fn spread<P: Physics>(&self, sizes: &P::Sizes) -> Option<Spread> {
-        let powers = self.powers.map(|sum| sum / self.count);
-        (!sizes.are_equal()).then(|| Spread::new(P::Space::DIMENSION, powers))
-    }
-
-    /// Adds the size with an index, `weight` times.
-    fn add<P: Physics>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
-        let dimension = P::Space::DIMENSION as i32;
-        let tag = sizes.tag(index);
-        let radius = sizes.radius(tag);
-        self.count += weight;
-        self.diameters += weight * 2.0 * radius;
-        self.lower += weight * (2.0 * radius).powi(dimension - 1);
-        self.upper += weight * (2.0 * radius).powi(dimension);
-        self.covered += weight * P::Space::ball(radius);
-        self.mass += weight * sizes.mass(tag);
-        let share = radius / sizes.largest_radius();
-        for (power, sum) in (dimension..=2 * dimension).zip(&mut self.powers) {
-            *sum += weight * share.powi(power);
-        }
-    }
-
-    /// Of the first `simulators` sizes; of an empty start, of what flows in, each by its density, and if nothing does, of
-    /// the first size.
-    fn of<P: Physics>(sizes: &P::Sizes, simulators: usize, inflows: &[Inflow<P::Space>]) -> Self {
-        let mut means = Self {
-            simulators,
-            ..Self::default()
-        };
-        for index in 0..simulators {
-            means.add::<P>(sizes, index, 1.0);
-        }
-        if simulators > 0 {
-            return means;
-        }
-        // What is too much, or no number, is refused later.
-        let allowed = |inflow: &&Inflow<_>| inflow.density > 0.0 && inflow.density < 1e150;
-        for inflow in inflows.iter().filter(allowed) {
-            means.add::<P>(sizes, inflow.like, inflow.density);
-        }
-        if means.count == 0.0 {
-            means.add::<P>(sizes, 0, 1.0);
-        }
-        means
-    }
-}
 
 impl<P> Engine<P>
 where
@@ -210,7 +88,7 @@ where
                 allowed: "a state for each simulator, as a copy that is moved would go through bodies",
             });
         }
-        let simulators = copies::simulators::<P, F>(scene, &parameters, state, streams);
+        let simulators = replicate_start::simulators::<P, F>(scene, &parameters, state, streams);
         let checked = state.bodies.len();
         Self::begin(
             scene, parameters, state, simulators, checked, boundaries, streams,
@@ -248,7 +126,7 @@ where
                 });
             }
         };
-        let simulators = copies::of_sets::<P, F>(scene, sets);
+        let simulators = replicate_start::of_sets::<P, F>(scene, sets);
         let checked = simulators.len();
         Self::begin(
             scene, parameters, first, simulators, checked, boundaries, streams,
@@ -392,11 +270,10 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
-        let rates = matches!(parameters.scheme, Scheme::ContactPoint { .. })
-            .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(sizes), radius));
         let mut engine = Self {
+            rates: matches!(parameters.scheme, Scheme::ContactPoint { .. })
+                .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(sizes), radius)),
             density,
-            rates,
             arm,
             constants: Constants {
                 packing_fraction,
@@ -418,6 +295,7 @@ where
             arriving: Vec::new(),
             far: Vec::new(),
             pool: Pool::default(),
+            halo_copies: Pool::default(),
             held_step: None,
             counts_cells: false,
             time,
@@ -477,38 +355,7 @@ where
         let boxes = || (0..self.tiles.len()).map(|_| Outbox::default()).collect();
         (self.departing, self.arriving) = (boxes(), boxes());
         self.pool = Pool::default();
-    }
-
-    /// Everything needed to go on from here.
-    pub fn checkpoint(&self) -> Checkpoint<P, F> {
-        Checkpoint {
-            simulators: self.ordered().copied().collect(),
-            ..self.without_simulators()
-        }
-    }
-
-    /// The same, but for the simulators.
-    pub(crate) fn without_simulators(&self) -> Checkpoint<P, F> {
-        Checkpoint {
-            time: self.time,
-            simulators: Vec::new(),
-            stock: self.stock,
-            unit: self.unit,
-            tally: self.tally,
-            arm: self.arm.clone(),
-            ledgers: self.ledgers.clone(),
-            means: self.means,
-            factors: self
-                .followed()
-                .map_or_else(Vec::new, |all| all.factors().to_vec()),
-        }
-    }
-
-    /// Goes on from a checkpoint of the same gas, but for the simulators.
-    pub(crate) fn take_over(&mut self, checkpoint: Checkpoint<P, F>) {
-        (self.time, self.stock, self.unit) = (checkpoint.time, checkpoint.stock, checkpoint.unit);
-        (self.tally, self.arm) = (checkpoint.tally, checkpoint.arm);
-        self.ledgers = checkpoint.ledgers;
+        self.halo_copies = Pool::default();
     }
 }
 
@@ -582,7 +429,7 @@ fn grid<S: Space>(
     let widest = (0..S::DIMENSION)
         .map(|axis| domain.lengths()[axis] / counts[axis] as f64)
         .fold(0.0, f64::max);
-    let reach = across::reach(parameters.scheme, diameter, radius, widest);
+    let reach = cross_cell::reach(parameters.scheme, diameter, radius, widest);
     let per_tile = if reach > 0.0 {
         (simulators / TILES_ACROSS).clamp(PER_TILE_ACROSS / 12, PER_TILE_ACROSS)
     } else {

@@ -6,28 +6,21 @@ use std::iter;
 use stosszahl_model::random::Purpose;
 use stosszahl_model::{Field, Observer, Physics, Recorder, Restitution, Sizes, Space, Vector};
 
-use crate::boundary::CutCell;
-use crate::collide::{Kernel, covered};
-use crate::density::{Scheme, Weighing};
+use crate::boundary::{CutCell, FlightTiming};
+use crate::cross_cell::TilePeers;
+use crate::decomposition::Subdomain;
+use crate::density::Weighing;
 use crate::engine::Engine;
-use crate::fly::{Flight, Timing};
-use crate::share::PROCESSES;
-use crate::simulator::Follow;
-use crate::sweep::{is_parallel, sweep};
+use crate::features::PROCESSES;
+use crate::flight::Flight;
+use crate::particle::{Follow, covered};
+use crate::pause::Pause;
+use crate::scheme::Scheme;
+use crate::sweep::sweep;
 use crate::tally::{Counts, Stock, Unit};
+use crate::threads::is_parallel;
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
-
-/// A pause between two steps, in the middle of the flight from the one to the other. The gas is whole there; what goes on to
-/// the same time takes the next step as if there had been none.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pause {
-    /// The time that the advance was to reach.
-    until: f64,
-    /// The time at the end of the last step.
-    time: f64,
-    /// Length of the next step.
-    step: f64,
-}
+use crate::within_cell::CollisionContext;
 
 impl<P, F> Engine<P, F>
 where
@@ -213,12 +206,12 @@ where
             self.look_around(parallel);
         }
         let unit = Unit::of(self.stock.twice_energy(self.unit));
-        let timing = Timing {
+        let timing = FlightTiming {
             number: 2 * self.tally.steps + 1,
             begin,
             duration: flight,
         };
-        let kernel = Kernel {
+        let kernel = CollisionContext {
             scene: &self.scene,
             grid: &self.grid,
             density: &self.density,
@@ -240,9 +233,11 @@ where
         };
         if self.parameters.scheme.is_across() {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
-            let (share, rates) = (self.share.as_ref(), self.rates.as_ref());
-            let pool = &self.pool;
-            for (number, report) in kernel.collide_across(tiles, share, rates, arm, tally, pool) {
+            let (peers, rates) = (peers(self.share.as_ref()), self.rates.as_ref());
+            let halo_copies = &self.halo_copies;
+            for (number, report) in
+                kernel.collide_across(tiles, peers, rates, arm, tally, halo_copies)
+            {
                 recorder.pass(&report.log);
                 // The memory serves the next step.
                 let log = &mut tiles[number as usize].log;
@@ -292,7 +287,7 @@ where
         }
     }
 
-    /// Adds up what the next step follows.
+    /// Reduces speeds and energy over all tiles; the next time step is chosen from them.
     fn close_step(&mut self, unit: Unit) {
         self.unit = unit;
         self.stock = match &self.share {
@@ -314,8 +309,8 @@ where
 
     /// The flight from the present time on that comes before a step. Each step has a flight after it, and may have one
     /// before it, where a run goes on.
-    fn flight_before(&self, duration: f64) -> Timing {
-        Timing {
+    fn flight_before(&self, duration: f64) -> FlightTiming {
+        FlightTiming {
             number: 2 * self.tally.steps,
             begin: self.time,
             duration,
@@ -323,7 +318,7 @@ where
     }
 
     /// A flight from arranged tiles, with no collisions before.
-    fn fly_only(&mut self, timing: Timing) {
+    fn fly_only(&mut self, timing: FlightTiming) {
         let (grid, boundaries) = (&self.grid, self.surroundings.as_ref());
         let weight = self.constants.weight;
         let flight = Flight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
@@ -359,7 +354,8 @@ where
         );
     }
 
-    /// Turns what departed into what arrives, and adds up what tiles have counted: at boundaries, and in collisions if there were some.
+    /// Delivers particles that left their tile and sums the counters of all tiles: at boundaries, and in
+    /// collisions if there were some.
     fn exchange(&mut self, collided: bool, looks: bool) {
         std::mem::swap(&mut self.departing, &mut self.arriving);
         self.far.clear();
@@ -398,7 +394,7 @@ where
         counts.enter(&mut self.tally, &mut self.ledgers);
     }
 
-    /// Lets the density see all cells.
+    /// Updates the local packing fraction around every cell.
     fn look_around(&mut self, parallel: bool) {
         let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
         let surroundings = self.surroundings.as_ref();
@@ -496,5 +492,16 @@ where
             }
             last.1.get(sub_cell).map_or(0.0, |&units| f64::from(units))
         });
+    }
+}
+
+/// Returns other processes as collisions across cells see them.
+fn peers<P: Physics, F: Follow<P::Space>>(
+    share: Option<&Subdomain<P::Space>>,
+) -> Option<&dyn TilePeers<P, F>> {
+    if PROCESSES {
+        share.map(|share| share as &dyn TilePeers<P, F>)
+    } else {
+        None
     }
 }

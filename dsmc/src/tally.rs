@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Exact, Space};
 
 use crate::boundary::{ExactLedgers, Ledgers};
+use crate::extrema::larger;
 
 /// What was done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -187,16 +188,4 @@ impl<S: Space> Stock<S> {
     pub(crate) fn twice_energy(&self, unit: Unit) -> f64 {
         self.energy as f64 * unit.0
     }
-}
-
-/// The larger of two numbers in one instruction; `f64::max` also has to care for what is no number.
-#[inline(always)]
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two numbers.
-#[inline(always)]
-pub(crate) fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
 }

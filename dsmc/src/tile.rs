@@ -8,12 +8,11 @@
 //! The order within a cell is canonical: that of the cells in which the simulators were when they were last sorted, by
 //! number, and within each the order that they had there. It depends on neither threads nor tiles.
 
-use stosszahl_model::{Collision, Physics, VectorOf};
+use stosszahl_model::{Collision, Physics, Space, VectorOf};
 
-use crate::across::Patch;
 use crate::boundary::Ledgers;
 use crate::grid::{Grid, OFFSETS, Place, offset};
-use crate::simulator::{Follow, SimulatorOf};
+use crate::particle::{Follow, SimulatorOf};
 use crate::tally::{CellCount, Stock, Tally};
 
 /// A simulator that left its tile, and the number of the cell that it was in.
@@ -138,8 +137,6 @@ pub(crate) struct Scratch<P: Physics, F: Follow<P::Space>> {
     arrivals: Vec<Traveller<P, F>>,
     /// The sources of the arrivals, with their places above: what is sorted.
     order: Vec<(u32, u32)>,
-    /// Where partners are sought across cells.
-    pub(crate) patch: Patch<P>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
@@ -150,7 +147,6 @@ impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
             leavers: Vec::new(),
             arrivals: Vec::new(),
             order: Vec::new(),
-            patch: Patch::default(),
         }
     }
 }
@@ -162,7 +158,6 @@ impl<P: Physics, F: Follow<P::Space>> Scratch<P, F> {
             + self.leavers.capacity() * size_of::<(u8, Traveller<P, F>)>()
             + self.arrivals.capacity() * size_of::<Traveller<P, F>>()
             + self.order.capacity() * size_of::<(u32, u32)>()
-            + self.patch.bytes()
     }
 }
 
@@ -320,7 +315,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         let here = grid.tile_number(tile);
         for number in 0..OFFSETS {
             let back = offset(OFFSETS - 1 - number);
-            if (0..3).any(|axis| axis >= crate::dimension::<P>() && back[axis] != 0) {
+            if (0..3).any(|axis| axis >= <P::Space as Space>::DIMENSION && back[axis] != 0) {
                 continue;
             }
             let from = grid.tile_number(grid.neighbour(tile, back));
@@ -401,7 +396,7 @@ pub(crate) fn code<P: Physics>(
         grid.column(axis, position[axis])
             .wrapping_sub(place.first[axis])
     };
-    let line = if crate::dimension::<P>() == 2 {
+    let line = if <P::Space as Space>::DIMENSION == 2 {
         column(1)
     } else {
         column(1) + place.sides[1] * column(2)

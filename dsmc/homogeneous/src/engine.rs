@@ -7,7 +7,7 @@ use stosszahl_model::{
     Collision, Interrupt, Invalid, Observer, Recorder, Separation, Sizes, Vector, VectorOf,
 };
 
-use super::checkpoint::{Clock, Stop, Tally};
+use super::clock::{Clock, Stop, Tally};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
 use super::error::GasError;
 use super::gas::{GONE, Gas, Grains, Particle};

@@ -23,6 +23,7 @@ mod alias;
 mod bird;
 mod checkpoint;
 mod classes;
+mod clock;
 mod contact;
 mod engine;
 mod error;
@@ -40,7 +41,8 @@ mod sticking;
 mod tree;
 
 pub use bird::Bird;
-pub use checkpoint::{Checkpoint, Stop, Tally};
+pub use checkpoint::Checkpoint;
+pub use clock::{Stop, Tally};
 pub use contact::{Bounce, Contacts, Meeting, Outcome, Tracers, line_of_centres};
 pub use engine::Engine;
 pub use error::GasError;

@@ -13,7 +13,8 @@ use stosszahl_model::{
 };
 
 use super::bird::Bird;
-use super::checkpoint::{Checkpoint, Stop};
+use super::checkpoint::Checkpoint;
+use super::clock::Stop;
 use super::contact::{Contacts, Tracers};
 use super::engine::Engine;
 use super::error::GasError;

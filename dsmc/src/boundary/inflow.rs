@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use stosszahl_model::{Face, Physics, Plane, Sizes, Space, Surface, VectorOf, Volume, Walls};
 
 use crate::parameters::EngineError;
-use crate::simulator::{Follow, Simulator, SimulatorOf};
+use crate::particle::{Follow, Simulator, SimulatorOf};
 
 /// What flows in through an open face: the particles of a Maxwellian that drifts, as they cross the face.
 #[derive(Clone, Copy, Debug, PartialEq)]

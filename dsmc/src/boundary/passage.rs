@@ -6,10 +6,20 @@ use stosszahl_model::{Physics, Sizes, Space, Surface, VectorOf};
 use super::ledgers::{Ledgers, energy};
 use super::surroundings::Surroundings;
 use super::travel::{Draws, Trip};
-use crate::collide::draw_whole;
-use crate::fly::Timing;
 use crate::grid::Grid;
-use crate::simulator::{Follow, SimulatorOf};
+use crate::particle::{Follow, SimulatorOf};
+use crate::random_counts::draw_whole;
+
+/// Number, beginning and length of a free flight of all simulators.
+#[derive(Clone, Copy)]
+pub(crate) struct FlightTiming {
+    /// Number among all flights, from 0.
+    pub(crate) number: u64,
+    /// Time at which it begins \[time\].
+    pub(crate) begin: f64,
+    /// Length \[time\].
+    pub(crate) duration: f64,
+}
 
 /// Boundaries during one flight. Random numbers are addressed by the flight, the cell that a simulator comes from and its
 /// order there, so that they do not depend on who flies it.
@@ -45,11 +55,11 @@ impl<'a, P: Physics> Passage<'a, P> {
         surroundings: &'a Surroundings<P>,
         weight: f64,
         streams: Streams,
-        Timing {
+        FlightTiming {
             number,
             begin,
             duration,
-        }: Timing,
+        }: FlightTiming,
     ) -> Self {
         Self {
             surroundings,

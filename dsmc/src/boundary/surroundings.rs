@@ -5,15 +5,16 @@ use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
 
 use nalgebra::vector;
 
+use super::boundaries::{Boundaries, Clearance};
 use super::cut_cells::{CentreLimits, CutCell, CutCells, LEAST_ROOM};
 use super::inflow::{Inflow, Source};
 use super::obstacles::Standing;
 use super::sight;
-use super::{Boundaries, Clearance, Weights};
+use super::weights::Weights;
 use crate::density::Density;
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
-use crate::simulator::{Follow, SimulatorOf};
+use crate::particle::{Follow, SimulatorOf};
 
 /// What is at the faces of the box and inside it.
 pub(crate) struct Surroundings<P: Physics> {

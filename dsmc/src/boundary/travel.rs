@@ -9,7 +9,7 @@ use stosszahl_model::{Face, Field, Physics, Sizes, Space, Surface, Vector, Vecto
 use super::ledgers::{Ledgers, energy};
 use super::obstacles::Standing;
 use super::surroundings::Surroundings;
-use crate::simulator::{Follow, Simulator, SimulatorOf};
+use crate::particle::{Follow, Simulator, SimulatorOf};
 
 /// Most contacts with one wall in one flight. A grain that falls onto a floor that does not give all back touches it
 /// infinitely often in a finite time; it is laid to rest there instead, and counted.

@@ -17,47 +17,13 @@ use stosszahl_model::{
     Sum, Vector as _, Work,
 };
 
-use super::{Cells, Gas, Keep, Kept, Left, Shards, Source, begin};
+use super::begin::{Gas, Keep, Left, Shards, Source, begin};
+use super::cells::{Cells, Kept};
+use super::others::{Command, Others};
+use crate::decomposition::{Beside, Ranks, all_gather, all_reduce, broadcast, read, reduce, write};
+use crate::features::PROCESSES;
 use crate::parameters::EngineError;
-use crate::share::{
-    Beside, PROCESSES, Ranks, all_gather, all_reduce, broadcast, read, reduce, write,
-};
-use crate::simulator::Follow;
-
-/// What the first process tells the others.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-enum Command {
-    /// Until when, for how many steps, and whether collisions are looked at.
-    Advance(f64, u64, bool),
-    /// The first process is to hold all.
-    Unite,
-    /// All are to add what they hold to the sum of this name, empty as it is; with neighbours up to a distance, if there is one.
-    AddUp(Option<f64>, String, Vec<u8>),
-    /// Displacements are followed from now on.
-    Follow,
-    /// All are to add up squared displacements.
-    Ways,
-    /// All are to write what they hold, into files with names that begin so.
-    Write(String, Beside),
-    /// The gas is let go of.
-    End,
-}
-
-impl Command {
-    fn give(&self, ranks: &dyn Ranks) {
-        broadcast(ranks, write(self));
-    }
-}
-
-/// The processes that do what the first does with its gas.
-pub(super) struct Others(Arc<dyn Ranks>);
-
-impl Others {
-    /// Tells them to advance.
-    pub(super) fn advance(&self, until: f64, steps: u64, looks: bool) {
-        Command::Advance(until, steps, looks).give(&*self.0);
-    }
-}
+use crate::particle::Follow;
 
 /// [`super::simulate`] of a gas that all of these processes hold. This is the first of them; the others [`serve`].
 ///

@@ -2,10 +2,10 @@
 
 use stosszahl_model::{GrainSizes, Grains, Monodisperse, Physics, Sizes as _, Smooth, Space};
 
+use super::begin::Gas;
 use crate::boundary::{Boundaries, Surroundings};
 use crate::grid::Grid;
 use crate::parameters::EngineError;
-use crate::simulate::Gas;
 use crate::start::{check_choices, require_room};
 
 /// Most cells that are looked at: more take a while.

@@ -3,7 +3,7 @@
 use stosszahl_model::Physics;
 
 use crate::engine::Engine;
-use crate::simulator::{Follow, SimulatorOf};
+use crate::particle::{Follow, SimulatorOf};
 
 impl<P, F> Engine<P, F>
 where

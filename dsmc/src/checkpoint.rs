@@ -1,0 +1,73 @@
+//! Checkpoints of a gas in cells.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::Physics;
+
+use crate::boundary::Ledgers;
+use crate::cross_cell::Arm;
+use crate::engine::Engine;
+use crate::particle::{Follow, SimulatorOf, Unfollowed};
+use crate::start_means::Means;
+use crate::tally::{Stock, Tally, Unit};
+
+/// Everything needed to continue a run to the same bytes.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
+    pub(crate) time: f64,
+    /// In the order of their cells.
+    pub(crate) simulators: Vec<SimulatorOf<P, F>>,
+    pub(crate) stock: Stock<P::Space>,
+    pub(crate) unit: Unit,
+    pub(crate) tally: Tally,
+    pub(crate) arm: Arm,
+    pub(crate) ledgers: Ledgers<P::Space>,
+    pub(crate) means: Means,
+    /// Factors of the weights of regions that follow the number of simulators; empty where none do.
+    pub(crate) factors: Vec<f64>,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Checkpoint<P, F> {
+    /// Gives it its simulators, in the order of their cells.
+    pub(crate) fn hold(&mut self, simulators: Vec<SimulatorOf<P, F>>) {
+        self.simulators = simulators;
+    }
+}
+
+impl<P, F> Engine<P, F>
+where
+    P: Physics,
+    F: Follow<P::Space>,
+{
+    /// Everything needed to go on from here.
+    pub fn checkpoint(&self) -> Checkpoint<P, F> {
+        Checkpoint {
+            simulators: self.ordered().copied().collect(),
+            ..self.without_simulators()
+        }
+    }
+
+    /// The same, but for the simulators.
+    pub(crate) fn without_simulators(&self) -> Checkpoint<P, F> {
+        Checkpoint {
+            time: self.time,
+            simulators: Vec::new(),
+            stock: self.stock,
+            unit: self.unit,
+            tally: self.tally,
+            arm: self.arm.clone(),
+            ledgers: self.ledgers.clone(),
+            means: self.means,
+            factors: self
+                .followed()
+                .map_or_else(Vec::new, |all| all.factors().to_vec()),
+        }
+    }
+
+    /// Goes on from a checkpoint of the same gas, but for the simulators.
+    pub(crate) fn take_over(&mut self, checkpoint: Checkpoint<P, F>) {
+        (self.time, self.stock, self.unit) = (checkpoint.time, checkpoint.stock, checkpoint.unit);
+        (self.tally, self.arm) = (checkpoint.tally, checkpoint.arm);
+        self.ledgers = checkpoint.ledgers;
+    }
+}

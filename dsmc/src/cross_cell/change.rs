@@ -1,0 +1,40 @@
+//! Velocity changes of particles in tiles that other processes see.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
+
+use crate::particle::Follow;
+use crate::tile::Tile;
+
+/// New velocity and spin of a particle, by its tile, its cell in the tile, and its place in the cell.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Change<V, W> {
+    pub(crate) tile: u32,
+    pub(crate) cell: u32,
+    pub(super) place: u32,
+    pub(super) velocity: V,
+    pub(super) spin: W,
+}
+
+/// A change in a physics.
+pub(crate) type ChangeOf<P> = Change<VectorOf<P>, SpinOf<P>>;
+
+impl<V: Vector, W: Copy> Change<V, W> {
+    /// Makes it in the tile, if its cell is held here.
+    #[inline]
+    pub(super) fn apply<P, F>(&self, tile: &mut Tile<P, F>)
+    where
+        P: Physics,
+        P::Space: Space<Vector = V>,
+        P::Surface: Surface<P::Space, Spin = W>,
+        F: Follow<P::Space>,
+    {
+        let cell = self.cell as usize;
+        let index = tile.starts[cell] + self.place;
+        if index >= tile.starts[cell + 1] {
+            return;
+        }
+        let simulator = &mut tile.simulators[index as usize];
+        (simulator.velocity, simulator.spin) = (self.velocity, self.spin);
+    }
+}

@@ -1,0 +1,107 @@
+//! Sweeps in which each tile is worked on together with those next to it.
+//!
+//! Tiles are coloured so that no two of one colour share a neighbour; colours follow each other, and the tiles of
+//! one are treated by all threads at once. Who collides with whom then does not depend on the number of threads. Each tile
+//! is behind a lock that is always free, because the colouring says so.
+
+use std::sync::Mutex;
+use std::time::Instant;
+
+use stosszahl_model::Physics;
+
+use super::change::ChangeOf;
+use super::colours::colours;
+use super::peers::TilePeers;
+use super::tile_neighbourhood::{TileNeighbourhood, lock};
+use crate::features::PROCESSES;
+use crate::grid::Grid;
+use crate::particle::Follow;
+use crate::threads::each_of;
+use crate::tile::Tile;
+
+/// Works on every tile of this process and around it, colour after colour, and returns what the work returned with the number of the
+/// tile, in that order. After each colour, processes tell each other what has changed.
+pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
+    parallel: bool,
+    grid: &Grid<P::Space>,
+    tiles: &mut [Tile<P, F>],
+    peers: Option<&dyn TilePeers<P, F>>,
+    work: impl Fn(usize, TileNeighbourhood<'_, '_, P, F>) -> (R, Vec<ChangeOf<P>>) + Sync,
+) -> Vec<(u32, R)> {
+    let mut results = Vec::with_capacity(tiles.len());
+    let here: Vec<bool> = tiles.iter().map(|tile| tile.is_here).collect();
+    let locks: Vec<Mutex<&mut Tile<P, F>>> = tiles.iter_mut().map(Mutex::new).collect();
+    let one = |_, number: &u32| {
+        let middle = grid.place_of(*number as usize);
+        let around = TileNeighbourhood::new(grid, &locks, middle, peers);
+        let began = Instant::now();
+        let (result, changes) = work(*number as usize, around);
+        lock(&locks[*number as usize]).seconds += began.elapsed().as_secs_f64();
+        (*number, result, changes)
+    };
+    let work_on = |some: &[u32]| each_of(parallel && some.len() > 1, some.iter(), one);
+    let colours: Vec<Vec<u32>> = colours(grid)
+        .into_iter()
+        .map(|group| {
+            let own = group.into_iter();
+            own.filter(|&number| here[number as usize]).collect()
+        })
+        .collect();
+    match peers {
+        Some(peers) if PROCESSES => {
+            let apply = |change: ChangeOf<P>| {
+                change.apply(&mut lock(&locks[change.tile as usize]));
+            };
+            colour_by_colour::<P, F, R, _>(peers, &colours, 0, &work_on, &apply, &mut results);
+        }
+        _ => {
+            for own in &colours {
+                let done = work_on(own).into_iter();
+                results.extend(done.map(|(number, result, _)| (number, result)));
+            }
+        }
+    }
+    results
+}
+
+/// What work on a tile gives: its number, the result, and what other processes may have to know.
+type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
+
+/// Works on the tiles of a colour and of those that follow it. Each colour is done inside the exchange of the one before, so that
+/// nobody waits for a process that has not yet taken what it was told.
+fn colour_by_colour<P: Physics, F: Follow<P::Space>, R, W: Fn(&[u32]) -> Vec<Done<P, R>>>(
+    peers: &dyn TilePeers<P, F>,
+    colours: &[Vec<u32>],
+    colour: usize,
+    work_on: &W,
+    apply: &dyn Fn(ChangeOf<P>),
+    results: &mut Vec<(u32, R)>,
+) {
+    let Some(own) = colours.get(colour) else {
+        return;
+    };
+    // Others wait for what they see.
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = own
+        .iter()
+        .partition(|&&number| peers.tells(number as usize));
+    let mut changes = Vec::new();
+    for (number, result, some) in work_on(&seen) {
+        results.push((number, result));
+        changes.extend(some);
+    }
+    let mut inner = Vec::new();
+    peers.tell_changes(
+        colour,
+        &changes,
+        &mut || inner = work_on(&unseen),
+        &mut |elsewhere| {
+            elsewhere.into_iter().for_each(apply);
+            colour_by_colour::<P, F, R, _>(peers, colours, colour + 1, work_on, apply, results);
+        },
+    );
+    results.extend(
+        inner
+            .into_iter()
+            .map(|(number, result, _)| (number, result)),
+    );
+}

@@ -1,0 +1,515 @@
+//! The simulators of a tile and of the cells around it, side by side.
+//!
+//! Partners of a tile's simulators may be in the tiles next to it, and around the box. So that a search is a run through contiguous
+//! memory, all that a tile can see is copied: cell by cell, the first axis running fastest, each component of the positions in a
+//! list of its own, and images across the edges of the box where they are seen from the tile. Velocities are kept up to date here
+//! and in the tiles.
+
+mod bounds;
+
+use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+
+use super::extents::Extent;
+use super::lanes::{BEYOND, LANES, Run};
+use super::search_ranges::Ranges;
+use super::search_target::{Aim, Block};
+use super::tile_neighbourhood::{At, TileNeighbourhood};
+use crate::extrema::{larger, smaller};
+use crate::grid::{Grid, ROUNDER};
+use crate::particle::Follow;
+
+/// Coordinate of masked particles; large, but its square does not overflow \[length\].
+const NOWHERE: f64 = 1e150;
+
+/// A block of cells, and who is in them.
+pub(crate) struct HaloCopy<P: Physics> {
+    ranges: Ranges,
+    /// The first cell, which may be beyond an edge of the box, and the number along each axis.
+    first: [i64; 3],
+    sides: [usize; 3],
+    /// How many cells are around those of the tile, along each axis.
+    margin: [usize; 3],
+    /// Cells along each axis of the whole box, and whether it is periodic there.
+    counts: [i64; 3],
+    /// Whether the box is so narrow that one is seen twice from the same place.
+    is_narrow: bool,
+    /// Whether some cells are here more than once, as images around the box.
+    has_images: bool,
+    /// Cells for each unit of length along each axis.
+    scale: VectorOf<P>,
+    /// Where each cell begins, and the end.
+    starts: Vec<u32>,
+    positions: [Vec<f64>; 3],
+    pub(super) velocities: Vec<VectorOf<P>>,
+    tags: Vec<<P::Sizes as Sizes>::Tag>,
+    /// How much larger than the mean the radius of each is, where they differ and partners are sought around points.
+    excess: Vec<f64>,
+    /// The least and the most of it.
+    spread: [f64; 2],
+    /// The cell of each.
+    cells: Vec<u32>,
+    /// Where those of each cell are kept: the tile, and what is to be added to their number here.
+    homes: Vec<At>,
+    /// Velocities by cell.
+    extents: Vec<Extent<P::Space>>,
+    /// Simulators in the cells around each where partners are sought first.
+    near: Vec<u32>,
+    /// Whether there is at most one of them somewhere in a line of cells along the first axis.
+    lonely: Vec<bool>,
+    sums: Vec<u32>,
+    /// Velocities by column of cells across the layers around one, in space.
+    slab: Vec<Extent<P::Space>>,
+    slab_of: Option<usize>,
+    /// What simulators of the cells of a line of the tile can meet, and the row and layer of that line in the patch.
+    pub(super) bounds: Vec<Extent<P::Space>>,
+    line: [usize; 2],
+    /// Memory to work in.
+    work: Vec<Extent<P::Space>>,
+    places: Vec<bool>,
+}
+
+impl<P: Physics> Default for HaloCopy<P> {
+    fn default() -> Self {
+        Self {
+            ranges: Ranges::default(),
+            first: [0; 3],
+            sides: [0; 3],
+            margin: [0; 3],
+            counts: [1; 3],
+            is_narrow: false,
+            has_images: false,
+            scale: VectorOf::<P>::default(),
+            starts: Vec::new(),
+            positions: [const { Vec::new() }; 3],
+            velocities: Vec::new(),
+            tags: Vec::new(),
+            excess: Vec::new(),
+            spread: [0.0; 2],
+            cells: Vec::new(),
+            homes: Vec::new(),
+            extents: Vec::new(),
+            near: Vec::new(),
+            lonely: Vec::new(),
+            sums: Vec::new(),
+            slab: Vec::new(),
+            slab_of: None,
+            bounds: Vec::new(),
+            line: [0; 2],
+            work: Vec::new(),
+            places: Vec::new(),
+        }
+    }
+}
+
+impl<P: Physics> HaloCopy<P> {
+    /// Takes in what is around the tile in the middle. `moves`: whether velocities bound trials; the sizes, and their mean radius.
+    #[inline(always)]
+    pub(super) fn fill<F: Follow<P::Space>>(
+        &mut self,
+        around: &TileNeighbourhood<'_, '_, P, F>,
+        grid: &Grid<P::Space>,
+        ranges: Ranges,
+        moves: bool,
+        (sizes, mean_radius): (&P::Sizes, f64),
+    ) {
+        let place = &around.home().place;
+        let is_used = |axis: usize| usize::from(axis < P::Space::DIMENSION);
+        self.ranges = ranges;
+        self.margin = [0, 1, 2].map(|axis| ranges.margin() * is_used(axis));
+        self.counts = grid.counts().map(i64::from);
+        self.first = [0, 1, 2].map(|axis| i64::from(place.first[axis]) - self.margin[axis] as i64);
+        self.sides = [0, 1, 2].map(|axis| place.sides[axis] as usize + 2 * self.margin[axis]);
+        let within = 2 * (ranges.point + ranges.block()) as i64 + 1;
+        self.is_narrow = (0..P::Space::DIMENSION)
+            .any(|axis| grid.domain().is_periodic(axis) && self.counts[axis] < within);
+        self.has_images =
+            (0..P::Space::DIMENSION).any(|axis| self.counts[axis] < self.sides[axis] as i64);
+        self.scale = P::Space::vector(|axis| 1.0 / grid.width()[axis]);
+        self.clear();
+        for z in 0..self.sides[2] {
+            for y in 0..self.sides[1] {
+                self.fill_line(around, grid, [y, z]);
+            }
+        }
+        self.starts.push(self.velocities.len() as u32);
+        for list in &mut self.positions[..P::Space::DIMENSION] {
+            list.resize(list.len() + LANES, NOWHERE);
+        }
+        if ranges.shift > 0 {
+            let excess = |&tag: &_| sizes.radius(tag) - mean_radius;
+            self.excess.extend(self.tags.iter().map(excess));
+            let ends = self
+                .excess
+                .iter()
+                .fold([0.0, 0.0], |[least, most], &excess| {
+                    [smaller(least, excess), larger(most, excess)]
+                });
+            self.spread = ends;
+            self.excess.resize(self.tags.len() + LANES, 0.0);
+        }
+        if moves {
+            self.bound();
+        }
+    }
+
+    fn clear(&mut self) {
+        self.starts.clear();
+        self.positions.iter_mut().for_each(Vec::clear);
+        self.velocities.clear();
+        self.tags.clear();
+        self.excess.clear();
+        self.homes.clear();
+        self.cells.clear();
+        self.extents.clear();
+        self.near.clear();
+        self.lonely.clear();
+        self.slab_of = None;
+    }
+
+    /// Takes in a line of cells along the first axis.
+    #[inline(always)]
+    fn fill_line<F: Follow<P::Space>>(
+        &mut self,
+        around: &TileNeighbourhood<'_, '_, P, F>,
+        grid: &Grid<P::Space>,
+        [y, z]: [usize; 2],
+    ) {
+        let images = grid.domain().images();
+        // The cell in the box that is seen there, and how many boxes away.
+        let (first, counts) = (self.first, self.counts);
+        let seen = |axis: usize, at: usize| {
+            let (there, count) = (first[axis] + at as i64, counts[axis]);
+            let boxes = there.div_euclid(count);
+            let is_here =
+                boxes == 0 || (axis < P::Space::DIMENSION && grid.domain().is_periodic(axis));
+            is_here.then(|| ((there - boxes * count) as u32, boxes as f64))
+        };
+        let (row, layer) = (seen(1, y), seen(2, z));
+        let mut x = 0;
+        while x < self.sides[0] {
+            let begin = self.velocities.len() as u32;
+            let (Some(column), Some(row), Some(layer)) = (seen(0, x), row, layer) else {
+                self.leave_out(begin, 1);
+                x += 1;
+                continue;
+            };
+            let there = [column, row, layer];
+            let cell = there.map(|one| one.0);
+            let Some((slot, local)) = around.find(cell) else {
+                self.leave_out(begin, 1);
+                x += 1;
+                continue;
+            };
+            let tile = around.tile(slot);
+            let left = (tile.place.first[0] + tile.place.sides[0] - cell[0]) as usize;
+            let length = left.min(self.sides[0] - x);
+            if tile.starts.is_empty() {
+                self.leave_out(begin, length);
+                x += length;
+                continue;
+            }
+            let starts = &tile.starts[local..=local + length];
+            let source = starts[0] as usize..starts[length] as usize;
+            let shift = images.image(there.map(|one| one.1)).position;
+            let members = &tile.simulators[source];
+            for axis in 0..P::Space::DIMENSION {
+                self.positions[axis].extend(
+                    members
+                        .iter()
+                        .map(|member| member.position[axis] + shift[axis]),
+                );
+            }
+            self.velocities
+                .extend(members.iter().map(|member| member.velocity));
+            self.tags.extend(members.iter().map(|member| member.tag));
+            let first = self.starts.len() as u32;
+            self.cells.extend(members.iter().map(|member| {
+                let column = grid.column(0, member.position[0]);
+                first + (column - cell[0])
+            }));
+            let index = starts[0].wrapping_sub(begin);
+            self.starts.extend(
+                starts[..length]
+                    .iter()
+                    .map(|&start| start.wrapping_sub(index)),
+            );
+            let home = At { tile: slot, index };
+            self.homes.resize(self.starts.len(), home);
+            x += length;
+        }
+    }
+
+    /// Cells of which nobody is known.
+    fn leave_out(&mut self, begin: u32, cells: usize) {
+        let all = self.starts.len() + cells;
+        self.starts.resize(all, begin);
+        self.homes.resize(all, At { tile: 0, index: 0 });
+    }
+
+    /// The number here of the cell of a point, which may be beyond an edge of the box.
+    #[inline(always)]
+    pub(super) fn cell_of(&self, point: VectorOf<P>) -> usize {
+        let mut cell = 0;
+        for axis in (0..P::Space::DIMENSION).rev() {
+            let at = floor(point[axis] * self.scale[axis]) - self.first[axis];
+            cell = cell * self.sides[axis] + at as usize;
+        }
+        cell
+    }
+
+    /// The cells, of so many around that of an aim, that hold all who are within a radius of where each of them is sought.
+    #[inline(always)]
+    pub(super) fn block_within(&self, aim: Aim<VectorOf<P>>, radius: f64, cells: usize) -> Block {
+        // A little more, so that it does not matter how a coordinate at the edge of a cell is rounded.
+        let radius = radius * (1.0 + 1e-9);
+        let (mut first, mut sides) = (0, [1; 3]);
+        for axis in (0..P::Space::DIMENSION).rev() {
+            let ends = self
+                .spread
+                .map(|excess| aim.point[axis] + aim.along[axis] * excess);
+            let at = |x: f64| floor(x * self.scale[axis]) - self.first[axis];
+            // Between walls the radius may be far wider than the box.
+            let (middle, cells) = (at(aim.point[axis]), cells as i64);
+            let low = at(smaller(ends[0], ends[1]) - radius).max(middle - cells);
+            let high = at(larger(ends[0], ends[1]) + radius).min(middle + cells);
+            first = first * self.sides[axis] + low as usize;
+            sides[axis] = (high - low) as usize + 1;
+        }
+        Block { first, sides }
+    }
+
+    /// How many cells along each axis a point is from a cell of the tile.
+    #[inline(always)]
+    pub(super) fn steps_to(&self, cell: [u32; 3], point: VectorOf<P>) -> [i64; 3] {
+        [0, 1, 2].map(|axis| {
+            if axis < P::Space::DIMENSION {
+                floor(point[axis] * self.scale[axis]) - i64::from(cell[axis])
+            } else {
+                0
+            }
+        })
+    }
+
+    /// The number here of a cell of the tile, by its coordinates there.
+    #[inline(always)]
+    pub(super) fn own_cell(&self, at: [usize; 3]) -> usize {
+        let [x, y, z] = [0, 1, 2].map(|axis| at[axis] + self.margin[axis]);
+        x + self.sides[0] * (y + self.sides[1] * z)
+    }
+
+    /// The cell of somebody.
+    pub(super) fn cell_of_member(&self, index: usize) -> usize {
+        self.cells[index] as usize
+    }
+
+    /// The cell at a step of -1, 0 or 1 along each axis.
+    pub(super) fn step_from(&self, cell: usize, step: [i32; 3]) -> usize {
+        let strides = self.strides();
+        let by = |axis: usize| strides[axis] as isize * step[axis] as isize;
+        cell.wrapping_add_signed(by(0) + by(1) + by(2))
+    }
+
+    /// Who is in a line of cells along the first axis.
+    #[inline(always)]
+    pub(super) fn members(&self, cell: usize, length: usize) -> std::ops::Range<usize> {
+        self.starts[cell] as usize..self.starts[cell + length] as usize
+    }
+
+    /// Most simulators in one of the cells this many around a cell.
+    #[inline(always)]
+    pub(super) fn crowd(&self, cell: usize, cells: usize) -> u32 {
+        let deep = cells * usize::from(P::Space::DIMENSION > 2);
+        let [_, column, layer] = self.strides();
+        let mut most = 0;
+        for z in 0..=2 * deep {
+            for y in 0..=2 * cells {
+                let first = cell + column * y + layer * z - cells * (1 + column) - deep * layer;
+                for ends in self.starts[first..=first + 2 * cells + 1].windows(2) {
+                    most = most.max(ends[1] - ends[0]);
+                }
+            }
+        }
+        most
+    }
+
+    /// Where somebody is, as it is seen from the tile.
+    #[inline(always)]
+    pub(super) fn position(&self, index: usize) -> VectorOf<P> {
+        P::Space::vector(|axis| self.positions[axis][index])
+    }
+
+    /// Where somebody is kept.
+    #[inline(always)]
+    pub(super) fn home(&self, index: usize) -> At {
+        let home = self.homes[self.cells[index] as usize];
+        At {
+            tile: home.tile,
+            index: home.index.wrapping_add(index as u32),
+        }
+    }
+
+    /// Key into the table of radii and masses.
+    #[inline(always)]
+    pub(super) fn tag(&self, index: usize) -> <P::Sizes as Sizes>::Tag {
+        self.tags[index]
+    }
+
+    /// How much larger than the mean its radius is, where that shifts its place around a point.
+    #[inline(always)]
+    pub(super) fn excess(&self, index: usize) -> Option<f64> {
+        self.excess.get(index).copied()
+    }
+
+    /// Whether all are sought at the same place, whatever their size.
+    #[inline(always)]
+    pub(super) fn is_plain(&self) -> bool {
+        P::Sizes::UNIFORM || self.excess.is_empty()
+    }
+
+    /// Those of three cells of a line in the plane, around a cell or next to it: of the line before its own (0), its own (1), or the one after
+    /// (2). Where they begin, and the first of them.
+    #[inline(always)]
+    pub(super) fn run(&self, cell: usize, line: usize) -> (usize, Run<'_>) {
+        let columns = self.sides[0];
+        let members = self.members(cell + columns * line - columns - 1, 3);
+        let positions = [0, 1].map(|axis| {
+            let all = &self.positions[axis][members.start..members.start + LANES];
+            all.first_chunk().unwrap_or(&[NOWHERE; LANES])
+        });
+        let count = members.len();
+        (members.start, Run { positions, count })
+    }
+
+    /// Squares of the distances of some that follow each other from where they are sought; of those from `end` on, a large number.
+    #[inline(always)]
+    pub(super) fn squares(&self, aim: Aim<VectorOf<P>>, begin: usize, end: usize) -> [f64; LANES] {
+        let mut squares = [0.0; LANES];
+        for axis in 0..P::Space::DIMENSION {
+            let lanes = &self.positions[axis][begin..begin + LANES];
+            let mut points = [aim.point[axis]; LANES];
+            if !self.is_plain() {
+                let excess = &self.excess[begin..begin + LANES];
+                for lane in 0..LANES {
+                    points[lane] += aim.along[axis] * excess[lane];
+                }
+            }
+            for lane in 0..LANES {
+                let apart = lanes[lane] - points[lane];
+                squares[lane] += apart * apart;
+            }
+        }
+        let left = (end - begin).min(LANES);
+        let beyond = &BEYOND[LANES - left..2 * LANES - left];
+        for lane in 0..LANES {
+            squares[lane] = larger(squares[lane], beyond[lane]);
+        }
+        squares
+    }
+
+    /// Hides somebody from a search, and returns what [`Self::show`] needs.
+    #[inline(always)]
+    pub(super) fn hide(&mut self, index: usize) -> f64 {
+        std::mem::replace(&mut self.positions[0][index], NOWHERE)
+    }
+
+    /// Shows it again.
+    #[inline(always)]
+    pub(super) fn show(&mut self, index: usize, hidden: f64) {
+        self.positions[0][index] = hidden;
+    }
+
+    /// Whether somebody may be seen twice from one place.
+    #[inline(always)]
+    pub(super) fn is_narrow(&self) -> bool {
+        self.is_narrow
+    }
+
+    /// Gives somebody another velocity. Partners are bounded by it from now on.
+    #[inline(always)]
+    pub(super) fn set(&mut self, index: usize, velocity: VectorOf<P>, moves: bool) {
+        let cell = self.cells[index];
+        if !self.has_images {
+            self.set_at(cell, index, velocity, moves);
+            return;
+        }
+        // The images of the cell around the box that are here: one, or several in a narrow box.
+        let [columns, rows, _] = self.sides.map(|side| side as u32);
+        let at = [cell % columns, cell / columns % rows, cell / columns / rows];
+        let place = index - self.starts[cell as usize] as usize;
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+            let count = self.counts[axis] as u32;
+            (at[axis] % count..self.sides[axis] as u32).step_by(count as usize)
+        });
+        for z in zs {
+            for y in ys.clone() {
+                for x in xs.clone() {
+                    let cell = x + columns * (y + rows * z);
+                    let index = self.starts[cell as usize] as usize + place;
+                    // Beyond walls, and where tiles are too far away, cells are empty.
+                    if index < self.starts[cell as usize + 1] as usize {
+                        self.set_at(cell, index, velocity, moves);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn set_at(&mut self, cell: u32, index: usize, velocity: VectorOf<P>, moves: bool) {
+        self.velocities[index] = velocity;
+        if !moves {
+            return;
+        }
+        self.extents[cell as usize].note(velocity);
+        let columns = self.sides[0] as u32;
+        let (line, x) = ((cell / columns) as usize, (cell % columns) as usize);
+        let [y, z] = if P::Space::DIMENSION == 2 {
+            [line, 0]
+        } else {
+            [line % self.sides[1], line / self.sides[1]]
+        };
+        let reach = self.ranges.reach();
+        if P::Space::DIMENSION > 2 && self.slab_of.is_some_and(|layer| z.abs_diff(layer) <= reach) {
+            self.slab[x + self.sides[0] * y].note(velocity);
+        }
+        if y.abs_diff(self.line[0]) <= reach && z.abs_diff(self.line[1]) <= reach {
+            let all = self.bounds.len();
+            let from = x.saturating_sub(self.margin[0] + reach).min(all);
+            let to = (x + reach + 1).saturating_sub(self.margin[0]).min(all);
+            for bound in &mut self.bounds[from..to] {
+                bound.note(velocity);
+            }
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let positions: usize = self.positions.iter().map(Vec::capacity).sum();
+        let extents = self.extents.capacity()
+            + self.slab.capacity()
+            + self.bounds.capacity()
+            + self.work.capacity();
+        8 * (positions + self.excess.capacity())
+            + 4 * (self.starts.capacity()
+                + self.cells.capacity()
+                + self.near.capacity()
+                + self.sums.capacity())
+            + self.lonely.capacity()
+            + self.places.capacity()
+            + size_of::<VectorOf<P>>() * self.velocities.capacity()
+            + size_of::<<P::Sizes as Sizes>::Tag>() * self.tags.capacity()
+            + size_of::<At>() * self.homes.capacity()
+            + size_of::<Extent<P::Space>>() * extents
+    }
+
+    /// The number of cells along the first axis, and of those in a layer.
+    #[inline(always)]
+    pub(super) fn strides(&self) -> [usize; 3] {
+        [1, self.sides[0], self.sides[0] * self.sides[1]]
+    }
+}
+
+/// The largest whole number that is not above `x`, which is small; of a whole number it may be the one before.
+#[inline(always)]
+fn floor(x: f64) -> i64 {
+    i64::from(((x - 0.5) + ROUNDER).to_bits() as i32)
+}

@@ -1,0 +1,205 @@
+//! How fast those that can be met are, by cell and by line of cells.
+
+use stosszahl_model::{Physics, Space, VectorOf};
+
+use super::HaloCopy;
+use crate::cross_cell::extents::Extent;
+use crate::cross_cell::search_ranges::Ranges;
+use crate::extrema::larger;
+
+impl<P: Physics> HaloCopy<P> {
+    /// Takes stock of velocities by cell, and of the cells that have hardly anybody around.
+    #[inline(always)]
+    pub(super) fn bound(&mut self) {
+        let all = self.starts.len() - 1;
+        self.extents.resize(all, Extent::nobody());
+        // Those of a cell follow each other, so that its box grows in registers: read back from memory just after it was written, it
+        // would be waited for.
+        let (mut extent, mut before) = (Extent::nobody(), u32::MAX);
+        for (&cell, &velocity) in self.cells.iter().zip(&self.velocities) {
+            extent.keep_if(cell == before);
+            extent.note(velocity);
+            self.extents[cell as usize] = extent;
+            before = cell;
+        }
+        self.near.resize(all, 0);
+        if self.is_narrow {
+            // Some may be the same, or the one that looks: as if nobody were near.
+            self.lonely.resize(self.sides[1] * self.sides[2], true);
+            return;
+        }
+        // Along the first axis: from the differences of where cells begin. Then line upon line.
+        let near = self.ranges.block();
+        let width = 2 * near + 1;
+        self.sums.clear();
+        self.sums.resize(all, 0);
+        for ((sum, low), high) in (self.sums[near..].iter_mut())
+            .zip(&self.starts)
+            .zip(&self.starts[width..])
+        {
+            *sum = high - low;
+        }
+        let [columns, rows, layers] = self.sides;
+        let deep = near * usize::from(P::Space::DIMENSION > 2);
+        self.lonely.resize(rows * layers, false);
+        let inner = near..columns - near;
+        for z in deep..layers - deep {
+            for y in near..rows - near {
+                let line = y + rows * z;
+                let there = &mut self.near[columns * line..columns * (line + 1)];
+                for layer in z - deep..=z + deep {
+                    for row in y - near..=y + near {
+                        let begin = columns * (row + rows * layer);
+                        let sums = &self.sums[begin..begin + columns];
+                        for (near, sum) in there.iter_mut().zip(sums) {
+                            *near += sum;
+                        }
+                    }
+                }
+                let least = there[inner.clone()].iter().min();
+                self.lonely[line] = least.is_none_or(|&near| near <= 1);
+            }
+        }
+    }
+
+    /// Bounds what simulators of a line of cells of the tile can meet: the velocities of all in the cells where they may look.
+    #[inline(always)]
+    pub(in crate::cross_cell) fn bound_line(&mut self, [y, z]: [usize; 2]) {
+        let columns = self.sides[0];
+        let (y, z) = (y + self.margin[1], z + self.margin[2]);
+        self.line = [y, z];
+        let reach = self.ranges.reach();
+        let is_deep = P::Space::DIMENSION > 2;
+        if is_deep && self.slab_of != Some(z) {
+            self.join_layers(z);
+        }
+        let begin = self.margin[0] - reach;
+        let length = columns - 2 * begin;
+        self.work.clear();
+        self.work.resize(length, Extent::nobody());
+        let layer = if is_deep { &self.slab } else { &self.extents };
+        for row in y - reach..=y + reach {
+            let first = begin + columns * row;
+            for (one, other) in self.work.iter_mut().zip(&layer[first..first + length]) {
+                one.join(other);
+            }
+        }
+        self.bounds.clear();
+        let inner = length - 2 * reach;
+        self.bounds.extend_from_slice(&self.work[..inner]);
+        for step in 1..=2 * reach {
+            for (one, other) in self.bounds.iter_mut().zip(&self.work[step..step + inner]) {
+                one.join(other);
+            }
+        }
+        self.bound_far();
+    }
+
+    /// Joins the layers around one, cell by cell, for all its lines.
+    #[inline(always)]
+    fn join_layers(&mut self, z: usize) {
+        let reach = self.ranges.reach();
+        let cells = self.sides[0] * self.sides[1];
+        self.slab.clear();
+        self.slab.resize(cells, Extent::nobody());
+        for layer in z - reach..=z + reach {
+            let layer = &self.extents[cells * layer..cells * (layer + 1)];
+            for (one, other) in self.slab.iter_mut().zip(layer) {
+                one.join(other);
+            }
+        }
+        self.slab_of = Some(z);
+    }
+
+    /// Where nobody is near a place, partners from farther away count as well.
+    fn bound_far(&mut self) {
+        let [y, z] = self.line;
+        let [columns, rows, _] = self.sides;
+        let Ranges {
+            point, far, shift, ..
+        } = self.ranges;
+        if far <= self.ranges.near {
+            return;
+        }
+        let lines = |cells: usize| {
+            let deep = cells * usize::from(P::Space::DIMENSION > 2);
+            (z - deep..=z + deep)
+                .flat_map(move |layer| (y - cells..=y + cells).map(move |row| row + rows * layer))
+        };
+        if !lines(point).any(|line| self.lonely[line]) {
+            return;
+        }
+        // Whether nobody is near a place in a column of the cells around, from the first that counts on.
+        let begin = self.margin[0] - point;
+        let length = self.bounds.len() + 2 * point;
+        self.places.clear();
+        self.places.resize(length, false);
+        for line in lines(point) {
+            let first = begin + columns * line;
+            let near = &self.near[first..first + length];
+            for (is_lonely, &near) in self.places.iter_mut().zip(near) {
+                *is_lonely |= near <= 1;
+            }
+        }
+        let far = point + far + shift;
+        // Boxes of the columns around, as far as they were needed: lonely places are next to each other.
+        let begin = self.margin[0] - far;
+        self.work.clear();
+        self.work
+            .resize(self.bounds.len() + 2 * far, Extent::nobody());
+        let mut known = 0;
+        for x in 0..self.bounds.len() {
+            if !self.places[x..=x + 2 * point].contains(&true) {
+                continue;
+            }
+            let end = x + 2 * far + 1;
+            for line in lines(far) {
+                let first = begin + columns * line;
+                for column in known.max(x)..end {
+                    self.work[column].join(&self.extents[first + column]);
+                }
+            }
+            known = end;
+            for one in &self.work[x..end] {
+                self.bounds[x].join(one);
+            }
+        }
+    }
+
+    /// Whether nobody who looks around a point in a cell finds a partner who comes along -k faster than this.
+    #[inline(always)]
+    pub(in crate::cross_cell) fn is_slow(&self, cell: usize, k: VectorOf<P>, speed: f64) -> bool {
+        if self.near[cell] <= 1 {
+            return false;
+        }
+        // Nearly always cells next to it: written out, that is faster.
+        if self.ranges.block() == 1 {
+            self.fastest(cell, k, 1) <= speed
+        } else {
+            self.fastest(cell, k, self.ranges.block()) <= speed
+        }
+    }
+
+    /// How fast simulators of the cells around come along -k, at most.
+    #[inline(always)]
+    fn fastest(&self, cell: usize, k: VectorOf<P>, near: usize) -> f64 {
+        let deep = near * usize::from(P::Space::DIMENSION > 2);
+        let [_, column, layer] = self.strides();
+        let first = cell - near * (1 + column) - deep * layer;
+        let side = P::Space::vector(|axis| k[axis].abs());
+        let ends = [0, 1, 2].map(|axis| usize::from(axis < P::Space::DIMENSION && k[axis] < 0.0));
+        let mut most = f64::NEG_INFINITY;
+        for z in 0..=2 * deep {
+            for y in 0..=2 * near {
+                let begin = first + column * y + layer * z;
+                // Each line for itself, so that not all comparisons wait for each other.
+                let mut line = f64::NEG_INFINITY;
+                for one in &self.extents[begin..=begin + 2 * near] {
+                    line = larger(line, one.along(ends, side));
+                }
+                most = larger(most, line);
+            }
+        }
+        most
+    }
+}

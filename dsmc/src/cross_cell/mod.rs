@@ -1,0 +1,37 @@
+//! Collisions between partners in different cells.
+//!
+//! Three schemes draw a partner by where it is, not by its cell ([`crate::Scheme`] has their laws and limits): the line of
+//! centres is drawn first, and the partner from where it then has to be. All tiles are arranged; then each is worked on
+//! together with its neighbours, colour after colour ([`coloured_sweep`]), and the pairs of a tile one after the other.
+
+mod arm;
+mod change;
+mod coloured_sweep;
+mod colours;
+mod extents;
+mod halo_copy;
+mod lanes;
+mod missing;
+mod overlap;
+mod partners;
+mod peers;
+mod rate;
+mod report;
+mod search_ranges;
+mod search_target;
+mod step;
+#[cfg(test)]
+mod tests;
+mod tile_collider;
+mod tile_collisions;
+mod tile_neighbourhood;
+mod trials;
+
+pub(crate) use arm::{Arm, Distances};
+pub(crate) use change::ChangeOf;
+pub(crate) use colours::colours;
+pub(crate) use halo_copy::HaloCopy;
+pub(crate) use peers::TilePeers;
+pub(crate) use rate::{Rates, Spread};
+pub(crate) use report::{Bounds, Report};
+pub(crate) use search_ranges::{margin, reach};

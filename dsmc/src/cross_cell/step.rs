@@ -1,0 +1,90 @@
+//! Collisions of a step between partners in different cells.
+
+use stosszahl_model::{Physics, Sizes, Vector};
+
+use super::arm::Arm;
+use super::coloured_sweep::sweep_around;
+use super::halo_copy::HaloCopy;
+use super::peers::TilePeers;
+use super::rate::Rates;
+use super::report::{Bounds, Report};
+use super::search_ranges::ranges;
+use super::tile_collider::TileCollider;
+use super::tile_collisions::bounds_around;
+use crate::features::PROCESSES;
+use crate::particle::{Follow, covered};
+use crate::scheme::Scheme;
+use crate::tally::{Stock, Tally};
+use crate::threads::{Pool, each_of};
+use crate::tile::Tile;
+use crate::within_cell::CollisionContext;
+
+impl<P> CollisionContext<'_, P>
+where
+    P: Physics,
+{
+    /// Collides all pairs of a step; all tiles are arranged. Returns what was done around each tile, by its number; the log of each holds the
+    /// collisions that somebody wants to look at.
+    pub(crate) fn collide_across<F: Follow<P::Space>>(
+        &self,
+        tiles: &mut [Tile<P, F>],
+        peers: Option<&dyn TilePeers<P, F>>,
+        rates: Option<&Rates<P::Space>>,
+        arm: &mut Arm,
+        total: &mut Tally,
+        patches: &Pool<HaloCopy<P>>,
+    ) -> Vec<(u32, Report)> {
+        let parallel = self.parallel;
+        let mut bounds = each_of(parallel, tiles.iter_mut(), |_, tile| self.bounds(tile));
+        let grid = self.grid;
+        let learnt = &*arm;
+        let scheme = self.density.scheme();
+        let (sizes, radius) = (self.scene.sizes(), self.partner_radius);
+        let ranges = ranges::<P>(scheme, grid, sizes, self.mean_radius, radius, arm.longest());
+        if PROCESSES && let Some(peers) = peers {
+            for (number, known) in peers.see_around(tiles, &bounds) {
+                bounds[number] = known;
+            }
+        }
+        let mut reports = sweep_around(parallel, grid, tiles, peers, |number, around| {
+            patches.with(|patch| {
+                let bounds = bounds_around(grid, &bounds, number);
+                TileCollider::new(self, rates, learnt, bounds, around, patch).collide(ranges)
+            })
+        });
+        if PROCESSES && let Some(peers) = peers {
+            reports = peers.all_reports(grid, reports, self.looks);
+            peers.see_no_more(tiles);
+        }
+        arm.learn(reports.iter().map(|(_, report)| &report.distances));
+        for (_, report) in &reports {
+            total.add(&report.tally);
+        }
+        reports
+    }
+
+    /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next time step.
+    fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
+        let mut bounds = Bounds { chi: 0.0 };
+        let mut stock = Stock::default();
+        if tile.starts.is_empty() {
+            // Of another process, and not next to what is here.
+            return bounds;
+        }
+        let sizes = self.scene.sizes();
+        if matches!(self.density.scheme(), Scheme::Esmc(_)) {
+            for cell in 0..tile.cells() {
+                let own = covered::<P>(sizes, tile.members(cell).iter().map(|member| member.tag));
+                let (chi, ..) = self.density.contact_value(tile.cell_at(cell), own);
+                bounds.chi = bounds.chi.max(chi);
+            }
+        }
+        for simulator in &tile.simulators {
+            let velocity = simulator.velocity;
+            let twice_energy = sizes.mass(simulator.tag) * velocity.square();
+            stock.note(velocity, velocity, twice_energy, self.units);
+        }
+        tile.stock = stock;
+        bounds
+    }
+}

@@ -1,0 +1,432 @@
+//! Collisions of the particles of one tile with partners in it and around it: candidates, acceptance, and the collision itself.
+
+use std::ops::Range;
+
+use rand::{Rng, RngExt};
+use stosszahl_model::{
+    CollidingPair, Collision, Physics, Plane, Restitution, Sizes, Space, Vector, VectorOf, collide,
+};
+
+use super::arm::{self, Arm};
+use super::extents::Extent;
+use super::halo_copy::HaloCopy;
+use super::rate::Rates;
+use super::report::{Bounds, Report};
+use super::tile_neighbourhood::TileNeighbourhood;
+use crate::density::{Crowding, Weighing};
+use crate::particle::{Follow, covered, index};
+use crate::within_cell::CollisionContext;
+
+/// Collider of the particles of one tile with partners in that tile and in its neighbours. Created once
+/// per tile and time step.
+pub(super) struct TileCollider<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
+    pub(super) kernel: &'a CollisionContext<'a, P>,
+    /// Local collision rates n χ of the contact-point scheme; `None` for other schemes.
+    pub(super) rates: Option<&'a Rates<P::Space>>,
+    pub(super) arm: &'a Arm,
+    /// Maximum χ over the tile and its neighbours: the majorant of the ESMC scheme.
+    pub(super) bounds: Bounds,
+    /// True if the number of candidate pairs follows from a speed majorant (all schemes but stochastic disks).
+    pub(super) moves: bool,
+    pub(super) around: TileNeighbourhood<'b, 'c, P, F>,
+    pub(super) patch: &'a mut HaloCopy<P>,
+    pub(super) cells: Vec<Cell<P::Space>>,
+    pub(super) drawn: Vec<Candidate<VectorOf<P>>>,
+    pub(super) report: Report,
+}
+
+/// A line of cells of a tile along the first axis: its number, and its row and layer.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    pub(super) number: usize,
+    pub(super) row: usize,
+    pub(super) layer: usize,
+}
+
+/// A cell that is not empty.
+pub(super) struct Cell<S: Space> {
+    /// Its number in the tile, and its coordinates among all.
+    pub(super) local: usize,
+    pub(super) at: [u32; 3],
+    /// Index range of the cell's particles in the halo copy.
+    pub(super) members: Range<usize>,
+    /// Units around, what boundaries leave of the room for them, and their packing fraction.
+    pub(super) units: f64,
+    pub(super) crowding: Crowding,
+    pub(super) packing: f64,
+    limited: bool,
+    /// Of the distance at which partners are sought.
+    pub(super) class: u8,
+    /// Cross section times chi of pairs of the largest, over that of the contact distance and the chi of equal ones.
+    pub(super) ceiling: f64,
+    /// n chi times the ceiling of those that have most; trials expected in the step for each simulator; the velocities that these may
+    /// meet.
+    pub(super) most: f64,
+    pub(super) rate: f64,
+    pub(super) extent: Extent<S>,
+    pub(super) collisions: u64,
+    pub(super) virial: f64,
+}
+
+/// A simulator that looks for a partner.
+#[derive(Clone, Copy)]
+pub(super) struct Candidate<V> {
+    /// Index into the cells of the current row segment.
+    pub(super) cell: usize,
+    pub(super) first: usize,
+    pub(super) position: V,
+    /// Random numbers: from 0 to 2^32, and from 0 to 1.
+    pub(super) pick: u64,
+    chance: f64,
+    /// A line of centres, in the direction that was drawn.
+    line: V,
+    /// From centre to centre at contact, for a partner of the mean radius \[length\].
+    pub(super) distance: f64,
+    /// Its velocity, by which the following are chosen.
+    pub(super) velocity: V,
+    /// The line, towards the partner.
+    pub(super) normal: V,
+    /// Its own speed along the normal.
+    pub(super) along: f64,
+    /// How fast they must approach, of how fast they can.
+    pub(super) threshold: f64,
+    majorant: f64,
+}
+
+impl<'a, 'b, 'c, P, F> TileCollider<'a, 'b, 'c, P, F>
+where
+    P: Physics,
+    F: Follow<P::Space>,
+{
+    /// `patch`: memory to work in.
+    pub(super) fn new(
+        kernel: &'a CollisionContext<'a, P>,
+        rates: Option<&'a Rates<P::Space>>,
+        arm: &'a Arm,
+        bounds: Bounds,
+        mut around: TileNeighbourhood<'b, 'c, P, F>,
+        patch: &'a mut HaloCopy<P>,
+    ) -> Self {
+        let report = Report {
+            log: around.take_log(),
+            ..Report::default()
+        };
+        Self {
+            kernel,
+            rates,
+            arm,
+            bounds,
+            moves: kernel.density.scheme().bounds_trials(),
+            around,
+            patch,
+            cells: Vec::new(),
+            drawn: Vec::new(),
+            report,
+        }
+    }
+
+    /// Looks at a cell of a line, as it is before it collides; none if it is empty.
+    #[inline(always)]
+    pub(super) fn cell(
+        &mut self,
+        line: Line,
+        columns: usize,
+        column: usize,
+    ) -> Option<Cell<P::Space>> {
+        let kernel = self.kernel;
+        let sizes = kernel.scene.sizes();
+        let here = self.patch.own_cell([column, line.row, line.layer]);
+        let members = self.patch.members(here, 1);
+        if members.is_empty() {
+            return None;
+        }
+        let at = self.cell_of(line, column);
+        let local = column + columns * line.number;
+        let own = if kernel.density.looks_around() {
+            0.0
+        } else {
+            covered::<P>(sizes, members.clone().map(|who| self.patch.tag(who)))
+        };
+        let mut units = kernel.density.around(at, own);
+        if self.is_halfway() {
+            units -= kernel.density.share_of([0; 3]);
+        }
+        let crowding = kernel.density.crowding(at);
+        let known = self.rates.and_then(|rates| rates.known(units, crowding));
+        let (packing, limited, class) = if let Some(known) = known {
+            (known.packing, known.limited, known.class)
+        } else {
+            let covered = units * crowding.bodies;
+            let packing = covered * kernel.density.unit();
+            let class = arm::class(packing, crowding == Crowding::NONE);
+            (packing, kernel.density.is_limited(covered), class)
+        };
+        self.report.tally.active_cells += 1;
+        self.report.tally.limited_cells += u64::from(limited);
+        let ceiling = if sizes.are_equal() {
+            1.0
+        } else {
+            let largest = 2.0 * sizes.largest_radius();
+            pair_share(kernel, packing, [largest; 2], largest).max(1.0)
+        };
+        Some(Cell {
+            local,
+            at,
+            members,
+            units,
+            crowding,
+            packing,
+            limited,
+            class,
+            ceiling,
+            most: 0.0,
+            rate: 0.0,
+            extent: Extent::nobody(),
+            collisions: 0,
+            virial: 0.0,
+        })
+    }
+
+    /// Coordinates in the box of a cell of a line.
+    #[inline(always)]
+    pub(super) fn cell_of(&self, line: Line, column: usize) -> [u32; 3] {
+        let [x, y, z] = self.around.home().place.first;
+        [
+            x + column as u32,
+            y + line.row as u32,
+            z + line.layer as u32,
+        ]
+    }
+
+    /// Adds the collisions and the virial of one cell to the counters of the tile.
+    #[inline(always)]
+    pub(super) fn close(&mut self, cell: &Cell<P::Space>) {
+        if cell.collisions == 0 {
+            return;
+        }
+        let tally = &mut self.report.tally;
+        if cell.limited {
+            tally.limited_collisions += cell.collisions;
+        }
+        let (each, count) = (2.0 * cell.collisions as f64, cell.members.len() as f64);
+        if each > tally.busiest_cell * count {
+            tally.busiest_cell = each / count;
+        }
+        let weighed = self.kernel.weight * cell.collisions as f64;
+        self.around
+            .count(self.around.middle(), cell.local, weighed, cell.virial);
+    }
+
+    /// Draws a line of centres for a simulator of a cell, and the speed along it that a partner must exceed.
+    ///
+    /// A partner of velocity u is met at the rate ((v - u) . k)+, at most w(k) = h(k) + v . k, where h(k) is the largest -u . k of
+    /// the box that holds all u. The two ends of a line together have w(k) + w(-k) = h(k) + h(-k), which is the sum of the sides
+    /// of the box times `|k_i|`, whatever v: so the line is drawn with that density, one of its ends by the shares of the two, and
+    /// a partner is accepted with ((v - u) . k)+/w(k). What is left of the number that chose the end is uniform too: the threshold.
+    #[inline(always)]
+    pub(super) fn propose(
+        &self,
+        cell: usize,
+        first: usize,
+        extent: &Extent<P::Space>,
+        pick: u64,
+        stream: &mut impl Rng,
+    ) -> Candidate<VectorOf<P>> {
+        let line = line_of_centres::<P::Space>(extent.sides(), stream);
+        let radius = self.kernel.scene.sizes().radius(self.patch.tag(first));
+        let trial = Candidate {
+            cell,
+            first,
+            position: self.patch.position(first),
+            pick,
+            chance: stream.random(),
+            line,
+            distance: radius + self.kernel.mean_radius,
+            velocity: VectorOf::<P>::default(),
+            normal: line,
+            along: 0.0,
+            threshold: 0.0,
+            majorant: 0.0,
+        };
+        self.direct(trial, extent)
+    }
+
+    /// Chooses the end of the line, and with it the speed, for the velocity that the simulator has now.
+    #[inline(always)]
+    pub(super) fn direct(
+        &self,
+        trial: Candidate<VectorOf<P>>,
+        extent: &Extent<P::Space>,
+    ) -> Candidate<VectorOf<P>> {
+        let (line, velocity) = (trial.line, self.patch.velocities[trial.first]);
+        let sides = extent.sides();
+        let both: f64 = (0..P::Space::DIMENSION)
+            .map(|axis| sides[axis] * line[axis].abs())
+            .sum();
+        let number = both * trial.chance;
+        let along = velocity.inner(&line);
+        let one = extent.against(line) + along;
+        // Without a branch, which nobody could foresee.
+        let turns = f64::from(u8::from(number >= one));
+        let sign = 1.0 - 2.0 * turns;
+        Candidate {
+            velocity,
+            normal: line * sign,
+            along: along * sign,
+            threshold: number - turns * one,
+            majorant: turns * both + sign * one,
+            ..trial
+        }
+    }
+
+    /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles differ in size, their
+    /// cross section lets them, of as much as `ceiling`. Returns how far apart they were along the line of centres, in contact distances.
+    #[inline(always)]
+    pub(super) fn try_pair(
+        &mut self,
+        cell: &mut Cell<P::Space>,
+        trial: &Candidate<VectorOf<P>>,
+        second: usize,
+        ceiling: f64,
+        stream: &mut impl Rng,
+    ) -> Option<f64> {
+        let speed = trial.along - self.patch.velocities[second].inner(&trial.normal);
+        self.report.tally.majorant_violations += u64::from(speed > trial.majorant * (1.0 + 1e-12));
+        if speed <= trial.threshold {
+            return None;
+        }
+        let sizes = self.kernel.scene.sizes();
+        let radii = [trial.first, second].map(|who| sizes.radius(self.patch.tag(who)));
+        if !sizes.are_equal() {
+            let largest = 2.0 * sizes.largest_radius();
+            let diameters = radii.map(|radius| 2.0 * radius);
+            let share = pair_share(self.kernel, cell.packing, diameters, largest);
+            debug_assert!(share <= ceiling * (1.0 + 1e-12));
+            if stream.random::<f64>() * ceiling >= share {
+                return None;
+            }
+        }
+        let contact = radii[0] + radii[1];
+        let virial = self.report.tally.virial;
+        let apart = self.strike([trial.first, second], trial.normal, contact);
+        cell.collisions += 1;
+        cell.virial += self.report.tally.virial - virial;
+        Some(-apart.inner(&trial.normal) / contact)
+    }
+
+    /// Whether the density is that halfway to the contact; in space it never is, which the compiler sees here.
+    #[inline(always)]
+    pub(super) fn is_halfway(&self) -> bool {
+        P::Space::DIMENSION == 2 && self.kernel.density.weighing() == Weighing::Triangle
+    }
+
+    /// Collides a pair along `normal`, from the first to the second, and returns the vector from the second to the first.
+    #[inline(always)]
+    pub(super) fn strike(
+        &mut self,
+        who: [usize; 2],
+        normal: VectorOf<P>,
+        contact: f64,
+    ) -> VectorOf<P> {
+        let kernel = self.kernel;
+        let sizes = kernel.scene.sizes();
+        let places = who.map(|index| self.patch.home(index));
+        let pair = places.map(|at| self.around.read(at));
+        let velocities = pair.map(|simulator| simulator.velocity);
+        let masses = pair.map(|simulator| sizes.mass(simulator.tag));
+        let relative = velocities[0] - velocities[1];
+        let line = -normal * contact;
+        let kinds = [0, 1].map(|who| sizes.kind(pair[who].tag));
+        let law = (kernel.scene.restitution()).separation(kinds, relative.inner(&normal));
+        let encounter = CollidingPair {
+            velocities,
+            spins: pair.map(|simulator| simulator.spin),
+            masses,
+            radii: pair.map(|simulator| sizes.radius(simulator.tag)),
+            line,
+        };
+        let outcome = collide(kernel.scene, &encounter, law);
+        let after = outcome.velocities;
+        let apart = kernel
+            .grid
+            .nearest_image(pair[0].position - pair[1].position);
+        for number in 0..2 {
+            self.around
+                .set(places[number], after[number], outcome.spins[number]);
+            self.patch.set(who[number], after[number], self.moves);
+        }
+        let tally = &mut self.report.tally;
+        tally.collisions += 1;
+        tally.separation += apart.square().sqrt();
+        let gained = (after[0] - velocities[0]) * masses[0];
+        tally.virial += kernel.weight * apart.inner(&gained);
+        if kernel.looks {
+            self.report.log.push(Collision {
+                time: kernel.time,
+                position: pair[0].position.spatial(),
+                relative_velocity: relative.spatial(),
+                line: line.spatial(),
+                reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+                restitution: law.coefficient,
+                added_speed: law.added_speed,
+                momentum_transfer: apart.spatial() * gained.spatial().transpose(),
+                weight: kernel.weight,
+                pair: [0, 1].map(|who| index::<P>(pair[who].tag)),
+                species: kinds,
+            });
+        }
+        apart
+    }
+}
+
+/// The sum of the components.
+#[inline(always)]
+pub(super) fn total<S: Space>(vector: S::Vector) -> f64 {
+    (0..S::DIMENSION).map(|axis| vector[axis]).sum()
+}
+
+/// Cross section times chi of pairs of given diameters, over `largest^(D-1)` and the chi of equal ones.
+pub(super) fn pair_share<P: Physics>(
+    kernel: &CollisionContext<'_, P>,
+    packing: f64,
+    diameters: [f64; 2],
+    largest: f64,
+) -> f64 {
+    let packing = packing.min(0.9);
+    let chi = P::Space::contact_value(packing);
+    kernel.pair_factor(chi, packing, diameters) / (P::Space::cross_section(largest) * chi)
+}
+
+/// A random line of centres k whose density is the sum of these sides times `|k_i|`: of one of the axes, by their share, the
+/// component has the density `|k_i|`, so that its square is uniform in space, and the other component in the plane.
+#[inline(always)]
+pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng) -> S::Vector {
+    let pick = total::<S>(sides) * stream.random::<f64>();
+    if S::DIMENSION == 2 {
+        // What is left of the number that chose the axis is uniform too, from -1 to 1. Without a branch, which nobody could foresee.
+        let first = f64::from(u8::from(pick < sides[0]));
+        let second = 1.0 - first;
+        let left = pick - second * sides[0];
+        let side = first * sides[0] + second * sides[1];
+        let other = (2.0 * left / side - 1.0).clamp(-1.0, 1.0);
+        let along = (1.0 - other * other).sqrt();
+        let both = [
+            first * along + second * other,
+            first * other + second * along,
+        ];
+        return S::vector(|axis| both[axis]);
+    }
+    let chosen = if pick < sides[0] {
+        0
+    } else if pick < sides[0] + sides[1] {
+        1
+    } else {
+        2
+    };
+    let square: f64 = stream.random();
+    let around = Plane::random_direction(stream) * (1.0 - square).sqrt();
+    S::vector(|axis| match (axis + 3 - chosen) % 3 {
+        0 => square.sqrt(),
+        other => around[other - 1],
+    })
+}

@@ -1,0 +1,228 @@
+//! Candidates of all cells of a tile, line by line.
+
+use std::mem::take;
+
+use rand::{Rng, RngExt};
+use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+
+use super::change::ChangeOf;
+use super::lanes::{self, Lanes};
+use super::partners::Search;
+use super::report::{Bounds, Report};
+use super::search_ranges::Ranges;
+use super::tile_collider::{Candidate, Cell, Line, TileCollider, total};
+use super::trials::{AroundPoints, CandidateRule, InCells};
+use crate::extrema::smaller;
+use crate::grid::{Grid, OFFSETS, offset};
+use crate::particle::Follow;
+use crate::random_counts::draw_whole;
+use crate::scheme::Scheme;
+
+/// Simulators that a piece of a line of cells is to hold, and most cells in one. The number of trials of a piece is one of the two whole
+/// numbers next to its mean, so that it varies less than the Poisson law has it; how much so moves the collision rate by some tenths of
+/// a per cent (`docs/development/monte-carlo.md`).
+const SIMULATORS_IN_PIECE: f64 = 5.0;
+const LONGEST_PIECE: usize = 8;
+
+/// Candidate pairs generated before the first is tested. Batching lets the CPU overlap independent searches.
+const DRAWN: usize = 32;
+
+/// The bounds of a tile and all next to it.
+pub(super) fn bounds_around<S: Space>(grid: &Grid<S>, bounds: &[Bounds], number: usize) -> Bounds {
+    let mut all = bounds[number];
+    let tile = grid.place_of(number);
+    for step in 0..OFFSETS {
+        let other = &bounds[grid.tile_number(grid.neighbour(tile, offset(step)))];
+        all.chi = all.chi.max(other.chi);
+    }
+    all
+}
+
+impl<P, F> TileCollider<'_, '_, '_, P, F>
+where
+    P: Physics,
+    F: Follow<P::Space>,
+{
+    /// Collides the simulators of the tile with each other and with those around it.
+    ///
+    /// The same bits on every processor: products and sums are never contracted.
+    pub(super) fn collide(mut self, ranges: Ranges) -> (Report, Vec<ChangeOf<P>>) {
+        self.choose_loop(ranges);
+        (self.report, self.around.changes())
+    }
+
+    fn choose_loop(&mut self, ranges: Ranges) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = lanes::Avx2::detect() {
+            #[allow(unsafe_code, reason = "the compiler does not see the question before")]
+            // SAFETY: the processor has these instructions.
+            unsafe {
+                self.collide_with_avx2(ranges, lanes);
+            }
+            return;
+        }
+        self.collide_all(ranges, lanes::Plain);
+    }
+
+    /// [`Self::collide_all`], where everything that is inlined into it looks at four numbers at once.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn collide_with_avx2(&mut self, ranges: Ranges, lanes: lanes::Avx2) {
+        self.collide_all(ranges, lanes);
+    }
+
+    /// [`Self::collide`].
+    #[inline(always)]
+    fn collide_all(&mut self, ranges: Ranges, lanes: impl Lanes) {
+        let kernel = self.kernel;
+        let sizes = (kernel.scene.sizes(), kernel.mean_radius);
+        self.patch
+            .fill(&self.around, kernel.grid, ranges, self.moves, sizes);
+        let in_cell = self.around.home().in_cell();
+        let search = Search::new(kernel.grid, lanes, kernel.partner_radius, ranges, in_cell);
+        let is_halfway = self.is_halfway();
+        let mut around_points =
+            (self.rates).map(|rates| AroundPoints::new(kernel, rates, search, is_halfway));
+        let mut in_cells = InCells::new(kernel, self.bounds.chi, ranges.point);
+        let [columns, rows, layers] = self.around.home().place.sides.map(|side| side as usize);
+        for number in 0..rows * layers {
+            if kernel.stop.is_raised() {
+                return;
+            }
+            let home = self.around.home();
+            let cells = columns * number;
+            if home.starts[cells] == home.starts[cells + columns] {
+                continue;
+            }
+            let line = Line {
+                number,
+                row: number % rows,
+                layer: number / rows,
+            };
+            let first = kernel.grid.number(home.cell_at(cells));
+            let mut stream = kernel.streams.at(u64::from(first));
+            if self.moves {
+                self.patch.bound_line([line.row, line.layer]);
+            }
+            match (kernel.density.scheme(), &mut around_points) {
+                (Scheme::ContactPoint { .. }, Some(trials)) => {
+                    self.for_trials(line, columns, &mut stream, trials);
+                }
+                (Scheme::Esmc(_), _) => {
+                    self.for_trials(line, columns, &mut stream, &mut in_cells);
+                }
+                (Scheme::StochasticDisks { stiffness }, _) => {
+                    for column in 0..columns {
+                        if let Some(mut cell) = self.cell(line, columns, column) {
+                            let before = (self.report.tally.collisions, self.report.tally.virial);
+                            self.overlapping(cell.at, cell.members.clone(), stiffness, &mut stream);
+                            cell.collisions = self.report.tally.collisions - before.0;
+                            cell.virial = self.report.tally.virial - before.1;
+                            self.close(&cell);
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Draws the trials of a line, piece by piece: their number, and the cell and simulator of each.
+    #[inline(always)]
+    fn for_trials(
+        &mut self,
+        line: Line,
+        columns: usize,
+        stream: &mut impl Rng,
+        trials: &mut impl CandidateRule<P, F>,
+    ) {
+        let kernel = self.kernel;
+        trials.begin(self, line, columns);
+        let (mut cells, mut drawn) = (take(&mut self.cells), take(&mut self.drawn));
+        let home = self.around.home();
+        let length =
+            (SIMULATORS_IN_PIECE / home.in_cell()).clamp(1.0, LONGEST_PIECE as f64) as usize;
+        let pieces = columns.div_ceil(length);
+        // Trials for each n chi and length of the sides of a box of velocities: the mean of h(k) is half of their sum times the mean
+        // component.
+        let largest = 2.0 * kernel.scene.sizes().largest_radius();
+        let section = largest.powi(P::Space::DIMENSION as i32 - 1);
+        let mean = 0.5 * MEAN_COMPONENT[P::Space::DIMENSION - 2];
+        let each = 0.5 * P::Space::SOLID_ANGLE * section * mean * kernel.step;
+        for piece in 0..pieces {
+            let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
+            // Trials expected up to each cell, side by side, so that all are compared at once.
+            let (mut sum, mut sums) = (0.0, [f64::MAX; LONGEST_PIECE]);
+            let before = cells.len();
+            for column in from..to {
+                let Some(mut cell) = self.cell(line, columns, column) else {
+                    continue;
+                };
+                cell.extent = self.patch.bounds[column];
+                cell.most = trials.most(self, &cell, column);
+                cell.rate = cell.most * each * total::<P::Space>(cell.extent.sides());
+                sum += cell.rate * cell.members.len() as f64;
+                sums[cells.len() - before] = sum;
+                cells.push(cell);
+            }
+            let count = draw_whole(sum, stream);
+            self.report.tally.trials += count;
+            for _ in 0..count {
+                let [who, pick] = two_numbers(stream);
+                // Below the sum also where the product rounds up to it: so there is a cell.
+                let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
+                let number = sums.iter().filter(|&&sum| sum <= at).count();
+                let cell = &cells[before + number];
+                let left = ((sums[number] - at) / cell.rate) as usize;
+                let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
+                drawn.push(self.propose(before + number, first, &cell.extent, pick, stream));
+                if drawn.len() == DRAWN {
+                    if kernel.stop.is_raised() {
+                        break;
+                    }
+                    self.meet_all(&mut cells, &mut drawn, trials, stream);
+                }
+            }
+            if drawn.len() >= DRAWN / 2 || piece + 1 == pieces {
+                self.meet_all(&mut cells, &mut drawn, trials, stream);
+                for cell in cells.drain(..) {
+                    self.close(&cell);
+                }
+            }
+        }
+        (self.cells, self.drawn) = (cells, drawn);
+    }
+
+    /// Does the trials that were drawn, one after the other.
+    #[inline(always)]
+    fn meet_all(
+        &mut self,
+        cells: &mut [Cell<P::Space>],
+        drawn: &mut Vec<Candidate<VectorOf<P>>>,
+        trials: &mut impl CandidateRule<P, F>,
+        stream: &mut impl Rng,
+    ) {
+        for trial in drawn.iter() {
+            let mut trial = *trial;
+            let cell = &mut cells[trial.cell];
+            // It has collided since.
+            if self.patch.velocities[trial.first] != trial.velocity {
+                trial = self.direct(trial, &cell.extent);
+            }
+            if !trials.meet(self, cell, &trial, stream) {
+                break;
+            }
+        }
+        drawn.clear();
+    }
+}
+
+/// Mean size of a component of a random unit vector, in the plane and in space.
+const MEAN_COMPONENT: [f64; 2] = [std::f64::consts::FRAC_2_PI, 0.5];
+
+/// Two random numbers from 0 to 2^32.
+#[inline(always)]
+fn two_numbers(stream: &mut impl Rng) -> [u64; 2] {
+    let both: u64 = stream.random();
+    [both >> 32, both & 0xffff_ffff]
+}

@@ -1,0 +1,300 @@
+//! Acceptance test of candidate pairs, one implementation per scheme.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+
+use super::lanes::Lanes;
+use super::partners::Search;
+use super::rate::Rates;
+use super::search_target::Aim;
+use super::tile_collider::{Candidate, Cell, Line, TileCollider, pair_share};
+use crate::boundary::Surroundings;
+use crate::density::Crowding;
+use crate::grid::Grid;
+use crate::particle::{Follow, covered};
+use crate::within_cell::CollisionContext;
+
+/// How a scheme does its trials.
+///
+/// Not closures: whether one is compiled into the loop around it, and so with the vector instructions of that, is up to the compiler.
+pub(super) trait CandidateRule<P: Physics, F: Follow<P::Space>> {
+    /// Looks at a line of so many cells before all that is in it.
+    fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize);
+
+    /// n chi times the ceiling in a cell, at most.
+    fn most(
+        &self,
+        worker: &TileCollider<'_, '_, '_, P, F>,
+        cell: &Cell<P::Space>,
+        column: usize,
+    ) -> f64;
+
+    /// Tests one candidate pair and collides it if accepted. Returns `false` if the run was interrupted.
+    fn meet(
+        &mut self,
+        worker: &mut TileCollider<'_, '_, '_, P, F>,
+        cell: &mut Cell<P::Space>,
+        trial: &Candidate<VectorOf<P>>,
+        stream: &mut impl Rng,
+    ) -> bool;
+}
+
+/// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
+/// halfway.
+pub(super) struct AroundPoints<'a, P: Physics, L> {
+    rates: &'a Rates<P::Space>,
+    search: Search<'a, P, L>,
+    /// How far from a simulator the point halfway is, in cells, if the density is that there; less where a coordinate at the edge of a cell is
+    /// rounded to the other side.
+    farthest: Option<[i64; 3]>,
+    /// The most others around points halfway from each cell of the line, and memory to work in.
+    most_others: Vec<f64>,
+    work: Vec<f32>,
+    /// The cell and the radius of the last trial where sizes differ.
+    last: ((usize, f64), OfSize),
+}
+
+/// Rate and majorant for particles of one radius in one cell, cached between candidates.
+#[derive(Clone, Copy, Default)]
+struct OfSize {
+    n_chi: f64,
+    /// Cross section times chi of pairs with the largest particles, over that of the contact distance and the chi of equal ones: none of its
+    /// pairs has more.
+    ceiling: f64,
+}
+
+impl<'a, P: Physics, L> AroundPoints<'a, P, L> {
+    pub(super) fn new(
+        kernel: &CollisionContext<'_, P>,
+        rates: &'a Rates<P::Space>,
+        search: Search<'a, P, L>,
+        halfway: bool,
+    ) -> Self {
+        Self {
+            rates,
+            search,
+            farthest: halfway.then(|| steps_within(kernel.grid, kernel.mean_radius)),
+            most_others: Vec::new(),
+            work: Vec::new(),
+            last: Default::default(),
+        }
+    }
+
+    /// What holds for simulators of a radius in a cell. Often they are those of the last trial.
+    #[inline(always)]
+    fn of_size(
+        &mut self,
+        kernel: &CollisionContext<'_, P>,
+        cell: &Cell<P::Space>,
+        radius: f64,
+    ) -> OfSize {
+        let who = (cell.local, radius);
+        if self.last.0 != who {
+            let largest = kernel.scene.sizes().largest_radius();
+            let diameters = [2.0 * radius, 2.0 * largest];
+            let of_size = OfSize {
+                n_chi: (self.rates).at(cell.units, cell.crowding, radius / largest),
+                ceiling: pair_share(kernel, cell.packing, diameters, diameters[1]),
+            };
+            self.last = (who, of_size);
+        }
+        self.last.1
+    }
+
+    /// n chi of so many others.
+    #[inline(always)]
+    fn n_chi(&self, others: f64) -> f64 {
+        self.rates.at(others, Crowding::NONE, 1.0)
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>, L: Lanes> CandidateRule<P, F> for AroundPoints<'_, P, L> {
+    #[inline(always)]
+    fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize) {
+        if let Some(farthest) = self.farthest {
+            self.most_others.resize(columns, 0.0);
+            let first = worker.cell_of(line, 0);
+            let (work, most) = (&mut self.work, &mut self.most_others);
+            (worker.kernel.density).most_others(first, farthest, work, most);
+        }
+    }
+
+    #[inline(always)]
+    fn most(
+        &self,
+        _: &TileCollider<'_, '_, '_, P, F>,
+        cell: &Cell<P::Space>,
+        column: usize,
+    ) -> f64 {
+        match self.farthest {
+            Some(_) => self.n_chi(self.most_others[column]),
+            None => cell.ceiling * self.rates.most(cell.units, cell.crowding),
+        }
+    }
+
+    #[inline(always)]
+    fn meet(
+        &mut self,
+        worker: &mut TileCollider<'_, '_, '_, P, F>,
+        cell: &mut Cell<P::Space>,
+        trial: &Candidate<VectorOf<P>>,
+        stream: &mut impl Rng,
+    ) -> bool {
+        let kernel = worker.kernel;
+        let sizes = kernel.scene.sizes();
+        if let Some(farthest) = self.farthest {
+            let middle = trial.position + trial.normal * (0.5 * trial.distance);
+            let step = worker.patch.steps_to(cell.at, middle);
+            let step = [0, 1, 2].map(|axis| step[axis].clamp(-farthest[axis], farthest[axis]));
+            let others = kernel.density.others(cell.at, step);
+            if stream.random::<f64>() * cell.most >= self.n_chi(others) {
+                return true;
+            }
+        }
+        // What partners of its size can be of the ceiling at most is asked before one is sought.
+        let mut ceiling = cell.ceiling;
+        if !sizes.are_equal() {
+            let of_size = self.of_size(kernel, cell, sizes.radius(worker.patch.tag(trial.first)));
+            ceiling = of_size.ceiling;
+            if stream.random::<f64>() * cell.most >= ceiling * of_size.n_chi {
+                return true;
+            }
+            // A search among the small for the partner of a large one may look at ten thousands.
+            if kernel.stop.is_raised() {
+                return false;
+            }
+        }
+        let (normal, distance) = (trial.normal, trial.distance);
+        // Beyond a wall there is nobody.
+        if !kernel.has_room(trial.position + normal * distance) {
+            return true;
+        }
+        let reach = worker.arm.reach(cell.class);
+        let aim = Aim {
+            point: trial.position + normal * (reach * distance),
+            along: normal * reach,
+        };
+        let there = worker.patch.cell_of(aim.point);
+        // Nobody there is fast enough.
+        let speed = trial.threshold - trial.along;
+        if worker.patch.is_slow(there, normal, speed) {
+            return true;
+        }
+        worker.report.tally.searches += 1;
+        let found =
+            (self.search).partner(worker.patch, aim, there, trial.first, trial.pick, stream);
+        let Some(second) = found else {
+            worker.report.tally.missed += 1;
+            return true;
+        };
+        if let Some(arm) = worker.try_pair(cell, trial, second, ceiling, stream) {
+            worker.report.distances.note(cell.class, arm);
+        }
+        true
+    }
+}
+
+/// Partners from the cell of the point of contact.
+pub(super) struct InCells {
+    /// Largest chi, and the density of one simulator in the cell with the least room \[1/length^D\].
+    chi: f64,
+    density: f64,
+    least: f64,
+    /// Cells around a simulator that points of contact are in.
+    point: usize,
+    /// The first cell of the line, in the patch.
+    first: usize,
+}
+
+impl InCells {
+    pub(super) fn new<P: Physics>(
+        kernel: &CollisionContext<'_, P>,
+        chi: f64,
+        point: usize,
+    ) -> Self {
+        // Cells that walls cut are denser than their number says.
+        let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
+        Self {
+            chi,
+            density: kernel.weight / (least * kernel.grid.cell_volume()),
+            least,
+            point,
+            first: 0,
+        }
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> CandidateRule<P, F> for InCells {
+    #[inline(always)]
+    fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, _: usize) {
+        self.first = worker.patch.own_cell([0, line.row, line.layer]);
+    }
+
+    #[inline(always)]
+    fn most(
+        &self,
+        worker: &TileCollider<'_, '_, '_, P, F>,
+        cell: &Cell<P::Space>,
+        column: usize,
+    ) -> f64 {
+        let crowd = worker.patch.crowd(self.first + column, self.point);
+        cell.ceiling * self.chi * f64::from(crowd) * self.density
+    }
+
+    #[inline(always)]
+    fn meet(
+        &mut self,
+        worker: &mut TileCollider<'_, '_, '_, P, F>,
+        cell: &mut Cell<P::Space>,
+        trial: &Candidate<VectorOf<P>>,
+        stream: &mut impl Rng,
+    ) -> bool {
+        let kernel = worker.kernel;
+        let domain = kernel.grid.domain();
+        let most = cell.most / (cell.ceiling * self.chi * self.density);
+        let slot = (trial.pick as f64 * (0.5_f64).powi(32) * most) as usize;
+        let way = trial.normal * trial.distance;
+        let point = trial.position + way;
+        let patch = &*worker.patch;
+        let there = patch.members(patch.cell_of(point), 1);
+        let second = there.start + slot;
+        if slot >= there.len() || patch.home(second) == patch.home(trial.first) {
+            return true;
+        }
+        if let Some(surroundings) = kernel.surroundings {
+            let point = domain.wrap(point);
+            if !kernel.has_room(point) {
+                return true;
+            }
+            let room = surroundings.room(kernel.grid.cell_at(point));
+            if self.least < room && stream.random::<f64>() * room >= self.least {
+                return true;
+            }
+        }
+        // Halfway, where the density counts: the packing of the cell there, or of those around it.
+        let middle = trial.position + way * 0.5;
+        let own = if kernel.density.looks_around() {
+            0.0
+        } else {
+            let members = patch.members(patch.cell_of(middle), 1);
+            covered::<P>(kernel.scene.sizes(), members.map(|who| patch.tag(who)))
+        };
+        let middle = kernel.grid.cell_at(domain.wrap(middle));
+        let (there, ..) = kernel.density.contact_value(middle, own);
+        if self.chi * stream.random::<f64>() < there {
+            worker.try_pair(cell, trial, second, cell.ceiling, stream);
+        }
+        true
+    }
+}
+
+/// How many cells a point at this distance may be away along each axis, at most.
+fn steps_within<S: Space>(grid: &Grid<S>, distance: f64) -> [i64; 3] {
+    [0, 1, 2].map(|axis| {
+        if axis < S::DIMENSION {
+            (distance / grid.width()[axis]).ceil() as i64
+        } else {
+            0
+        }
+    })
+}

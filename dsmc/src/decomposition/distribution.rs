@@ -1,0 +1,219 @@
+//! Distribution of tiles among processes, and their return to the first.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::Physics;
+
+use super::bytes::{read, write};
+use super::owners;
+use super::ranks::{Ranks, all_gather, broadcast, gather};
+use super::subdomain::{Subdomain, TileData};
+use crate::checkpoint::Checkpoint;
+use crate::cross_cell::margin;
+use crate::engine::{Constants, Engine};
+use crate::features::PROCESSES;
+use crate::particle::Follow;
+use crate::tile::{Outbox, Tile};
+
+/// How much dearer the dearest process may be than the mean before tiles change hands, and fewest steps between.
+const UNEVEN: f64 = 1.1;
+pub(super) const STEPS_BETWEEN: u64 = 50;
+
+/// All that processes need to know of the gas besides its simulators, and who holds what.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Brief<P: Physics, F: Follow<P::Space>> {
+    gas: Checkpoint<P, F>,
+    simulators: usize,
+    owners: Vec<u32>,
+}
+
+impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
+    /// From now on several processes hold the gas, which they have made of the same scene, parameters and boundaries. What counts
+    /// is the gas of the first; it holds all until [`Self::divide`].
+    pub fn share(&mut self, ranks: Arc<dyn Ranks>) {
+        self.share = Some(Subdomain::new(ranks, self.tiles.len()));
+    }
+
+    /// Whether this process holds all of the gas.
+    pub fn is_whole(&self) -> bool {
+        self.share.as_ref().is_none_or(|share| share.is_united)
+    }
+
+    /// How many cells from a tile work on it looks at, at most, where partners are sought across cells.
+    pub(super) fn margin(&self) -> Option<usize> {
+        let Constants {
+            mean_radius,
+            partner_radius,
+            ..
+        } = self.constants;
+        let scheme = self.parameters.scheme;
+        let is_across = scheme.is_across();
+        is_across.then(|| {
+            margin::<P>(
+                scheme,
+                &self.grid,
+                self.scene.sizes(),
+                mean_radius,
+                partner_radius,
+            )
+        })
+    }
+
+    /// Gives each process its tiles; all of them call it. Nothing happens if they have them.
+    pub fn divide(&mut self) {
+        if !PROCESSES {
+            return;
+        }
+        let Some(mut share) = self.share.take_if(|share| share.is_united) else {
+            return;
+        };
+        let ranks = share.ranks.clone();
+        let brief = (share.me() == 0).then(|| {
+            let costs: Vec<f64> = self.tiles.iter().map(Tile::cost).collect();
+            Brief {
+                gas: self.without_simulators(),
+                simulators: self.simulators,
+                owners: owners::bisect(self.grid.tiles(), &costs, ranks.size()),
+            }
+        });
+        let bytes = brief.map_or_else(Vec::new, |brief| write(&brief));
+        let brief: Brief<P, F> = read(&broadcast(&*ranks, bytes));
+        self.take_over(brief.gas);
+        self.simulators = brief.simulators;
+        share.own(&self.grid, brief.owners, self.margin());
+        let others: Vec<usize> = (1..ranks.size()).collect();
+        let came = if share.me() == 0 {
+            let messages = others.iter().map(|&rank| {
+                let own = self.tiles.iter_mut().enumerate();
+                let own = own.filter(|(number, _)| share.owners[*number] as usize == rank);
+                let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
+                (rank, write(&contents))
+            });
+            let messages = messages.collect();
+            ranks.exchange(messages, &[]);
+            Vec::new()
+        } else {
+            ranks.exchange(Vec::new(), &[0])
+        };
+        self.part_with(&mut share);
+        for content in came
+            .iter()
+            .flat_map(|bytes| read::<Vec<TileData<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+        self.share = Some(share);
+    }
+
+    /// Keeps nothing of the tiles of others, and none of the times that tiles took.
+    pub(super) fn part_with(&mut self, share: &mut Subdomain<P::Space>) {
+        for (number, tile) in self.tiles.iter_mut().enumerate() {
+            tile.is_here = share.is_mine(number);
+            if !tile.is_here {
+                tile.empty();
+            }
+            tile.seconds = 0.0;
+        }
+        for outbox in self.departing.iter_mut().chain(&mut self.arriving) {
+            *outbox = Outbox::default();
+        }
+        (share.is_united, share.since) = (false, 0);
+    }
+
+    /// Gives the first process all tiles, arranged; all processes call it. Nothing happens if it has them.
+    pub fn unite(&mut self) {
+        let Some(mut share) = self.share.take_if(|share| !share.is_united) else {
+            return;
+        };
+        let own = self.tiles.iter_mut().enumerate();
+        let own = own.filter(|(_, tile)| tile.is_here && share.me() > 0);
+        let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
+        let came = gather(&*share.ranks, write(&contents));
+        for content in came
+            .iter()
+            .skip(1)
+            .flat_map(|bytes| read::<Vec<TileData<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+        for tile in &mut self.tiles {
+            tile.is_here = share.me() == 0;
+            if !tile.is_here {
+                tile.empty();
+            }
+        }
+        share.is_united = true;
+        self.share = Some(share);
+    }
+
+    /// Lets tiles change hands where one process has much more to do than others, by the time that tiles took.
+    pub(crate) fn balance(&mut self) {
+        if !PROCESSES {
+            return;
+        }
+        let Some(mut share) = self.share.take() else {
+            return;
+        };
+        if share.since >= STEPS_BETWEEN && !share.is_united {
+            share.since = 0;
+            self.even_out(&mut share);
+        }
+        self.share = Some(share);
+    }
+
+    fn even_out(&mut self, share: &mut Subdomain<P::Space>) {
+        let ranks = share.ranks.clone();
+        let own = self.tiles.iter_mut().enumerate();
+        let own = own.filter(|(_, tile)| tile.is_here);
+        let seconds: Vec<(u32, f64)> = own
+            .map(|(number, tile)| (number as u32, std::mem::take(&mut tile.seconds)))
+            .collect();
+        let all = all_gather(&*ranks, write(&seconds));
+        let mut costs = vec![0.0; self.tiles.len()];
+        let mut sums = Vec::new();
+        for bytes in &all {
+            let some: Vec<(u32, f64)> = read(bytes);
+            sums.push(some.iter().map(|one| one.1).sum::<f64>());
+            for (number, seconds) in some {
+                costs[number as usize] = seconds;
+            }
+        }
+        let mean = sums.iter().sum::<f64>() / ranks.size() as f64;
+        let largest = |sums: &[f64]| sums.iter().copied().fold(0.0, f64::max);
+        let owners = owners::bisect(self.grid.tiles(), &costs, ranks.size());
+        let mut better = vec![0.0; ranks.size()];
+        for (&owner, cost) in owners.iter().zip(&costs) {
+            better[owner as usize] += cost;
+        }
+        // What is gained must be worth the move.
+        if largest(&sums) <= UNEVEN * mean || 1.05 * largest(&better) > largest(&sums) {
+            return;
+        }
+        let others: Vec<usize> = (0..ranks.size())
+            .filter(|&rank| rank != share.me())
+            .collect();
+        let moving = |number: usize, rank: usize| owners[number] as usize == rank;
+        let messages = others.iter().map(|&rank| {
+            let own = self.tiles.iter_mut().enumerate();
+            let own = own.filter(|(number, tile)| tile.is_here && moving(*number, rank));
+            let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
+            (rank, write(&contents))
+        });
+        let came = ranks.exchange(messages.collect(), &others);
+        share.own(&self.grid, owners, self.margin());
+        for (number, tile) in self.tiles.iter_mut().enumerate() {
+            tile.is_here = share.is_mine(number);
+            if !tile.is_here {
+                tile.empty();
+            }
+        }
+        for content in came
+            .iter()
+            .flat_map(|bytes| read::<Vec<TileData<P, F>>>(bytes))
+        {
+            self.tiles[content.tile as usize].hold(content);
+        }
+    }
+}

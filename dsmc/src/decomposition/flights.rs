@@ -1,0 +1,214 @@
+//! Particle migration and global reductions between processes after each free-flight phase.
+
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Collision, Physics};
+
+use super::bytes::{read, write};
+use super::ranks::all_reduce;
+use super::subdomain::Subdomain;
+use crate::engine::Engine;
+use crate::features::PROCESSES;
+use crate::grid::{OFFSETS, offset};
+use crate::particle::{Follow, SimulatorOf};
+use crate::tally::{Counts, Stock};
+use crate::tile::{Left, Traveller};
+
+/// What one process learns from another.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Sent<P: Physics, F: Follow<P::Space>> {
+    leaving: Vec<Leaving<P, F>>,
+    /// Collisions in tiles of the sender, for the first process, if somebody looks at them.
+    logs: Vec<(u32, Vec<Collision>)>,
+}
+
+/// A simulator that crossed a border: from which tile, to which of those next to it, and from which cell.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct Leaving<P: Physics, F: Follow<P::Space>> {
+    tile: u32,
+    offset: u8,
+    source: u32,
+    simulator: SimulatorOf<P, F>,
+}
+
+/// What all processes learn in each step.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+struct News<P: Physics, F: Follow<P::Space>> {
+    stock: Stock<P::Space>,
+    simulators: usize,
+    ends: bool,
+    pauses: bool,
+    /// To which tile, from which cell. Those from one cell are of one process, and stay in their order.
+    far: Vec<(u32, u32, SimulatorOf<P, F>)>,
+    counts: Counts,
+}
+
+impl<P: Physics, F: Follow<P::Space>> News<P, F> {
+    fn add(&mut self, other: Self) {
+        self.stock.add(&other.stock);
+        self.simulators += other.simulators;
+        self.ends |= other.ends;
+        self.pauses |= other.pauses;
+        self.far.extend(other.far);
+        self.counts.merge(&other.counts);
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
+    /// After a flight: sends what left own tiles to the owners of those it enters, collisions to the first process if somebody looks
+    /// at them, and to all what the next step follows and what was counted, of which `counts` are those of this process.
+    pub(crate) fn exchange_with_others(&mut self, counts: Counts, looks: bool) -> Counts {
+        if !PROCESSES {
+            return counts;
+        }
+        let Some(mut share) = self.share.take() else {
+            return counts;
+        };
+        let (to, from) = share.after_flights(looks);
+        let messages: Vec<_> = (to.into_iter())
+            .map(|rank| {
+                let sent = Sent {
+                    leaving: self.leaving(&share, rank),
+                    logs: if rank == 0 && looks {
+                        self.logs()
+                    } else {
+                        Vec::new()
+                    },
+                };
+                (rank, write(&sent))
+            })
+            .collect();
+        // What left own tiles, and is still here.
+        let tiles = self.tiles.iter().zip(&self.arriving);
+        let own = tiles.filter(|(tile, _)| tile.is_here);
+        let simulators = own
+            .map(|(tile, outbox)| tile.simulators.len() + outbox.near())
+            .sum::<usize>()
+            + self.far.len();
+        for (tile, outbox) in self.tiles.iter().zip(&mut self.arriving) {
+            if !tile.is_here {
+                outbox.fill(&[]);
+            }
+        }
+        for bytes in share.ranks.exchange(messages, &from) {
+            let sent: Sent<P, F> = read(&bytes);
+            self.enter(&sent.leaving);
+            for (tile, log) in sent.logs {
+                self.tiles[tile as usize].log.extend(log);
+            }
+        }
+        let counts = self.tell_all(&mut share, simulators, counts);
+        share.since += 1;
+        self.share = Some(share);
+        counts
+    }
+
+    /// What left own tiles for those of another process.
+    fn leaving(&self, share: &Subdomain<P::Space>, rank: usize) -> Vec<Leaving<P, F>> {
+        let mut leaving = Vec::new();
+        for (number, tile) in self.tiles.iter().enumerate() {
+            if !tile.is_here || share.seer(number, rank).is_none() {
+                continue;
+            }
+            for step in 0..OFFSETS {
+                let to = self.grid.neighbour(tile.place.tile, offset(step));
+                if share.owners[self.grid.tile_number(to)] as usize == rank {
+                    let some = self.arriving[number].towards(step).iter();
+                    leaving.extend(some.map(|one| Leaving {
+                        tile: number as u32,
+                        offset: step as u8,
+                        source: one.source,
+                        simulator: one.simulator,
+                    }));
+                }
+            }
+        }
+        leaving
+    }
+
+    /// Collisions in own tiles.
+    fn logs(&mut self) -> Vec<(u32, Vec<Collision>)> {
+        let own = self.tiles.iter_mut().enumerate();
+        let own = own.filter(|(_, tile)| tile.is_here && !tile.log.is_empty());
+        own.map(|(number, tile)| (number as u32, tile.log.drain(..).collect()))
+            .collect()
+    }
+
+    /// Takes what left tiles of another process, tile after tile.
+    fn enter(&mut self, leaving: &[Leaving<P, F>]) {
+        for of_tile in leaving.chunk_by(|one, next| one.tile == next.tile) {
+            let leavers: Vec<(u8, Traveller<P, F>)> = of_tile
+                .iter()
+                .map(|one| {
+                    let left = Left {
+                        source: one.source,
+                        simulator: one.simulator,
+                    };
+                    (one.offset, left)
+                })
+                .collect();
+            self.arriving[of_tile[0].tile as usize].fill(&leavers);
+        }
+    }
+
+    /// All processes learn the stock, what was counted, and who flew farther than to the next tile.
+    fn tell_all(
+        &mut self,
+        share: &mut Subdomain<P::Space>,
+        simulators: usize,
+        counts: Counts,
+    ) -> Counts {
+        let mut stock = Stock::default();
+        self.tiles
+            .iter()
+            .filter(|tile| tile.is_here)
+            .for_each(|tile| stock.add(&tile.stock));
+        let far = self
+            .far
+            .iter()
+            .filter(|(to, _)| !share.is_mine(*to as usize));
+        let news = News::<P, F> {
+            stock,
+            simulators,
+            ends: self.stop.interrupt().is_raised(),
+            pauses: self.stop.is_paused(),
+            far: far
+                .map(|&(to, one)| (to, one.source, one.simulator))
+                .collect(),
+            counts,
+        };
+        self.far.retain(|(to, _)| share.is_mine(*to as usize));
+        let all = all_reduce(&*share.ranks, news, News::add);
+        share.ends |= all.ends;
+        share.pauses |= all.pauses;
+        share.stock = all.stock;
+        let far = all.far.into_iter();
+        let mine = far.filter(|(to, ..)| share.is_mine(*to as usize));
+        self.far
+            .extend(mine.map(|(to, source, simulator)| (to, Left { source, simulator })));
+        if self.surroundings.is_some() {
+            self.simulators = all.simulators;
+        }
+        all.counts
+    }
+}
+
+impl<S: stosszahl_model::Space> Subdomain<S> {
+    /// To whom this process sends after a flight, and from whom something comes: its neighbours, and the first process if somebody looks
+    /// at collisions.
+    fn after_flights(&self, looks: bool) -> (Vec<usize>, Vec<usize>) {
+        let mut to = self.near.clone();
+        if !looks {
+            return (to, self.near.clone());
+        }
+        if self.me() == 0 {
+            return (to, (1..self.ranks.size()).collect());
+        }
+        if !to.contains(&0) {
+            to.insert(0, 0);
+        }
+        (to, self.near.clone())
+    }
+}

@@ -1,0 +1,192 @@
+//! What processes tell each other for schemes whose partners lie across cells.
+
+use std::collections::BTreeMap;
+
+use stosszahl_model::{Collision, Physics, Space};
+
+use super::bytes::{read, write};
+use super::ranks::{all_gather, gather};
+use super::subdomain::{Subdomain, TileData, around};
+use crate::cross_cell::{Bounds, ChangeOf, Distances, Report, TilePeers, colours};
+use crate::grid::Grid;
+use crate::particle::Follow;
+use crate::tally::Tally;
+use crate::tile::Tile;
+
+impl<S: Space> Subdomain<S> {
+    /// The values of tiles of other processes that count here, by the tile: those of tiles within `reach` cells of own ones; if it is
+    /// wide, also of those next to own ones.
+    pub(crate) fn units_around<P: Physics<Space = S>, F: Follow<S>>(
+        &self,
+        grid: &Grid<S>,
+        tiles: &[Tile<P, F>],
+        reach: [usize; 3],
+        is_wide: bool,
+        values: impl Fn(&Tile<P, F>) -> Vec<f32>,
+    ) -> BTreeMap<usize, Vec<f32>> {
+        let mut to: BTreeMap<usize, Vec<(u32, Vec<f32>)>> = BTreeMap::new();
+        let mut from: Vec<usize> = Vec::new();
+        for (number, tile) in tiles.iter().enumerate().filter(|(_, tile)| tile.is_here) {
+            let mut near: Vec<usize> = within(grid, number, reach).collect();
+            if is_wide {
+                near = near.iter().flat_map(|&other| around(grid, other)).collect();
+            }
+            let owners = near.iter().map(|&other| self.owners[other] as usize);
+            let mut wanted: Vec<usize> = owners.filter(|&owner| owner != self.me()).collect();
+            wanted.sort_unstable();
+            wanted.dedup();
+            if wanted.is_empty() {
+                continue;
+            }
+            let values = values(tile);
+            for &rank in &wanted {
+                to.entry(rank)
+                    .or_default()
+                    .push((number as u32, values.clone()));
+            }
+            from.extend(wanted);
+        }
+        // Who needs something of this process has something that it needs.
+        from.sort_unstable();
+        from.dedup();
+        let messages = to.iter().map(|(&rank, some)| (rank, write(some)));
+        let came = self.ranks.exchange(messages.collect(), &from);
+        let all = came
+            .iter()
+            .flat_map(|bytes| read::<Vec<(u32, Vec<f32>)>>(bytes));
+        all.map(|(number, values)| (number as usize, values))
+            .collect()
+    }
+}
+
+impl<P: Physics, F: Follow<P::Space>> TilePeers<P, F> for Subdomain<P::Space> {
+    fn is_seen(&self, tile: usize) -> bool {
+        !self.seers[tile].is_empty()
+    }
+
+    fn tells(&self, tile: usize) -> bool {
+        self.tells[tile]
+    }
+
+    fn see_around(&self, tiles: &mut [Tile<P, F>], bounds: &[Bounds]) -> Vec<(usize, Bounds)> {
+        let came = self.with_near(|rank| {
+            let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
+            let seen = own.filter_map(|(number, tile)| {
+                let seer = self.seer(number, rank)?;
+                Some((tile.part(number, seer), bounds[number]))
+            });
+            seen.collect::<Vec<(TileData<P, F>, Bounds)>>()
+        });
+        let mut known = Vec::new();
+        for (content, bounds) in came.into_iter().flatten() {
+            let number = content.tile as usize;
+            known.push((number, bounds));
+            tiles[number].hold(content);
+        }
+        known
+    }
+
+    fn tell_changes(
+        &self,
+        colour: usize,
+        changes: &[ChangeOf<P>],
+        meanwhile: &mut dyn FnMut(),
+        then: &mut dyn FnMut(Vec<ChangeOf<P>>),
+    ) {
+        let [to, from] = &self.colours[colour];
+        let messages = to.iter().map(|&rank| {
+            let seen = changes.iter().filter(|change| {
+                let seer = self.seer(change.tile as usize, rank);
+                seer.is_some_and(|seer| seer.sees(change.cell))
+            });
+            (rank, write(&seen.copied().collect::<Vec<_>>()))
+        });
+        let messages = messages.collect();
+        self.ranks
+            .exchange_around(messages, from, meanwhile, &mut |came| {
+                let all = came
+                    .iter()
+                    .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes));
+                then(all.collect());
+            });
+    }
+
+    fn all_reports(
+        &self,
+        grid: &Grid<P::Space>,
+        mine: Vec<(u32, Report)>,
+        looks: bool,
+    ) -> Vec<(u32, Report)> {
+        let counted: Vec<_> = mine
+            .iter()
+            .map(|(tile, report)| (*tile, report.tally, report.distances.clone()))
+            .collect();
+        let logs: Vec<(u32, Vec<Collision>)> = mine
+            .iter()
+            .filter(|(_, report)| self.me() > 0 && !report.log.is_empty())
+            .map(|(tile, report)| (*tile, report.log.clone()))
+            .collect();
+        let mut all: Vec<Option<Report>> = Vec::new();
+        all.resize_with(self.owners.len(), || None);
+        for (tile, report) in mine {
+            all[tile as usize] = Some(report);
+        }
+        for bytes in all_gather(&*self.ranks, write(&counted)) {
+            for (tile, tally, distances) in read::<Vec<(u32, Tally, Distances)>>(&bytes) {
+                all[tile as usize].get_or_insert_with(|| Report {
+                    tally,
+                    distances,
+                    log: Vec::new(),
+                });
+            }
+        }
+        let came = if looks {
+            gather(&*self.ranks, write(&logs))
+        } else {
+            Vec::new()
+        };
+        for bytes in came.iter().skip(1) {
+            for (tile, log) in read::<Vec<(u32, Vec<Collision>)>>(bytes) {
+                if let Some(report) = &mut all[tile as usize] {
+                    report.log = log;
+                }
+            }
+        }
+        let order = colours(grid).into_iter().flatten();
+        order
+            .filter_map(|tile| Some((tile, all[tile as usize].take()?)))
+            .collect()
+    }
+
+    fn see_no_more(&self, tiles: &mut [Tile<P, F>]) {
+        (tiles.iter_mut().filter(|tile| !tile.is_here)).for_each(Tile::empty);
+    }
+}
+
+/// The tiles that have cells within some cells of a tile, along each axis and around the box.
+fn within<S: Space>(grid: &Grid<S>, tile: usize, reach: [usize; 3]) -> impl Iterator<Item = usize> {
+    let place = grid.tile_place(grid.place_of(tile));
+    let [columns, rows, layers] = [0, 1, 2].map(|axis| {
+        let count = i64::from(grid.counts()[axis]);
+        let (first, side) = (i64::from(place.first[axis]), i64::from(place.sides[axis]));
+        let reach = (reach[axis] as i64).min(count);
+        let cells = (first - reach..first + side + reach).map(|cell| cell.rem_euclid(count) as u32);
+        let mut at = [0; 3];
+        let mut tiles: Vec<u32> = cells
+            .map(|cell| {
+                at[axis] = cell;
+                grid.owner(at)[axis]
+            })
+            .collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    });
+    let mut all = Vec::new();
+    for &z in &layers {
+        for &y in &rows {
+            all.extend(columns.iter().map(|&x| grid.tile_number([x, y, z])));
+        }
+    }
+    all.into_iter()
+}

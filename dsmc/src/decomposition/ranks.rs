@@ -1,0 +1,153 @@
+//! What connects the processes that hold one gas, and what is built from it.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use stosszahl_model::Sum;
+
+use super::bytes::{read, write};
+
+/// Processes that hold one gas together. All of them make the same calls in the same order.
+pub trait Ranks: Send + Sync {
+    /// Number of this process, from 0.
+    fn rank(&self) -> usize;
+
+    /// Number of all.
+    fn size(&self) -> usize;
+
+    /// Sends messages to others, and returns those that come from the processes of a list, in its order. Each process that
+    /// sends to another is in the list of that one. Messages may be of any length; none is lost, and those of a pair of
+    /// processes come in order.
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
+        let mut all = Vec::new();
+        self.exchange_around(messages, from, &mut || (), &mut |came| all = came);
+        all
+    }
+
+    /// The same around other work: sends, does what there is to do meanwhile, and then what needs what came; other exchanges may be in
+    /// that. Both are called once. Only at the end is it waited for that others have taken the messages: they may be at work too.
+    fn exchange_around(
+        &self,
+        messages: Vec<(usize, Vec<u8>)>,
+        from: &[usize],
+        meanwhile: &mut dyn FnMut(),
+        then: &mut dyn FnMut(Vec<Vec<u8>>),
+    );
+}
+
+/// The messages of all processes, by their number: in as many rounds as the number has bits (Bruck et al., IEEE Trans. Parallel
+/// Distrib. Syst. 8, 1143 (1997), doi:10.1109/71.642949).
+pub fn all_gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
+    let (me, size) = (ranks.rank(), ranks.size());
+    // Those of this process and the ones after it.
+    let mut known = vec![mine];
+    let mut step = 1;
+    while step < size {
+        let count = step.min(size - step);
+        let (to, from) = ((me + size - step) % size, (me + step) % size);
+        let came = ranks.exchange(vec![(to, pack(&known[..count]))], &[from]);
+        known.extend(came.iter().flat_map(|one| unpack(one)));
+        step *= 2;
+    }
+    known.rotate_right(me);
+    known
+}
+
+/// The sum of what all processes have, which all learn: in as many rounds as their number has bits, and two more unless it is a power of
+/// two. The order of adding is nobody's concern.
+pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
+    ranks: &dyn Ranks,
+    mut sum: T,
+    add: impl Fn(&mut T, T),
+) -> T {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let from = |rank: usize| read::<T>(&ranks.exchange(Vec::new(), &[rank])[0]);
+    // Those beyond it have a partner that works for them.
+    let paired = 1 << size.ilog2();
+    if me >= paired {
+        ranks.exchange(vec![(me - paired, write(&sum))], &[]);
+        return from(me - paired);
+    }
+    let beyond = (me + paired < size).then_some(me + paired);
+    if let Some(beyond) = beyond {
+        add(&mut sum, from(beyond));
+    }
+    let mut step = 1;
+    while step < paired {
+        let other = me ^ step;
+        let came = ranks.exchange(vec![(other, write(&sum))], &[other]);
+        add(&mut sum, read(&came[0]));
+        step *= 2;
+    }
+    if let Some(beyond) = beyond {
+        ranks.exchange(vec![(beyond, write(&sum))], &[]);
+    }
+    sum
+}
+
+/// Puts a sum of all processes together in the first: along a binary tree, in as many rounds as their number has bits.
+pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn Sum) {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let mut step = 1;
+    while step < size {
+        if me & step > 0 {
+            ranks.exchange(vec![(me - step, sum.save())], &[]);
+            return;
+        }
+        if me + step < size {
+            let came = ranks.exchange(Vec::new(), &[me + step]);
+            assert!(sum.add_saved(&came[0]), "the sum of the same program");
+        }
+        step *= 2;
+    }
+}
+
+/// The messages of all processes to the first, by their number; nothing elsewhere.
+pub(crate) fn gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
+    if ranks.rank() > 0 {
+        ranks.exchange(vec![(0, mine)], &[]);
+        return Vec::new();
+    }
+    let others: Vec<usize> = (1..ranks.size()).collect();
+    let mut all = vec![mine];
+    all.extend(ranks.exchange(Vec::new(), &others));
+    all
+}
+
+/// The message of the first process, to all: along a binary tree.
+pub fn broadcast(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<u8> {
+    let (me, size) = (ranks.rank(), ranks.size());
+    let message = if me == 0 {
+        mine
+    } else {
+        ranks.exchange(Vec::new(), &[(me - 1) / 2]).swap_remove(0)
+    };
+    let below = [2 * me + 1, 2 * me + 2].into_iter();
+    let messages: Vec<_> = below
+        .filter(|&to| to < size)
+        .map(|to| (to, message.clone()))
+        .collect();
+    if !messages.is_empty() {
+        ranks.exchange(messages, &[]);
+    }
+    message
+}
+
+/// Messages in one.
+fn pack(messages: &[Vec<u8>]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(messages.iter().map(|one| one.len() + 8).sum());
+    for message in messages {
+        bytes.extend_from_slice(&(message.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(message);
+    }
+    bytes
+}
+
+fn unpack(mut bytes: &[u8]) -> Vec<Vec<u8>> {
+    let mut messages = Vec::new();
+    while let Some((length, rest)) = bytes.split_first_chunk::<8>() {
+        let (message, rest) = rest.split_at(u64::from_le_bytes(*length) as usize);
+        messages.push(message.to_vec());
+        bytes = rest;
+    }
+    messages
+}

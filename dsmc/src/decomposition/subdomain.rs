@@ -1,0 +1,259 @@
+//! The part of a gas that a process holds, and who sees what of it.
+
+use std::sync::Arc;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Physics, Space};
+
+use super::bytes::{read, write};
+use super::ranks::Ranks;
+use crate::cross_cell::colours;
+use crate::grid::{Grid, OFFSETS, offset};
+use crate::particle::{Follow, SimulatorOf};
+use crate::tally::Stock;
+use crate::tile::Tile;
+
+/// The part of a gas that this process holds.
+pub(crate) struct Subdomain<S: Space> {
+    pub(crate) ranks: Arc<dyn Ranks>,
+    /// The owner of each tile.
+    pub(crate) owners: Vec<u32>,
+    /// Other processes with tiles next to own ones.
+    pub(super) near: Vec<usize>,
+    /// Which other processes see each tile: its owner, and those with tiles next to it.
+    pub(super) seers: Vec<Vec<GhostReader>>,
+    /// Of which tiles work around them changes what another process sees.
+    pub(super) tells: Vec<bool>,
+    /// For each colour of tiles: to whom changes may have to be told, and who may tell some.
+    pub(super) colours: Vec<[Vec<usize>; 2]>,
+    /// Whether any process was asked to stop, or to pause, as all know it since the last step.
+    pub(crate) ends: bool,
+    pub(crate) pauses: bool,
+    /// Of all processes, since the last exchange.
+    pub(crate) stock: Stock<S>,
+    /// Steps since tiles changed hands.
+    pub(super) since: u64,
+    /// Whether the first process holds all tiles for a while.
+    pub(crate) is_united: bool,
+}
+
+/// A process that holds ghost cells of this tile.
+pub(super) struct GhostReader {
+    pub(super) rank: u32,
+    /// Which cells of it; all, if nothing is said.
+    cells: Option<Vec<bool>>,
+}
+
+impl GhostReader {
+    pub(super) fn sees(&self, cell: u32) -> bool {
+        (self.cells.as_ref()).is_none_or(|cells| cells[cell as usize])
+    }
+}
+
+/// What an arranged tile holds.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "")]
+pub(crate) struct TileData<P: Physics, F: Follow<P::Space>> {
+    pub(super) tile: u32,
+    pub(super) counts: Vec<u32>,
+    pub(super) simulators: Vec<SimulatorOf<P, F>>,
+}
+
+impl<S: Space> Subdomain<S> {
+    pub(super) fn new(ranks: Arc<dyn Ranks>, tiles: usize) -> Self {
+        Self {
+            ranks,
+            owners: vec![0; tiles],
+            near: Vec::new(),
+            seers: Vec::new(),
+            tells: Vec::new(),
+            colours: Vec::new(),
+            ends: false,
+            pauses: false,
+            stock: Stock::default(),
+            since: 0,
+            is_united: true,
+        }
+    }
+
+    pub(crate) fn me(&self) -> usize {
+        self.ranks.rank()
+    }
+
+    pub(super) fn is_mine(&self, tile: usize) -> bool {
+        self.owners[tile] as usize == self.me()
+    }
+
+    /// Sends to each near process what belongs to it, and returns what came.
+    pub(crate) fn with_near<T: Serialize + DeserializeOwned>(
+        &self,
+        mut to: impl FnMut(usize) -> T,
+    ) -> Vec<T> {
+        let messages = self.near.iter().map(|&rank| (rank, write(&to(rank))));
+        let came = self.ranks.exchange(messages.collect(), &self.near);
+        came.iter().map(|bytes| read(bytes)).collect()
+    }
+
+    /// Which process that is not this one sees a tile, if that one does.
+    pub(super) fn seer(&self, tile: usize, rank: usize) -> Option<&GhostReader> {
+        let mut seers = self.seers[tile].iter();
+        seers.find(|seer| seer.rank as usize == rank)
+    }
+
+    /// Notes new owners. Work on a tile looks at cells at most `margin` cells from it.
+    pub(super) fn own(&mut self, grid: &Grid<S>, owners: Vec<u32>, margin: Option<usize>) {
+        let me = self.me();
+        let mut near: Vec<usize> = (0..owners.len())
+            .filter(|&tile| owners[tile] as usize == me)
+            .flat_map(|tile| around(grid, tile))
+            .map(|tile| owners[tile] as usize)
+            .filter(|&owner| owner != me)
+            .collect();
+        near.sort_unstable();
+        near.dedup();
+        (self.near, self.owners) = (near, owners);
+        self.seers = (0..self.owners.len())
+            .map(|tile| {
+                let all = around(grid, tile).map(|other| self.owners[other]);
+                let mut seers: Vec<u32> = all.filter(|&owner| owner as usize != me).collect();
+                seers.sort_unstable();
+                seers.dedup();
+                let is_near = || around(grid, tile).any(|other| self.is_mine(other));
+                let margin = margin.filter(|_| !seers.is_empty() && is_near());
+                let seers = seers.into_iter().map(|rank| GhostReader {
+                    rank,
+                    cells: margin
+                        .filter(|_| self.owners[tile] != rank)
+                        .map(|margin| near_cells(grid, tile, margin, &self.owners, rank)),
+                });
+                seers.collect()
+            })
+            .collect();
+        self.tells = (0..self.owners.len())
+            .map(|tile| around(grid, tile).any(|other| !self.seers[other].is_empty()))
+            .collect();
+        let sorted = |mut list: Vec<usize>| {
+            list.sort_unstable();
+            list.dedup();
+            list
+        };
+        self.colours = colours(grid)
+            .iter()
+            .map(|group| {
+                let (mut to, mut from) = (Vec::new(), Vec::new());
+                for &tile in group {
+                    let owner = self.owners[tile as usize] as usize;
+                    for other in around(grid, tile as usize) {
+                        if owner == me {
+                            to.extend(self.seers[other].iter().map(|seer| seer.rank as usize));
+                        } else if around(grid, other).any(|next| self.is_mine(next)) {
+                            from.push(owner);
+                        }
+                    }
+                }
+                [sorted(to), sorted(from)]
+            })
+            .collect();
+    }
+}
+
+/// A tile and those next to it.
+pub(crate) fn around<S: Space>(grid: &Grid<S>, tile: usize) -> impl Iterator<Item = usize> + '_ {
+    let place = grid.place_of(tile);
+    (0..OFFSETS).map(move |number| grid.tile_number(grid.neighbour(place, offset(number))))
+}
+
+/// The cells of a tile that are at most `margin` cells from a tile of a process.
+fn near_cells<S: Space>(
+    grid: &Grid<S>,
+    tile: usize,
+    margin: usize,
+    owners: &[u32],
+    rank: u32,
+) -> Vec<bool> {
+    let place = grid.tile_place(grid.place_of(tile));
+    let sides = place.sides.map(|side| side as usize);
+    let mut near = vec![false; sides.iter().product()];
+    for step in (0..OFFSETS).map(offset) {
+        if owners[grid.tile_number(grid.neighbour(place.tile, step))] != rank {
+            continue;
+        }
+        let [columns, rows, layers] = [0, 1, 2].map(|axis| match step[axis] {
+            -1 => 0..margin.min(sides[axis]),
+            1 => sides[axis].saturating_sub(margin)..sides[axis],
+            _ => 0..sides[axis],
+        });
+        for z in layers {
+            for y in rows.clone() {
+                let line = sides[0] * (y + sides[1] * z);
+                near[line + columns.start..line + columns.end].fill(true);
+            }
+        }
+    }
+    near
+}
+
+impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
+    pub(super) fn content(&mut self, number: usize) -> TileData<P, F> {
+        TileData {
+            tile: number as u32,
+            counts: self.counts_of_cells(),
+            simulators: std::mem::take(&mut self.simulators),
+        }
+    }
+
+    /// Some of its cells.
+    pub(super) fn part(&self, number: usize, seer: &GhostReader) -> TileData<P, F> {
+        let mut content = TileData {
+            tile: number as u32,
+            counts: vec![0; self.cells()],
+            simulators: Vec::new(),
+        };
+        for cell in (0..self.cells()).filter(|&cell| seer.sees(cell as u32)) {
+            let members = self.members(cell);
+            content.counts[cell] = members.len() as u32;
+            content.simulators.extend_from_slice(members);
+        }
+        content
+    }
+
+    fn counts_of_cells(&self) -> Vec<u32> {
+        self.starts
+            .windows(2)
+            .map(|ends| ends[1] - ends[0])
+            .collect()
+    }
+
+    /// What it costs, about: how long it took, or how much there is.
+    pub(super) fn cost(&self) -> f64 {
+        if self.seconds > 0.0 {
+            self.seconds
+        } else {
+            self.guess(self.simulators.len())
+        }
+    }
+
+    /// The same of so many simulators, before any step.
+    pub(super) fn guess(&self, simulators: usize) -> f64 {
+        1e-9 * (simulators + self.cells()) as f64
+    }
+
+    pub(super) fn hold(&mut self, content: TileData<P, F>) {
+        self.starts.clear();
+        self.starts.push(0);
+        let mut sum = 0;
+        for count in content.counts {
+            sum += count;
+            self.starts.push(sum);
+        }
+        self.simulators = content.simulators;
+    }
+
+    /// Lets go of all simulators.
+    pub(super) fn empty(&mut self) {
+        self.simulators = Vec::new();
+        self.codes = Vec::new();
+        self.starts = Vec::new();
+    }
+}

@@ -1,0 +1,376 @@
+//! Flight: moves the simulators of a tile, and sends those that leave.
+
+use stosszahl_model::random::Streams;
+use stosszahl_model::{Field, Physics, Space, VectorOf};
+
+use crate::boundary::{FlightTiming, Ledgers, Origin, Passage, Surroundings};
+use crate::grid::{Grid, offset_number};
+use crate::particle::{Follow, Simulator, SimulatorOf};
+use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
+
+/// A flight of all simulators, between the collisions of two steps.
+pub(crate) struct Flight<'a, P: Physics> {
+    pub(crate) scene: &'a P,
+    pub(crate) grid: &'a Grid<P::Space>,
+    /// How long it takes \[time\].
+    pub(crate) duration: f64,
+    /// What is at the faces of the box and inside it; none if it is periodic.
+    pub(crate) passage: Option<Passage<'a, P>>,
+}
+
+impl<'a, P: Physics> Flight<'a, P> {
+    /// A flight of simulators that stand for `weight` particles, where boundaries say nothing else.
+    pub(crate) fn new(
+        scene: &'a P,
+        grid: &'a Grid<P::Space>,
+        surroundings: Option<&'a Surroundings<P>>,
+        weight: f64,
+        streams: Streams,
+        timing: FlightTiming,
+    ) -> Self {
+        let passage = surroundings
+            .map(|surroundings| Passage::new(scene, surroundings, weight, streams, timing));
+        Self {
+            scene,
+            grid,
+            duration: timing.duration,
+            passage,
+        }
+    }
+
+    /// How far at most it leaves a straight line, along each axis: |a| t^2/8.
+    fn bend(&self) -> VectorOf<P> {
+        let acceleration = self.scene.field().acceleration();
+        P::Space::vector(|axis| 0.125 * acceleration[axis].abs() * self.duration * self.duration)
+    }
+}
+
+/// Where simulators go that leave a tile.
+struct Exits<'a, P: Physics, F: Follow<P::Space>> {
+    near: &'a mut Vec<(u8, Traveller<P, F>)>,
+    far: &'a mut Vec<(u32, Traveller<P, F>)>,
+}
+
+impl<P, F> Tile<P, F>
+where
+    P: Physics,
+    F: Follow<P::Space>,
+{
+    /// Moves what was arranged in the scratch buffer by a free flight, and keeps those that stay in the tile.
+    pub(crate) fn fly(
+        &mut self,
+        flight: &Flight<'_, P>,
+        scratch: &mut Scratch<P, F>,
+        outbox: &mut Outbox<P, F>,
+    ) {
+        if let Some(passage) = &flight.passage {
+            let surroundings = passage.surroundings;
+            if !self.is_even || !surroundings.is_far_from(&self.place, flight.bend()) {
+                self.fly_between(flight, passage, scratch, outbox);
+                return;
+            }
+        }
+        let (scene, grid, duration) = (flight.scene, flight.grid, flight.duration);
+        let (sorted, leavers) = (&mut scratch.sorted, &mut scratch.leavers);
+        leavers.clear();
+        outbox.far.clear();
+        let total = sorted.len();
+        // Taken out, so that the loop below knows that nothing else points to them.
+        let mut simulators = std::mem::take(&mut self.simulators);
+        let mut codes = std::mem::take(&mut self.codes);
+        let mut ledgers = std::mem::take(&mut self.ledgers);
+        simulators.truncate(total);
+        fit(&mut simulators, total);
+        fit(&mut codes, total);
+        simulators.resize(total, SimulatorOf::<P, F>::default());
+        codes.resize(total, 0);
+        let lengths = match &flight.passage {
+            // Obstacles stand in the way around the box.
+            Some(passage) if passage.surroundings.obstacles().is_some() => {
+                P::Space::vector(|_| f64::INFINITY)
+            }
+            _ => grid.images(),
+        };
+        let field = scene.field();
+        let place = self.place;
+        let width = place.sides[0] as usize;
+        let mut stayed = 0;
+        let mut begin = self.starts[0] as usize;
+        for line in 0..self.lines.len() {
+            let end = self.starts[(line + 1) * width] as usize;
+            // The counts of this line's cells are known no longer; those of its stayers are added from here on.
+            for (index, simulator) in sorted[begin..end].iter().enumerate() {
+                let Simulator {
+                    mut position,
+                    mut velocity,
+                    tag,
+                    mut mark,
+                    spin,
+                } = *simulator;
+                let way = way::<P>(field, velocity, duration);
+                field.drift(&mut position, &mut velocity, duration);
+                F::moved(&mut mark, way);
+                let mut inside = true;
+                let position = P::Space::vector(|axis| {
+                    let x = position[axis];
+                    let x = x + if x < 0.0 { lengths[axis] } else { 0.0 };
+                    // A tiny negative coordinate becomes the length itself.
+                    let x = x - if x >= lengths[axis] {
+                        lengths[axis]
+                    } else {
+                        0.0
+                    };
+                    inside &= (place.low[axis] <= x) & (x < place.high[axis]);
+                    x
+                });
+                if inside {
+                    codes[stayed] = code::<P>(grid, &place, position);
+                    simulators[stayed] = Simulator {
+                        position,
+                        velocity,
+                        tag,
+                        mark,
+                        spin,
+                    };
+                    stayed += 1;
+                    continue;
+                }
+                // Apart from the above: what two branches share, or what has an address, lives in memory, and would do
+                // so for all that stay.
+                let origin = self.origin(grid, line, begin + index);
+                let mut exits = Exits {
+                    near: &mut *leavers,
+                    far: &mut outbox.far,
+                };
+                let moved = if let (Some(passage), Some(ledgers)) = (&flight.passage, &mut ledgers)
+                {
+                    self.depart_between(grid, passage, simulator, origin, &mut exits, ledgers)
+                } else {
+                    let moved = Simulator {
+                        position,
+                        velocity,
+                        tag,
+                        mark,
+                        spin,
+                    };
+                    self.depart(grid, moved, origin.cell, &mut exits)
+                };
+                if let Some(moved) = moved {
+                    codes[stayed] = code::<P>(grid, &place, moved.position);
+                    simulators[stayed] = moved;
+                    stayed += 1;
+                }
+            }
+            begin = end;
+            self.lines[line] = stayed as u32;
+        }
+        simulators.truncate(stayed);
+        codes.truncate(stayed);
+        (self.simulators, self.codes, self.ledgers) = (simulators, codes, ledgers);
+        self.count_cells();
+        outbox.fill(leavers);
+    }
+
+    /// Where the arranged simulator with this index comes from, in a line of cells.
+    fn origin(&self, grid: &Grid<P::Space>, line: usize, index: usize) -> Origin {
+        let width = self.place.sides[0] as usize;
+        let cells = &self.starts[line * width..=(line + 1) * width];
+        let column = cells.partition_point(|&start| start as usize <= index) - 1;
+        Origin {
+            cell: self.line_number(grid, line as u32) + column as u32,
+            order: index as u32 - cells[column],
+        }
+    }
+
+    /// Counts those that stayed by cell.
+    fn count_cells(&mut self) {
+        self.starts.fill(0);
+        for &code in &self.codes {
+            self.starts[usize::from(code)] += 1;
+        }
+    }
+
+    /// Sends a simulator to the tile it enters; gives it back, wrapped, if that is this one.
+    #[cold]
+    #[inline(never)]
+    fn depart(
+        &self,
+        grid: &Grid<P::Space>,
+        mut moved: SimulatorOf<P, F>,
+        source: u32,
+        exits: &mut Exits<'_, P, F>,
+    ) -> Option<SimulatorOf<P, F>> {
+        moved.position = grid.domain().wrap(moved.position);
+        let tile = self.place.tile;
+        let to = grid.owner(grid.cell_at(moved.position));
+        if to == tile {
+            return Some(moved);
+        }
+        let traveller = Left {
+            source,
+            simulator: moved,
+        };
+        match offset_number(grid.tiles(), tile, to) {
+            Some(number) => exits.near.push((number as u8, traveller)),
+            None => exits.far.push((grid.tile_number(to) as u32, traveller)),
+        }
+        None
+    }
+
+    /// The same among walls and other boundaries, for a simulator as it was before its flight.
+    #[cold]
+    #[inline(never)]
+    fn depart_between(
+        &self,
+        grid: &Grid<P::Space>,
+        passage: &Passage<'_, P>,
+        simulator: &SimulatorOf<P, F>,
+        origin: Origin,
+        exits: &mut Exits<'_, P, F>,
+        ledgers: &mut Ledgers<P::Space>,
+    ) -> Option<SimulatorOf<P, F>> {
+        let mut moved = *simulator;
+        if !passage.travel::<F>(&mut moved, origin, ledgers) {
+            return None;
+        }
+        let mut staying = None;
+        // All cells of this tile weigh the same: at most one comes back.
+        let stay = |simulator| staying = Some(simulator);
+        self.land(grid, passage, moved, origin, exits, ledgers, stay);
+        staying
+    }
+
+    /// Lets a simulator arrive in its cell, as many times as it counts there: in this tile with `stay`, or elsewhere.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "all that changes is apart, so that it can be borrowed"
+    )]
+    fn land(
+        &self,
+        grid: &Grid<P::Space>,
+        passage: &Passage<'_, P>,
+        mut simulator: SimulatorOf<P, F>,
+        origin: Origin,
+        exits: &mut Exits<'_, P, F>,
+        ledgers: &mut Ledgers<P::Space>,
+        mut stay: impl FnMut(SimulatorOf<P, F>),
+    ) {
+        simulator.position = grid.domain().wrap(simulator.position);
+        let cell = grid.cell_at(simulator.position);
+        for _ in 0..passage.copies::<F>(&simulator, origin, grid.number(cell), ledgers) {
+            if let Some(simulator) = self.depart(grid, simulator, origin.cell, exits) {
+                stay(simulator);
+            }
+        }
+    }
+
+    /// The end of the flight of a simulator that stays in the tile, in cells of one weight, and touches nothing, as it
+    /// begins and ends between two corners of the box.
+    #[inline]
+    fn fly_clear(
+        &self,
+        flight: &Flight<'_, P>,
+        simulator: &SimulatorOf<P, F>,
+        clear: Option<[VectorOf<P>; 2]>,
+        cell: u32,
+        passage: &Passage<'_, P>,
+    ) -> Option<SimulatorOf<P, F>> {
+        let [low, high] = clear?;
+        let mut moved = *simulator;
+        let field = flight.scene.field();
+        let way = way::<P>(field, moved.velocity, flight.duration);
+        field.drift(&mut moved.position, &mut moved.velocity, flight.duration);
+        F::moved(&mut moved.mark, way);
+        let (from, to, place) = (simulator.position, moved.position, &self.place);
+        let is_clear = (0..P::Space::DIMENSION).all(|axis| {
+            let within = |x: f64| low[axis] <= x && x <= high[axis];
+            within(from[axis])
+                && within(to[axis])
+                && place.low[axis] <= to[axis]
+                && to[axis] < place.high[axis]
+        });
+        let stays = is_clear && {
+            let surroundings = passage.surroundings;
+            let there = flight.grid.number(flight.grid.cell_at(to));
+            self.is_even || surroundings.factor(there) == surroundings.factor(cell)
+        };
+        stays.then_some(moved)
+    }
+
+    /// [`Self::fly`] in a tile at walls or other boundaries.
+    fn fly_between(
+        &mut self,
+        flight: &Flight<'_, P>,
+        passage: &Passage<'_, P>,
+        scratch: &mut Scratch<P, F>,
+        outbox: &mut Outbox<P, F>,
+    ) {
+        let grid = flight.grid;
+        let Scratch {
+            sorted, leavers, ..
+        } = scratch;
+        leavers.clear();
+        outbox.far.clear();
+        let mut exits = Exits {
+            near: leavers,
+            far: &mut outbox.far,
+        };
+        let mut simulators = std::mem::take(&mut self.simulators);
+        let mut codes = std::mem::take(&mut self.codes);
+        let mut ledgers = std::mem::take(&mut self.ledgers).unwrap_or_default();
+        simulators.clear();
+        codes.clear();
+        fit(&mut simulators, sorted.len());
+        fit(&mut codes, sorted.len());
+        let place = self.place;
+        let clear = passage.surroundings.clear_part(&place, flight.bend());
+        let width = place.sides[0] as usize;
+        for line in 0..self.lines.len() {
+            for column in 0..width {
+                let local = line * width + column;
+                let at = self.cell_at(local);
+                let cell = grid.number(at);
+                let mut stay = |simulator: SimulatorOf<P, F>| {
+                    codes.push(code::<P>(grid, &place, simulator.position));
+                    simulators.push(simulator);
+                };
+                let members = self.starts[local] as usize..self.starts[local + 1] as usize;
+                let count = members.len() as u32;
+                for (order, simulator) in sorted[members].iter().enumerate() {
+                    let origin = Origin {
+                        cell,
+                        order: order as u32,
+                    };
+                    if let Some(moved) = self.fly_clear(flight, simulator, clear, cell, passage) {
+                        stay(moved);
+                        continue;
+                    }
+                    let mut moved = *simulator;
+                    if passage.travel::<F>(&mut moved, origin, &mut ledgers) {
+                        let (exits, ledgers) = (&mut exits, &mut ledgers);
+                        self.land(grid, passage, moved, origin, exits, ledgers, &mut stay);
+                    }
+                }
+                passage.let_in::<F>(grid, at, count, &mut ledgers, |entered, origin, ledgers| {
+                    self.land(
+                        grid, passage, entered, origin, &mut exits, ledgers, &mut stay,
+                    );
+                });
+            }
+            self.lines[line] = simulators.len() as u32;
+        }
+        (self.simulators, self.codes, self.ledgers) = (simulators, codes, Some(ledgers));
+        self.count_cells();
+        outbox.fill(leavers);
+    }
+}
+
+/// How far a flight leads.
+#[inline(always)]
+fn way<P: Physics>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
+    if P::Field::FREE {
+        velocity * duration
+    } else {
+        (velocity + field.acceleration() * (0.5 * duration)) * duration
+    }
+}

@@ -1,0 +1,74 @@
+//! Random whole numbers: of candidate pairs, and of partners.
+
+use rand::{Rng, RngExt};
+
+/// A whole number with the given mean, one of the two next to it.
+///
+/// The number of trials needs the right mean, and as little spread as can be: numbers from the Poisson law, the exact one
+/// of a cell that is left to itself, make simulators of cells with few partners diffuse faster than theory, by 0.85 over
+/// the number in a cell, and these by half of it (`docs/development/monte-carlo.md`). A remainder that is carried to the next step does
+/// as well, and must be stored.
+#[inline(always)]
+pub(crate) fn draw_whole(mean: f64, stream: &mut impl Rng) -> u64 {
+    (mean + stream.random::<f64>()) as u64
+}
+
+/// Two different numbers below `count`, each pair equally likely to count^2/2^64.
+#[inline(always)]
+pub(crate) fn draw_pair(count: u64, stream: &mut impl Rng) -> [usize; 2] {
+    // What the first product has below its integer part is as random as what it came from.
+    let first = u128::from(stream.random::<u64>()) * u128::from(count);
+    let second = u128::from(first as u64) * u128::from(count - 1);
+    let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
+    [i, j + usize::from(j >= i)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoroshiro128PlusPlus;
+
+    /// Mean to z = 4.4 standard errors of the Bernoulli law, and never farther away than the next number.
+    #[test]
+    fn whole_numbers_have_the_mean_asked_for() {
+        let mut stream = Xoroshiro128PlusPlus::seed_from_u64(2);
+        let draws = 100_000;
+        for mean in [0.0, 1e-3, 0.7, 1.6, 3.0, 20.25] {
+            let below = f64::floor(mean);
+            let more: f64 = (0..draws)
+                .map(|_| {
+                    let more = draw_whole(mean, &mut stream) as f64 - below;
+                    assert!(more == 0.0 || more == 1.0);
+                    more
+                })
+                .sum();
+            let (n, share) = (f64::from(draws), mean - below);
+            let error = (share * (1.0 - share) / n).sqrt();
+            assert!((more / n - share).abs() <= 4.4 * error, "{mean}: {more}");
+        }
+        assert_eq!(draw_whole(f64::NAN, &mut stream), 0);
+    }
+
+    /// All ordered pairs of seven: chi-squared with 41 degrees of freedom exceeds 93.2 once in 1e5.
+    #[test]
+    fn pairs_are_equally_likely() {
+        let mut stream = Xoroshiro128PlusPlus::seed_from_u64(1);
+        let mut found = [[0.0; 7]; 7];
+        let draws = 420_000;
+        for _ in 0..draws {
+            let [i, j] = draw_pair(7, &mut stream);
+            found[i][j] += 1.0;
+        }
+        let expected = f64::from(draws) / 42.0;
+        let mut chi_squared = 0.0;
+        for (i, row) in found.iter().enumerate() {
+            assert_eq!(row[i], 0.0);
+            let others = row.iter().enumerate().filter(|(j, _)| *j != i);
+            chi_squared += others
+                .map(|(_, n)| (n - expected).powi(2) / expected)
+                .sum::<f64>();
+        }
+        assert!(chi_squared < 93.2, "{chi_squared}");
+    }
+}

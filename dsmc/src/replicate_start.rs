@@ -1,0 +1,207 @@
+//! The simulators of a start, several for each particle.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::{Body, Physics, Sizes, Space, State, Surface, Vector, VectorOf};
+
+use crate::parameters::{Copies, Parameters};
+use crate::particle::{Follow, Simulator, SimulatorOf};
+
+/// Particles in the neighbourhood that coherent copies keep the mean of.
+const NEIGHBOURHOOD: f64 = 32.0;
+
+/// All simulators of states that are one set each, set after set.
+pub(crate) fn of_sets<P: Physics, F: Follow<P::Space>>(
+    scene: &P,
+    sets: &[State<P>],
+) -> Vec<SimulatorOf<P, F>> {
+    let sizes = scene.sizes().repeated(sets.len());
+    let bodies = sets
+        .iter()
+        .flat_map(|set| set.bodies.iter().map(move |body| (set, body)));
+    bodies
+        .enumerate()
+        .map(|(index, (set, body))| Simulator {
+            position: set.domain.wrap(body.position),
+            velocity: body.velocity,
+            tag: sizes.tag(index),
+            mark: F::Mark::default(),
+            spin: body.spin,
+        })
+        .collect()
+}
+
+/// All simulators of a state, set after set, each in the order of the state.
+pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
+    scene: &P,
+    parameters: &Parameters,
+    state: &State<P>,
+    streams: Streams,
+) -> Vec<SimulatorOf<P, F>> {
+    let copies = parameters.simulators_per_disk as usize;
+    let sizes = scene.sizes().repeated(copies);
+    let count = state.bodies.len();
+    let mut simulators = Vec::with_capacity(count * copies);
+    let flow =
+        (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
+    for copy in 0..copies {
+        let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
+        let bodies: Vec<Body<P>> = match &flow {
+            _ if copy == 0 => state.bodies.clone(),
+            Some(flow) => flow.copy(scene, state, &mut stream),
+            None => independent(scene, state, &mut stream),
+        };
+        let bodies = bodies.into_iter().enumerate();
+        simulators.extend(bodies.map(|(index, body)| Simulator {
+            position: state.domain.wrap(body.position),
+            velocity: body.velocity,
+            tag: sizes.tag(copy * count + index),
+            mark: F::Mark::default(),
+            spin: body.spin,
+        }));
+    }
+    simulators
+}
+
+/// The whole state, moved and turned at random.
+fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>> {
+    let mut room = state.domain.lengths();
+    for axis in 0..P::Space::DIMENSION {
+        // Mirrored at walls, a position is anywhere with equal chance only after a way of up to there and back.
+        if !state.domain.is_periodic(axis) {
+            room[axis] *= 2.0;
+        }
+    }
+    let shift = random_vector::<P>(room, stream);
+    let turn = P::Space::random_turn(stream);
+    let turned = |body: &Body<P>| Body {
+        position: body.position + shift,
+        velocity: P::Space::turned(turn, body.velocity),
+        spin: scene.surface().turned(turn, body.spin),
+    };
+    state.bodies.iter().map(turned).collect()
+}
+
+/// A vector whose components are uniform below those of `lengths`.
+fn random_vector<P: Physics>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
+    let mut vector = VectorOf::<P>::default();
+    for axis in 0..P::Space::DIMENSION {
+        vector[axis] = lengths[axis] * stream.random::<f64>();
+    }
+    vector
+}
+
+/// The long waves of a state.
+struct Flow<V> {
+    /// Width of a neighbourhood along each axis \[length\].
+    width: V,
+    /// Mean velocity around each particle.
+    means: Vec<V>,
+}
+
+impl<V: Vector> Flow<V> {
+    /// Means over blocks of three by three cells, around the cell of each particle.
+    fn of<P: Physics>(scene: &P, state: &State<P>) -> Self
+    where
+        P::Space: Space<Vector = V>,
+    {
+        let dimension = P::Space::DIMENSION;
+        let lengths = state.domain.lengths();
+        let each = state.domain.volume() * NEIGHBOURHOOD / state.bodies.len().max(1) as f64;
+        let side = each.powf(1.0 / dimension as f64) / 3.0;
+        let mut counts = [1_usize; 3];
+        let mut width = lengths;
+        for axis in 0..dimension {
+            counts[axis] = ((lengths[axis] / side) as usize).clamp(1, 4096);
+            width[axis] = lengths[axis] / counts[axis] as f64 * (counts[axis].min(3)) as f64;
+        }
+        let place = |position: V| {
+            let mut cell = [0; 3];
+            for axis in 0..dimension {
+                let at = (position[axis] / lengths[axis] * counts[axis] as f64) as usize;
+                cell[axis] = at.min(counts[axis] - 1);
+            }
+            cell
+        };
+        let number = |cell: [usize; 3]| cell[0] + counts[0] * (cell[1] + counts[1] * cell[2]);
+        let mut sums = vec![(V::default(), 0.0); counts.iter().product()];
+        let sizes = scene.sizes();
+        for (index, body) in state.bodies.iter().enumerate() {
+            let mass = sizes.mass(sizes.tag(index));
+            let (momentum, total) = &mut sums[number(place(body.position))];
+            *momentum += body.velocity * mass;
+            *total += mass;
+        }
+        let mean = |cell: [usize; 3]| {
+            let (mut momentum, mut total) = (V::default(), 0.0);
+            let span = counts.map(|count| count.min(3));
+            for z in 0..span[2] {
+                for y in 0..span[1] {
+                    for x in 0..span[0] {
+                        let step = [x, y, z];
+                        let other = [0, 1, 2].map(|axis| {
+                            let back = usize::from(span[axis] == 3);
+                            (cell[axis] + counts[axis] + step[axis] - back) % counts[axis]
+                        });
+                        let (more, mass) = sums[number(other)];
+                        momentum += more;
+                        total += mass;
+                    }
+                }
+            }
+            momentum * (1.0 / total)
+        };
+        let means = state
+            .bodies
+            .iter()
+            .map(|body| mean(place(body.position)))
+            .collect();
+        Self { width, means }
+    }
+
+    /// The state with its long waves, and all else at random; its energy and momentum are those of the state.
+    fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>>
+    where
+        P::Space: Space<Vector = V>,
+    {
+        let shift = random_vector::<P>(self.width, stream) - self.width * 0.5;
+        let mut bodies: Vec<Body<P>> = state
+            .bodies
+            .iter()
+            .zip(&self.means)
+            .map(|(body, &mean)| {
+                let turn = P::Space::random_turn(stream);
+                let own = P::Space::turned(turn, body.velocity - mean);
+                Body {
+                    position: body.position + shift,
+                    velocity: mean + own,
+                    spin: scene.surface().turned(turn, body.spin),
+                }
+            })
+            .collect();
+        // Turned velocities add up to other sums: shift and stretch them about the mean velocity.
+        let sizes = scene.sizes();
+        let mass = |index: usize| sizes.mass(sizes.tag(index));
+        let sums = |velocities: &mut dyn Iterator<Item = V>| {
+            let (mut momentum, mut total, mut twice_energy) = (V::default(), 0.0, 0.0);
+            for (index, velocity) in velocities.enumerate() {
+                momentum += velocity * mass(index);
+                total += mass(index);
+                twice_energy += mass(index) * velocity.square();
+            }
+            let mean = momentum * (1.0 / total);
+            (mean, twice_energy - total * mean.square())
+        };
+        let (wanted, heat) = sums(&mut state.bodies.iter().map(|body| body.velocity));
+        let (found, found_heat) = sums(&mut bodies.iter().map(|body| body.velocity));
+        let stretch = if found_heat > 0.0 {
+            (heat / found_heat).max(0.0).sqrt()
+        } else {
+            1.0
+        };
+        for body in &mut bodies {
+            body.velocity = wanted + (body.velocity - found) * stretch;
+        }
+        bodies
+    }
+}

@@ -1,0 +1,216 @@
+//! Engines of the types that a gas asks for.
+
+use nalgebra::Vector3;
+use stosszahl_model::random::Streams;
+use stosszahl_model::{
+    Body, GrainSizes, Grains, Invalid, Particle, Particles, Physics, Simulation, Smooth, Space,
+    State, Surface, Volume,
+};
+
+use super::cells::{Cells, Kept};
+use crate::boundary::Boundaries;
+use crate::decomposition::{Beside, Shard, read_all};
+use crate::engine::Engine;
+use crate::parameters::{EngineError, Parameters};
+use crate::particle::{Follow, Followed, Unfollowed};
+
+/// What a gas in cells is made of, besides its start.
+#[derive(Clone, Debug)]
+pub struct Gas<'a> {
+    /// What particles are.
+    pub grains: &'a Grains,
+    /// The scheme and its resolution.
+    pub parameters: Parameters,
+    /// What stands at the faces of the box and in it; of disks, the third axis is ignored.
+    pub boundaries: &'a Boundaries<Volume>,
+    /// Random streams.
+    pub streams: Streams,
+    /// Whether displacements can be measured; smooth particles in a periodic box only.
+    pub displacements: bool,
+}
+
+/// Starts Monte Carlo in cells from particles in a box.
+///
+/// Several simulators for each particle start as [`crate::Copies`] says from one start; or from as many independent starts as
+/// there are simulators for a particle, where a start may not be moved and turned.
+///
+/// # Errors
+/// [`EngineError`] if the parts do not go together.
+pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, EngineError> {
+    begin(gas, Source::Start(starts), &Alone)
+}
+
+/// What a gas goes on from; all else must be as it was at the start.
+#[derive(Clone, Copy, Debug)]
+pub struct Left<'a> {
+    /// Number of particles at the start.
+    pub count: usize,
+    /// Sides of the box.
+    pub lengths: [f64; 3],
+    /// The bytes of [`Simulation::checkpoint`], or of [`Simulation::checkpoint_in_shards`].
+    pub checkpoint: &'a [u8],
+    /// Where the shards are, if there are some.
+    pub beside: Option<&'a Beside>,
+}
+
+/// Goes on from a checkpoint.
+///
+/// # Errors
+/// As [`simulate`]; [`EngineError::Checkpoint`] if the bytes are none of this engine, and [`EngineError::Shard`] if a shard cannot be
+/// used.
+pub fn resume(gas: &Gas<'_>, left: Left<'_>) -> Result<Box<dyn Simulation>, EngineError> {
+    begin(gas, Source::Checkpoint(left), &Alone)
+}
+
+/// What becomes of an engine.
+pub(super) trait Keep {
+    type Kept;
+    /// Whether shards stay where they are, for the processes that hold their tiles.
+    const SHARES: bool;
+    fn keep<P: Physics, F: Follow<P::Space>>(
+        &self,
+        cells: Cells<P, F>,
+        shards: Shards,
+    ) -> Self::Kept;
+}
+
+/// Shards that nobody has read, and where they are.
+pub(super) type Shards = Option<(Vec<Shard>, Beside)>;
+
+/// It is driven in this process.
+struct Alone;
+
+impl Keep for Alone {
+    type Kept = Box<dyn Simulation>;
+    const SHARES: bool = false;
+    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>, _: Shards) -> Self::Kept {
+        Box::new(cells)
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(super) enum Source<'a> {
+    Start(&'a [Particles]),
+    Checkpoint(Left<'a>),
+}
+
+pub(super) fn begin<K: Keep>(
+    gas: &Gas<'_>,
+    source: Source<'_>,
+    keep: &K,
+) -> Result<K::Kept, EngineError> {
+    let (count, dimension) = match source {
+        Source::Start([first, ..]) => (first.all.len(), first.dimension),
+        Source::Start([]) => {
+            return Err(EngineError::UnequalStarts {
+                found: 0,
+                wanted: 1,
+            });
+        }
+        Source::Checkpoint(left) => (left.count, if left.lengths[2] > 0.0 { 3 } else { 2 }),
+    };
+    let begin = Begin { gas, source, keep };
+    if dimension == 2 {
+        let boundaries = gas.boundaries.in_plane();
+        match &gas.grains.sizes {
+            GrainSizes::Equal(sizes) if gas.grains.is_plain() && !gas.displacements => {
+                begin.make::<_, Unfollowed>(&gas.grains.plain(*sizes), &boundaries)
+            }
+            _ => begin.any(count, &boundaries),
+        }
+    } else {
+        begin.any(count, gas.boundaries)
+    }
+}
+
+/// Makes an engine of the types of a scene.
+struct Begin<'a, K> {
+    gas: &'a Gas<'a>,
+    source: Source<'a>,
+    keep: &'a K,
+}
+
+impl<K: Keep> Begin<'_, K> {
+    /// Engines of any grains. Rough ones always carry their displacement: an engine less to compile, for a vector more in each.
+    fn any<S: Space>(
+        &self,
+        count: usize,
+        boundaries: &Boundaries<S>,
+    ) -> Result<K::Kept, EngineError> {
+        let grains = self.gas.grains;
+        match grains.rough {
+            Some(rough) => self.make::<_, Followed>(&grains.scene(rough, count)?, boundaries),
+            None if self.gas.displacements => {
+                self.make::<_, Followed>(&grains.scene(Smooth, count)?, boundaries)
+            }
+            None => self.make::<_, Unfollowed>(&grains.scene(Smooth, count)?, boundaries),
+        }
+    }
+
+    fn make<P: Physics, F: Follow<P::Space>>(
+        &self,
+        scene: &P,
+        boundaries: &Boundaries<P::Space>,
+    ) -> Result<K::Kept, EngineError> {
+        let Gas {
+            parameters,
+            streams,
+            ..
+        } = *self.gas;
+        let domain =
+            |lengths: [f64; 3]| (boundaries.walls).domain(P::Space::vector(|axis| lengths[axis]));
+        let (engine, follows, shards) = match self.source {
+            Source::Start(starts) => {
+                let state = |start: &Particles| -> Result<State<P>, Invalid> {
+                    Ok(State {
+                        time: start.time,
+                        domain: domain(start.lengths)?,
+                        bodies: start.all.iter().map(body::<P>).collect(),
+                    })
+                };
+                let states = starts.iter().map(state).collect::<Result<Vec<_>, _>>()?;
+                let engine = match &states[..] {
+                    [one] => Engine::start_between(scene, parameters, one, boundaries, streams),
+                    all => Engine::start_sets(scene, parameters, all, boundaries, streams),
+                };
+                (engine?, false, None)
+            }
+            Source::Checkpoint(left) => {
+                let mut kept: Kept<P, F> = postcard::from_bytes(left.checkpoint)
+                    .map_err(|error| EngineError::Checkpoint(error.to_string()))?;
+                let shards = match left.beside {
+                    _ if kept.shards.is_empty() => None,
+                    Some(beside) => Some((kept.shards, beside.clone())),
+                    None => {
+                        let why = "its shards are not where it is";
+                        return Err(EngineError::Checkpoint(why.into()));
+                    }
+                };
+                if let Some((list, beside)) = shards.as_ref().filter(|_| !K::SHARES) {
+                    kept.gas.hold(read_all::<P, F>(list, beside)?);
+                }
+                let domain = domain(left.lengths)?;
+                let engine = Engine::resume_between(
+                    scene, parameters, domain, kept.gas, boundaries, streams,
+                );
+                (engine?, kept.follows, shards)
+            }
+        };
+        let cells = Cells::<P, F> {
+            engine,
+            displacements: self.gas.displacements,
+            follows,
+            others: None,
+        };
+        Ok(self.keep.keep(cells, shards))
+    }
+}
+
+fn body<P: Physics>(particle: &Particle) -> Body<P> {
+    let vector = |of: Vector3<f64>| P::Space::vector(|axis| of[axis]);
+    Body {
+        position: vector(particle.position),
+        velocity: vector(particle.velocity),
+        spin: <P::Surface as Surface<P::Space>>::spin_of(particle.spin),
+    }
+}

@@ -1,0 +1,451 @@
+//! Collisions within cells.
+
+use rand::{Rng, RngExt};
+use stosszahl_model::random::Bundle;
+use stosszahl_model::{
+    CollidingPair, Collision, Interrupt, Physics, Restitution, Separation, Sizes, Space, Vector,
+    VectorOf, collide, kinetic,
+};
+
+use crate::boundary::{CutCell, Surroundings};
+use crate::density::Density;
+use crate::extrema::{larger, smaller};
+use crate::grid::Grid;
+use crate::parameters::Displacement;
+use crate::particle::{Follow, SimulatorOf, covered, index};
+use crate::random_counts::{draw_pair, draw_whole};
+use crate::tally::{Stock, Tally};
+use crate::tile::Tile;
+
+/// Everything that the collisions of one step share.
+pub(crate) struct CollisionContext<'a, P: Physics> {
+    pub(crate) scene: &'a P,
+    pub(crate) grid: &'a Grid<P::Space>,
+    pub(crate) density: &'a Density<P::Space>,
+    /// Whether pairs within a cell collide; if not, stock is taken all the same.
+    pub(crate) collides: bool,
+    /// How far partners are displaced.
+    pub(crate) displacement: Displacement,
+    /// Radius around a point within which all simulators are equally likely partners \[length\].
+    pub(crate) partner_radius: f64,
+    /// Mean radius of the particles \[length\].
+    pub(crate) mean_radius: f64,
+    /// Particles for each simulator, where boundaries say nothing else.
+    pub(crate) weight: f64,
+    /// What is at the faces of the box and inside it.
+    pub(crate) surroundings: Option<&'a Surroundings<P>>,
+    /// `M_(D-1)/M_D` of the diameters.
+    pub(crate) moment_ratio: f64,
+    /// Relative speed that a pair may gain in the collisions of one step, beyond that of all velocities at
+    /// its start \[length/time\]: two contacts of each partner; 0 for laws that only dissipate.
+    pub(crate) heating: f64,
+    /// Length of the step \[time\], and its middle.
+    pub(crate) step: f64,
+    pub(crate) time: f64,
+    /// The random streams of the step, by cell.
+    pub(crate) streams: Bundle,
+    /// Units of energy for one.
+    pub(crate) units: f64,
+    /// Whether collisions are kept for somebody to look at.
+    pub(crate) looks: bool,
+    /// Whether tiles are shared among threads.
+    pub(crate) parallel: bool,
+    /// Breaks the step off.
+    pub(crate) stop: &'a Interrupt,
+}
+
+/// What the collisions of a tile leave.
+struct Report<'a, P: Physics> {
+    tally: Tally,
+    stock: Stock<P::Space>,
+    log: &'a mut Vec<Collision>,
+}
+
+/// A cell or sub-cell about to collide.
+struct Cell {
+    /// Address of its random stream.
+    address: u64,
+    /// Particles for each simulator.
+    weight: f64,
+    /// Trials expected for each pair and unit of relative speed, for the pairs of the largest cross section.
+    rate: f64,
+    chi: f64,
+    limited: bool,
+    packing: f64,
+    /// Largest product of cross section and chi of a pair.
+    ceiling: f64,
+}
+
+/// A pair that collides.
+struct Pair<V> {
+    /// Which members of the cell.
+    who: [usize; 2],
+    /// Velocity of the first against the second, and its square.
+    relative: V,
+    square: f64,
+    /// Particles for each.
+    weight: f64,
+}
+
+impl<P> CollisionContext<'_, P>
+where
+    P: Physics,
+{
+    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
+    pub(crate) fn collide<F: Follow<P::Space>>(
+        &self,
+        tile: &mut Tile<P, F>,
+        sorted: &mut [SimulatorOf<P, F>],
+    ) {
+        if tile.split_cells.is_empty() {
+            self.collide_tile::<F, false>(tile, sorted);
+        } else {
+            self.collide_tile::<F, true>(tile, sorted);
+        }
+    }
+
+    /// [`Self::collide`]; `SPLIT`: true if bodies split some of the cells. A function of its own: within the sweep it has too few
+    /// registers, and writes half as much again to memory.
+    #[inline(never)]
+    fn collide_tile<F: Follow<P::Space>, const SPLIT: bool>(
+        &self,
+        tile: &mut Tile<P, F>,
+        sorted: &mut [SimulatorOf<P, F>],
+    ) {
+        let mut report = Report::<P> {
+            tally: tile.tally,
+            stock: Stock::default(),
+            log: &mut tile.log,
+        };
+        let place = tile.place;
+        let mut index = 0;
+        for z in 0..place.sides[2] {
+            for y in 0..place.sides[1] {
+                if self.stop.is_raised() {
+                    break;
+                }
+                let line = [place.first[0], place.first[1] + y, place.first[2] + z];
+                for x in 0..place.sides[0] {
+                    let range = tile.starts[index] as usize..tile.starts[index + 1] as usize;
+                    index += 1;
+                    let members = &mut sorted[range];
+                    if members.is_empty() {
+                        continue;
+                    }
+                    let at = [line[0] + x, line[1], line[2]];
+                    let before = (report.tally.collisions, report.tally.virial);
+                    let cut = if SPLIT { self.split_cell(at) } else { None };
+                    let weight = if let Some(cut) = cut {
+                        self.collide_split::<F>(members, at, cut, &mut report)
+                    } else {
+                        let widest = self.take_stock::<F>(members, &mut report.stock);
+                        let majorant = widest + self.heating;
+                        if members.len() < 2 || !self.collides {
+                            continue;
+                        }
+                        let cell = self.cell::<F>(members, at);
+                        self.collide_cell::<F>(members, &cell, majorant, &mut report)
+                    };
+                    if let Some(count) = tile.counts.get_mut(index - 1) {
+                        let more = report.tally.collisions - before.0;
+                        count.collisions += weight * more as f64;
+                        count.virial += report.tally.virial - before.1;
+                    }
+                }
+            }
+        }
+        let Report { tally, stock, .. } = report;
+        (tile.tally, tile.stock) = (tally, stock);
+    }
+
+    /// Whether the centre of a particle of the mean radius can be at a position.
+    #[inline]
+    pub(crate) fn has_room(&self, position: VectorOf<P>) -> bool {
+        self.surroundings
+            .is_none_or(|surroundings| surroundings.has_room(position, self.mean_radius))
+    }
+
+    /// Notes speeds and energy, and returns the diagonal of the box that holds all velocities: no pair is faster.
+    #[inline(always)]
+    fn take_stock<F: Follow<P::Space>>(
+        &self,
+        members: &[SimulatorOf<P, F>],
+        stock: &mut Stock<P::Space>,
+    ) -> f64 {
+        let sizes = self.scene.sizes();
+        let [mut low, mut high] = [members[0].velocity; 2];
+        let mut squares = VectorOf::<P>::default();
+        for member in members {
+            let velocity = member.velocity;
+            let mass = if sizes.are_equal() {
+                1.0
+            } else {
+                sizes.mass(member.tag)
+            };
+            low = P::Space::vector(|axis| smaller(velocity[axis], low[axis]));
+            high = P::Space::vector(|axis| larger(velocity[axis], high[axis]));
+            squares = P::Space::vector(|axis| {
+                let square = velocity[axis] * velocity[axis];
+                squares[axis]
+                    + if sizes.are_equal() {
+                        square
+                    } else {
+                        mass * square
+                    }
+            });
+        }
+        let mut twice_energy = squares.inner(&P::Space::vector(|_| 1.0));
+        if sizes.are_equal() {
+            twice_energy *= sizes.mass(members[0].tag);
+        }
+        stock.note(low, high, twice_energy, self.units);
+        (high - low).square().sqrt()
+    }
+
+    /// The cell at these coordinates, if bodies split it.
+    fn split_cell(&self, at: [u32; 3]) -> Option<&CutCell> {
+        self.surroundings.and_then(|all| all.split_cell(at))
+    }
+
+    /// Collides the sub-cells of a split cell, and returns the particles of each of its simulators.
+    #[inline(never)]
+    fn collide_split<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        at: [u32; 3],
+        cut: &CutCell,
+        report: &mut Report<'_, P>,
+    ) -> f64 {
+        let sub_cell =
+            |member: &SimulatorOf<P, F>| cut.sub_cell_at([member.position[0], member.position[1]]);
+        members.sort_by_key(sub_cell);
+        let mut weight = self.weight;
+        for members in members.chunk_by_mut(|a, b| sub_cell(a) == sub_cell(b)) {
+            let majorant = self.take_stock::<F>(members, &mut report.stock) + self.heating;
+            let which = sub_cell(&members[0]);
+            let room = self
+                .surroundings
+                .map_or(0.0, |all| all.room_in(cut, which, at[2]));
+            if members.len() >= 2 && self.collides && room > 0.0 {
+                let cell = self.sub_cell::<F>(members, at, cut.number(which), room);
+                weight = self.collide_cell::<F>(members, &cell, majorant, report);
+            }
+        }
+        weight
+    }
+
+    /// Collides a cell or sub-cell, and returns the particles of each of its simulators.
+    #[inline(always)]
+    fn collide_cell<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        cell: &Cell,
+        mut majorant: f64,
+        report: &mut Report<'_, P>,
+    ) -> f64 {
+        report.tally.active_cells += 1;
+        report.tally.limited_cells += u64::from(cell.limited);
+        let count = members.len() as u64;
+        let mut stream = self.streams.at(cell.address);
+        let ordered = (count * (count - 1)) as f64;
+        let trials = draw_whole(0.5 * ordered * cell.rate * majorant, &mut stream);
+        let mut collisions = 0;
+        for trial in 0..trials {
+            if self.stop.is_raised_at(trial) {
+                break;
+            }
+            let [i, j] = draw_pair(count, &mut stream);
+            let relative = members[i].velocity - members[j].velocity;
+            let square = relative.square();
+            let mut threshold = majorant * stream.random::<f64>();
+            if square > majorant * majorant {
+                report.tally.majorant_violations += 1;
+                majorant = square.sqrt();
+            }
+            let sizes = self.scene.sizes();
+            if !sizes.are_equal() {
+                let diameters = [i, j].map(|who| 2.0 * sizes.radius(members[who].tag));
+                threshold *= cell.ceiling / self.pair_factor(cell.chi, cell.packing, diameters);
+            }
+            if square > threshold * threshold {
+                collisions += 1;
+                let pair = Pair {
+                    who: [i, j],
+                    relative,
+                    square,
+                    weight: cell.weight,
+                };
+                self.collide_pair::<F>(members, &pair, report, &mut stream);
+            }
+        }
+        let tally = &mut report.tally;
+        tally.trials += trials;
+        tally.collisions += collisions;
+        if cell.limited {
+            tally.limited_collisions += collisions;
+        }
+        let each = 2.0 * collisions as f64;
+        if each > tally.busiest_cell * count as f64 {
+            tally.busiest_cell = each / count as f64;
+        }
+        cell.weight
+    }
+
+    /// Rates of a cell.
+    #[inline(always)]
+    fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
+        let number = self.grid.number(at);
+        let mut own = covered::<P>(self.scene.sizes(), members.iter().map(|member| member.tag));
+        let (mut weight, mut volume) = (self.weight, self.grid.cell_volume());
+        if let Some(surroundings) = self.surroundings {
+            let factor = surroundings.factor(number);
+            own *= factor;
+            weight *= factor;
+            volume *= surroundings.room(at);
+        }
+        let density = self.density.contact_value(at, own);
+        self.rates(u64::from(number), weight, volume, density)
+    }
+
+    /// Rates of a sub-cell, by its number among all of its layer, with this share of a cell.
+    fn sub_cell<F: Follow<P::Space>>(
+        &self,
+        members: &[SimulatorOf<P, F>],
+        at: [u32; 3],
+        sub_cell: usize,
+        share: f64,
+    ) -> Cell {
+        let number = self.grid.number(at);
+        let factor = self.surroundings.map_or(1.0, |all| all.factor(number));
+        let own = covered::<P>(self.scene.sizes(), members.iter().map(|member| member.tag));
+        let place = [sub_cell, at[2] as usize];
+        let density = self.density.contact_value_in(place, own * factor, share);
+        // Addresses of cells have 32 bits.
+        let address = u64::from(number) | (1 + sub_cell as u64) << 32;
+        let volume = self.grid.cell_volume() * share;
+        self.rates(address, self.weight * factor, volume, density)
+    }
+
+    /// Rates in a volume, from chi, whether it is limited, and the packing fraction.
+    #[inline(always)]
+    fn rates(
+        &self,
+        address: u64,
+        weight: f64,
+        volume: f64,
+        (chi, limited, packing): (f64, bool, f64),
+    ) -> Cell {
+        let sizes = self.scene.sizes();
+        let packing = packing.min(0.9);
+        let largest = 2.0 * sizes.largest_radius();
+        let ceiling = chi * P::Space::cross_section(largest);
+        let ceiling = if sizes.are_equal() {
+            ceiling
+        } else {
+            ceiling.max(self.pair_factor(chi, packing, [largest; 2]))
+        };
+        Cell {
+            address,
+            weight,
+            rate: ceiling * weight * self.step / volume,
+            chi,
+            limited,
+            packing,
+            ceiling,
+        }
+    }
+
+    /// Cross section times chi of a pair.
+    #[inline]
+    pub(crate) fn pair_factor(&self, chi: f64, packing: f64, diameters: [f64; 2]) -> f64 {
+        P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
+            * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
+    }
+
+    /// Collides a pair of members.
+    #[inline(always)]
+    fn collide_pair<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        &Pair {
+            who: [i, j],
+            relative,
+            square,
+            weight,
+        }: &Pair<VectorOf<P>>,
+        report: &mut Report<'_, P>,
+        stream: &mut impl Rng,
+    ) {
+        let sizes = self.scene.sizes();
+        let radii = [i, j].map(|who| sizes.radius(members[who].tag));
+        let masses = [i, j].map(|who| sizes.mass(members[who].tag));
+        let speed = square.sqrt();
+        let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
+        let line = normal * (radii[0] + radii[1]);
+        let velocities = [i, j].map(|who| members[who].velocity);
+        let kinds = [i, j].map(|who| sizes.kind(members[who].tag));
+        let law = (self.scene.restitution()).separation(kinds, -along * speed);
+        let pair = CollidingPair {
+            velocities,
+            spins: [i, j].map(|who| members[who].spin),
+            masses,
+            radii,
+            line,
+        };
+        let outcome = collide(self.scene, &pair, law);
+        let after = outcome.velocities;
+        let apart = self
+            .grid
+            .nearest_image(members[i].position - members[j].position);
+        report.tally.separation += apart.square().sqrt();
+        let gained = (after[0] - velocities[0]) * masses[0];
+        let mut virial = apart.inner(&gained);
+        members[i].velocity = after[0];
+        members[j].velocity = after[1];
+        [members[i].spin, members[j].spin] = outcome.spins;
+        let share = match self.displacement {
+            Displacement::None => 0.0,
+            Displacement::Diameter => 1.0,
+            Displacement::Inelastic => inelastic_displacement(law, -along * speed),
+        };
+        let mut transfer = None;
+        if share > 0.0 {
+            let line = line * share;
+            let carried = after[0] * masses[0] - after[1] * masses[1];
+            virial += line.inner(&carried);
+            transfer = Some(line.spatial() * carried.spatial().transpose());
+            for (who, by) in [(i, line), (j, -line)] {
+                members[who].position += by;
+                F::moved(&mut members[who].mark, by);
+            }
+        }
+        report.tally.virial += weight * virial;
+        if self.looks {
+            report.log.push(Collision {
+                time: self.time,
+                position: members[i].position.spatial(),
+                relative_velocity: relative.spatial(),
+                line: line.spatial(),
+                reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
+                restitution: law.coefficient,
+                added_speed: law.added_speed,
+                momentum_transfer: apart.spatial() * gained.spatial().transpose()
+                    + transfer.unwrap_or_default(),
+                weight,
+                pair: [i, j].map(|who| index::<P>(members[who].tag)),
+                species: kinds,
+            });
+        }
+    }
+}
+
+/// Displacement of both partners along the line of centres, over the contact distance, after which the
+/// collision carries the momentum of one at contact: `(g + s)/(2 s)` with the normal speeds g before and s
+/// after it, `(1 + r)/(2 r)` for a constant coefficient.
+pub(crate) fn inelastic_displacement(law: Separation, approach: f64) -> f64 {
+    if law.added_speed == 0.0 {
+        0.5 * (1.0 + law.coefficient) / law.coefficient
+    } else {
+        0.5 * (1.0 + approach / law.speed(approach))
+    }
+}
