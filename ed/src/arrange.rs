@@ -1,6 +1,6 @@
 //! Bodies sorted into a grid and in memory.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, vector};
 use rayon::prelude::*;
 use stosszahl_model::{Domain, Field, Plane, memory};
 
@@ -9,6 +9,7 @@ use crate::disk::Disks;
 use crate::grid_hierarchy::GridHierarchy;
 use crate::motion::Motion;
 use crate::record::Disk;
+use crate::sliding_rows::SlidingRows;
 
 /// Fills an empty vector with what is made of each number below a count, by this thread or by all of the present pool.
 pub(crate) fn fill<T: Send>(
@@ -54,15 +55,16 @@ impl<F: Field<Plane>> Disks<F> {
             [0, 1].map(|axis| domain.is_periodic(axis)),
         );
         let largest = 2.0 * largest_radius;
-        let wide = if options.may_be_wide && Cells::may_be_wide(lengths, largest, count) {
-            let places: Vec<Vector2<f64>> = (0..count).map(|index| body(index).0).collect();
-            Cells::wide_ones(lengths, periodic, largest, &places)
-        } else {
-            None
-        };
+        let wide =
+            if options.may_be_wide && !F::SHEARED && Cells::may_be_wide(lengths, largest, count) {
+                let places: Vec<Vector2<f64>> = (0..count).map(|index| body(index).0).collect();
+                Cells::wide_ones(lengths, periodic, largest, &places)
+            } else {
+                None
+            };
         let (cells, coarse) = match wide {
             Some(cells) => (cells, Vec::new()),
-            None => GridHierarchy::grids(lengths, periodic, largest, count, unequal),
+            None => GridHierarchy::grids(lengths, periodic, largest, count, unequal && !F::SHEARED),
         };
         let place = |index: usize| {
             let (cell, _) = cells.locate(body(index).0);
@@ -98,14 +100,28 @@ impl<F: Field<Plane>> Disks<F> {
         let mut disks = Self {
             all: memory::reserved(count),
             motion,
+            rows: SlidingRows::none(),
             cells,
             levels,
             recounts: 0,
         };
+        if let Some(shear) = domain.images().shear() {
+            let rate = disks.motion.shear_rate();
+            disks.rows = SlidingRows::new(&disks.cells, rate, shear.offset);
+        }
         fill(&mut disks.all, count, shared, |who| {
             let (position, velocity, _) = body(order[who].1 as usize);
             let (cell, offset) = disks.cells.locate(position);
-            Disk::new(cell, offset, velocity)
+            let flow = vector![disks.rows.flow(offset[1]), 0.0];
+            Disk::new(
+                cell,
+                offset,
+                if F::SHEARED {
+                    velocity + flow
+                } else {
+                    velocity
+                },
+            )
         });
         for who in 0..count as u32 {
             disks.enter(who);

@@ -3,19 +3,19 @@
 use crate::cells::NONE;
 use crate::record::Disk;
 
-/// More lists than are ever open at a time: those of four by four cells.
-const RING: usize = 16;
+/// Lists open at a time, at the most, of cells that stand still: those of four by four.
+const STILL: usize = 16;
 
 /// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in a ring. One loop over
 /// all has one end to be foreseen. Two arrays, so that nothing has to be packed and unpacked.
-pub(crate) struct CellListWalk {
+pub(crate) struct CellListWalk<const RING: usize = STILL> {
     disks: [u32; RING],
     cells: [u32; RING],
     begin: usize,
     end: usize,
 }
 
-impl CellListWalk {
+impl<const RING: usize> CellListWalk<RING> {
     pub(crate) fn new() -> Self {
         Self {
             disks: [NONE; RING],
@@ -25,7 +25,7 @@ impl CellListWalk {
         }
     }
 
-    /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its cell, below 16, is
+    /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its cell is
     /// passed on with its disks.
     #[inline(always)]
     pub(crate) fn open(&mut self, first: u32, cell: usize, wanted: bool) {

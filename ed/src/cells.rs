@@ -389,23 +389,15 @@ impl Cells {
         (self.place(cell, 1, 1), boxes)
     }
 
-    /// The image of a separation that is approached fastest among those that touch within rounding; the nearest if
-    /// none does.
-    #[cold]
-    pub(crate) fn approached_image(
-        &self,
-        separation: Vector2<f64>,
-        relative: Vector2<f64>,
-        distance: f64,
-    ) -> Vector2<f64> {
+    /// Images of a separation around the box: the nearest, and those next to it.
+    pub(crate) fn images_of(&self, separation: Vector2<f64>) -> impl Iterator<Item = Vector2<f64>> {
         let mut nearest = separation;
         for axis in 0..2 {
-            let length = self.lengths[axis];
             if self.periodic[axis] {
-                nearest[axis] = images::nearest(separation[axis], length);
+                nearest[axis] = images::nearest(separation[axis], self.lengths[axis]);
             }
         }
-        let approach = |line: &Vector2<f64>| relative.dot(line) / line.norm();
+        let lengths = self.lengths;
         let [right, up] = self.periodic.map(|around| {
             let steps: &[f64] = if around { &[-1.0, 0.0, 1.0] } else { &[0.0] };
             steps
@@ -413,10 +405,42 @@ impl Cells {
         right
             .iter()
             .flat_map(|&right| up.iter().map(move |&up| vector![right, up]))
-            .map(|image| nearest + image.component_mul(&self.lengths))
-            .filter(|line| line.norm() <= distance * (1.0 + 1e-9))
-            .min_by(|a, b| approach(a).total_cmp(&approach(b)))
-            .unwrap_or(nearest)
+            .map(move |image| nearest + image.component_mul(&lengths))
+    }
+
+    /// Images of a separation around the box along the first axis: the nearest, and those next to it.
+    pub(crate) fn images_along(
+        &self,
+        separation: Vector2<f64>,
+    ) -> impl Iterator<Item = Vector2<f64>> {
+        let length = self.lengths[0];
+        let nearest = images::nearest(separation[0], length);
+        let steps = [-1.0, 0.0, 1.0].into_iter();
+        steps.map(move |step| vector![nearest + step * length, separation[1]])
+    }
+
+    /// Share in a place in memory of a column that lies up to a box beyond an edge.
+    #[inline(always)]
+    pub(crate) fn column_around(&self, column: i32) -> u32 {
+        let columns = i32::from(self.counts[0]);
+        let below = if column < 0 { columns } else { 0 };
+        let above = if column >= columns { columns } else { 0 };
+        self.columns[(column + below - above + 2) as usize]
+    }
+
+    /// Shares in a place in memory of four columns side by side, from one of the box on.
+    #[inline(always)]
+    pub(crate) fn four_columns(&self, first: i32) -> [u32; 4] {
+        // The last ones are before the first too.
+        let columns = i32::from(self.counts[0]);
+        let first = if first > columns - 3 {
+            first - columns
+        } else {
+            first
+        };
+        let from = (first + 2) as usize;
+        let four = &self.columns[from..from + 4];
+        [four[0], four[1], four[2], four[3]]
     }
 
     /// First disk of the cell at a place in memory, or [`NONE`].
@@ -441,6 +465,29 @@ impl Cells {
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
     }
+}
+
+/// Image of a separation: with the relative velocity there, and how much faster the row of the first is than that of the second.
+pub(crate) type SeparationImage = (Vector2<f64>, Vector2<f64>, f64);
+
+/// The image that is approached fastest among those that touch within rounding; the nearest if none does.
+pub(crate) fn approached(
+    images: impl Iterator<Item = SeparationImage>,
+    distance: f64,
+) -> SeparationImage {
+    let approach = |image: &SeparationImage| image.1.dot(&image.0) / image.0.norm();
+    let mut nearest = (Vector2::repeat(f64::INFINITY), Vector2::zeros(), 0.0);
+    let mut best: Option<SeparationImage> = None;
+    for image in images {
+        if image.0.norm() < nearest.0.norm() {
+            nearest = image;
+        }
+        let touches = image.0.norm() <= distance * (1.0 + 1e-9);
+        if touches && best.is_none_or(|best| approach(&image) < approach(&best)) {
+            best = Some(image);
+        }
+    }
+    best.unwrap_or(nearest)
 }
 
 #[cfg(test)]

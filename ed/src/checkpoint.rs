@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Body, Physics, State};
+use stosszahl_model::{Body, Physics, ShearWork, State};
 
 /// Which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +75,8 @@ pub struct Checkpoint<P: Physics> {
     pub ledgers: Vec<Ledger<P::Space>>,
     /// Contacts of each disk with walls and obstacles so far; empty where there are none.
     pub rebounds: Vec<u32>,
+    /// Energy balance so far; zero without a shear flow.
+    pub shear_work: ShearWork,
 }
 
 impl<P: Physics> Clone for Checkpoint<P> {
@@ -87,6 +89,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
             stalled: self.stalled,
             ledgers: self.ledgers.clone(),
             rebounds: self.rebounds.clone(),
+            shear_work: self.shear_work,
         }
     }
 }
@@ -121,6 +124,7 @@ impl<P: Physics> From<State<P>> for Checkpoint<P> {
             stalled: 0,
             ledgers: Vec::new(),
             rebounds: Vec::new(),
+            shear_work: ShearWork::default(),
         }
     }
 }

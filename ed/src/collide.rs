@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use stosszahl_model::{
     CollidingPair, Collision, Field, Physics, Plane, RecentContacts, Recorder, Restitution,
-    Separation, Sizes, Surface, Vector, bounce, collide,
+    Separation, Sizes, SpinOf, Surface, Vector, bounce, collide,
 };
 
 use crate::calendar::Calendar;
@@ -28,14 +28,20 @@ where
     ) -> Result<(), EngineError> {
         let now = self.now;
         self.tally.collisions += 1;
+        self.enter_flight(first);
+        self.enter_flight(second);
         self.disks.meet(first, now);
         self.disks.meet(second, now);
         let distance = self.contact_distance(first, second);
-        let line = self.disks.line(first, second, distance);
-        let velocities = [
+        let (line, slip) = self.disks.line(first, second, distance);
+        let mut velocities = [
             self.disks.all[first as usize].velocity,
             self.disks.all[second as usize].velocity,
         ];
+        if P::Field::SHEARED {
+            // In the frame of the first.
+            velocities[1][0] -= slip;
+        }
         let sizes = self.scene.sizes();
         let masses = [
             sizes.mass(self.tags[first as usize]),
@@ -65,6 +71,10 @@ where
         if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
             part(&mut pair);
         }
+        if P::Field::SHEARED {
+            self.enter_contact(&pair, velocities, after.spins);
+            pair.velocities[1][0] += slip;
+        }
         if P::Surface::ROUGH {
             self.spins[first as usize] = after.spins[0];
             self.spins[second as usize] = after.spins[1];
@@ -84,6 +94,28 @@ where
             return Err(self.collapse(latest.pair));
         }
         Ok(())
+    }
+
+    /// Enters the work of the flow through a contact, and what it dissipated: of a pair that has collided, with the velocities before and
+    /// the spins after.
+    fn enter_contact(
+        &mut self,
+        pair: &CollidingPair<Vector2<f64>, SpinOf<P>>,
+        before: [Vector2<f64>; 2],
+        spins: [SpinOf<P>; 2],
+    ) {
+        let unit = self.speed * self.speed;
+        let kick = pair.masses[0] * (pair.velocities[0][0] - before[0][0]);
+        self.shear_work.collisional -= self.disks.rows.rate() * pair.line[1] * kick * unit;
+        let surface = self.scene.surface();
+        let lost = |one: usize| {
+            let (mass, radius) = (pair.masses[one], pair.radii[one]);
+            let spinning = surface.spin_energy(mass, radius, pair.spins[one])
+                - surface.spin_energy(mass, radius, spins[one]);
+            let moving = before[one].norm_squared() - pair.velocities[one].norm_squared();
+            0.5 * mass * moving + spinning
+        };
+        self.shear_work.dissipated += (lost(0) + lost(1)) * unit;
     }
 
     /// A contact at an own time.

@@ -3,17 +3,19 @@
 use std::hint::select_unpredictable;
 use std::iter;
 
-use nalgebra::{Vector2, vector};
+use nalgebra::Vector2;
 use stosszahl_model::{Field, Plane, Sizes, memory};
 
 use crate::calendar::Agenda;
 use crate::cell_list_walk::CellListWalk;
-use crate::cells::{Cell, Cells, NONE, line_of};
+use crate::cells::{self, Cell, Cells, NONE, line_of};
 use crate::contact::Candidates;
+use crate::frames::{Frames, Still};
 use crate::grid_hierarchy::{self, GridHierarchy, Nearby};
 use crate::motion::Motion;
 use crate::prefetch_plan::PrefetchPlan;
 use crate::record::{Disk, FIRST, VOID};
+use crate::sliding_rows::SlidingRows;
 
 /// All disks and the grid they are in.
 pub(crate) struct Disks<F> {
@@ -21,7 +23,9 @@ pub(crate) struct Disks<F> {
     /// How they fly.
     pub(crate) motion: Motion<F>,
     pub(crate) cells: Cells,
-    /// Coarser grids, if sizes differ much.
+    /// How its rows slide, in a shear flow.
+    pub(crate) rows: SlidingRows,
+    /// Coarser grids, if sizes differ much; none in a shear flow.
     pub(crate) levels: Option<GridHierarchy>,
     /// How often a disk has begun to count anew.
     pub(crate) recounts: u64,
@@ -37,6 +41,7 @@ impl<F: Field<Plane>> Disks<F> {
             all,
             motion,
             cells,
+            rows: SlidingRows::none(),
             levels: None,
             recounts: 0,
         }
@@ -95,6 +100,13 @@ impl<F: Field<Plane>> Disks<F> {
         let forward = self.motion.goes_forward(disk, axis, width);
         disk.position[axis] += select_unpredictable(forward, -width, width);
         let (next, around) = self.cells.beyond(disk.home[axis], axis, forward);
+        if F::SHEARED && axis == 1 {
+            let place = disk.position[0];
+            let (column, place) = self.rows.cross(disk.home, place, forward, now);
+            (disk.home[0], disk.position[0]) = (column, place);
+            let slip = self.rows.slip();
+            disk.velocity[0] += select_unpredictable(forward, -slip, slip);
+        }
         disk.home[axis] = next;
         self.enter(who);
         (forward, around)
@@ -106,10 +118,26 @@ impl<F: Field<Plane>> Disks<F> {
         self.motion.at(&self.all[who as usize], time)
     }
 
-    /// Velocity at a time.
+    /// Velocity at a time; in a shear flow, relative to it.
     #[inline]
     pub(crate) fn velocity(&self, who: u32, time: f64) -> Vector2<f64> {
-        self.motion.velocity(&self.all[who as usize], time)
+        let disk = &self.all[who as usize];
+        let mut velocity = self.motion.velocity(disk, time);
+        if F::SHEARED {
+            velocity[0] -= self.rows.flow(self.motion.at(disk, time)[1]);
+        }
+        velocity
+    }
+
+    /// Work of the flow on a disk of mass one, by the stress of its flight from its clock to a time: the integral of `-a c_x c_y` over
+    /// time, with its velocity c relative to the flow.
+    #[inline(always)]
+    pub(crate) fn work_of_flight(&self, who: u32, time: f64) -> f64 {
+        let disk = &self.all[who as usize];
+        let (flight, rate) = (time - disk.clock, self.rows.rate());
+        let along = disk.velocity[0] - self.rows.flow(disk.position[1]);
+        let across = disk.velocity[1];
+        -rate * (along - 0.5 * rate * across * flight) * across * flight
     }
 
     /// Brings a disk up to date.
@@ -145,19 +173,26 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Position in the plane at the given time, less a whole number of boxes or not.
     pub(crate) fn place(&self, who: u32, time: f64) -> Vector2<f64> {
-        self.cells.corner(self.home(who)) + self.at(who, time)
+        let mut place = self.cells.corner(self.home(who)) + self.at(who, time);
+        if F::SHEARED {
+            place[0] += self.rows.way(self.home(who)[1], time);
+        }
+        place
     }
 
-    /// Line of centres of two touching disks that are up to date, from the second to the first. Of two images that
-    /// touch, as they may in a narrow box, the one that is approached.
+    /// Line of centres of two touching disks that are up to date, from the second to the first, and how much faster the row of the
+    /// first is than that of the second, along the flow. Of two images that touch, as they may in a narrow box, the one that is approached.
     #[inline(always)]
-    pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> Vector2<f64> {
+    pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> (Vector2<f64>, f64) {
         let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
-        let line =
-            one.position - other.position + self.cells.between(self.home(first), self.home(second));
+        if F::SHEARED {
+            return self.sheared_line(one, other, distance);
+        }
+        let line = one.position - other.position + self.cells.between(one.home, other.home);
         let line = if self.cells.narrow() {
             let relative = one.velocity - other.velocity;
-            self.cells.approached_image(line, relative, distance)
+            let images = self.cells.images_of(line);
+            cells::approached(images.map(|line| (line, relative, 0.0)), distance).0
         } else {
             line
         };
@@ -166,7 +201,7 @@ impl<F: Field<Plane>> Disks<F> {
             "disks {first} and {second} collide at a distance of {}, not {distance}",
             line.norm()
         );
-        line
+        (line, 0.0)
     }
 
     /// Whether there are several grids.
@@ -180,8 +215,9 @@ impl<F: Field<Plane>> Disks<F> {
     #[cold]
     fn slide(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
         let own = &self.all[first as usize];
-        let relative = own.velocity - self.velocity(second, own.clock);
-        -b <= 8.0 * f64::EPSILON * distance * relative.norm()
+        let relative = own.velocity - self.motion.velocity(&self.all[second as usize], own.clock);
+        let speed = relative.norm() + self.rows.slip().abs();
+        -b <= 8.0 * f64::EPSILON * distance * speed
     }
 
     /// [`Self::slide`] for one disk and each of its candidates.
@@ -201,9 +237,13 @@ impl<F: Field<Plane>> Disks<F> {
     /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and cells
     /// by four times the row and the column.
     #[inline(always)]
-    pub(crate) fn open(&self, home: Cell) -> CellListWalk {
-        let (x, y) = self.cells.around(home);
+    pub(crate) fn open(&self, home: Cell, time: f64) -> CellListWalk {
         let mut lists = CellListWalk::new();
+        if F::SHEARED {
+            self.open_sliding(&mut lists, home, time, [true; 3]);
+            return lists;
+        }
+        let (x, y) = self.cells.around(home);
         for (row, up) in y.into_iter().enumerate() {
             for (column, right) in x.into_iter().enumerate() {
                 let first = self.cells.first((right + up) as usize);
@@ -215,14 +255,18 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// The disks in the nine cells around one, and itself.
     pub(crate) fn around(&self, who: u32) -> impl Iterator<Item = (u32, &Disk)> {
-        let mut lists = self.open(self.home(who));
+        let mut lists = self.open(self.home(who), 0.0);
         iter::from_fn(move || lists.next(&self.all)).map(|(number, _, disk)| (number, disk))
     }
 
     /// Opens the lists of the three of them that are one step along an axis, forward or backward.
     #[inline(always)]
-    fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool)) -> CellListWalk {
+    fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool), time: f64) -> CellListWalk {
         let mut lists = CellListWalk::new();
+        if F::SHEARED {
+            self.open_beyond_sliding(&mut lists, home, (axis, forward), time);
+            return lists;
+        }
         let [along, across] = if axis == 0 { [1, 4] } else { [4, 1] };
         let places = self.cells.across(home, axis, 1, forward);
         for (step, place) in places.into_iter().enumerate() {
@@ -325,8 +369,8 @@ impl<F: Field<Plane>> Disks<F> {
     ) -> (Option<(f64, u32)>, u64) {
         let home = self.home(who);
         let lists = match beyond {
-            None => self.open(home),
-            Some(way) => self.open_beyond(home, way),
+            None => self.open(home, self.all[who as usize].clock),
+            Some(way) => self.open_beyond(home, way, self.all[who as usize].clock),
         };
         self.earliest::<S, FAR>(lists, candidates, who, sizes, tags)
     }
@@ -394,7 +438,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// The earliest contact with the disks of open lists, before the one already known, and the number of candidates.
     #[inline(always)]
-    fn earliest<S: Sizes, const FAR: bool>(
+    pub(crate) fn earliest<S: Sizes, const FAR: bool>(
         &self,
         lists: CellListWalk,
         candidates: &mut Candidates,
@@ -420,6 +464,29 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     pub(crate) fn gather<S: Sizes, const FAR: bool>(
         &self,
+        lists: CellListWalk,
+        candidates: &mut Candidates,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+        spend: impl FnMut(&mut Candidates),
+    ) -> u64 {
+        let own = &self.all[who as usize];
+        if F::SHEARED {
+            let frames = self.sliding(own.home, own.position, own.clock);
+            self.gather_in::<S, FAR>(&frames, lists, candidates, who, sizes, tags, spend)
+        } else {
+            let frames = Still(self.relative_positions(own.position));
+            self.gather_in::<S, FAR>(&frames, lists, candidates, who, sizes, tags, spend)
+        }
+    }
+
+    /// [`Self::gather`] in the frames of the cells around.
+    #[expect(clippy::too_many_arguments, reason = "two callers, a few lines above")]
+    #[inline(always)]
+    fn gather_in<S: Sizes, const FAR: bool>(
+        &self,
+        frames: &impl Frames,
         mut lists: CellListWalk,
         candidates: &mut Candidates,
         who: u32,
@@ -429,7 +496,6 @@ impl<F: Field<Plane>> Disks<F> {
     ) -> u64 {
         let own = &self.all[who as usize];
         let (velocity, clock) = (own.velocity, own.clock);
-        let [x, y] = self.relative_positions(own.position);
         let radius = sizes.radius(tags[who as usize]);
         let distance = |other: u32| {
             if S::UNIFORM {
@@ -442,8 +508,8 @@ impl<F: Field<Plane>> Disks<F> {
             let mut more = false;
             while !more && let Some((other, cell, disk)) = lists.next(&self.all) {
                 let position = self.motion.at(disk, clock);
-                let separation = vector![x[cell % 4] - position[0], y[cell / 4 % 4] - position[1]];
-                let relative = velocity - self.motion.velocity(disk, clock);
+                let separation = frames.separation(cell, position);
+                let relative = frames.relative(cell, velocity - self.motion.velocity(disk, clock));
                 let square = distance(other) * distance(other);
                 let until_its_own = disk.contact - clock;
                 more = if FAR {
@@ -476,13 +542,31 @@ impl<F: Field<Plane>> Disks<F> {
             });
             return worst;
         }
-        let mut lists = self.open(self.home(who));
-        let [x, y] = self.relative_positions(self.at(who, time));
+        let lists = self.open(self.home(who), time);
+        let at = self.at(who, time);
+        if F::SHEARED {
+            let frames = self.sliding(self.home(who), at, time);
+            self.overlap_in(&frames, lists, who, time, distance)
+        } else {
+            let frames = Still(self.relative_positions(at));
+            self.overlap_in(&frames, lists, who, time, distance)
+        }
+    }
+
+    /// [`Self::overlap`] in the frames of the cells around.
+    fn overlap_in(
+        &self,
+        frames: &impl Frames,
+        mut lists: CellListWalk,
+        who: u32,
+        time: f64,
+        distance: impl Fn(u32) -> f64,
+    ) -> f64 {
         let mut worst = 0.0_f64;
         while let Some((other, cell, disk)) = lists.next(&self.all) {
             if other != who {
-                let at = vector![x[cell % 4], y[cell / 4 % 4]];
-                worst = worst.max(distance(other) - (at - self.motion.at(disk, time)).norm());
+                let apart = frames.separation(cell, self.motion.at(disk, time));
+                worst = worst.max(distance(other) - apart.norm());
             }
         }
         worst
@@ -537,6 +621,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::record::ABSENT;
     use crate::{Calendar, Dissipation, Engine};
+    use nalgebra::vector;
 
     pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 

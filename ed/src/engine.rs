@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
-    Body, Domain, Field, Interrupt, Physics, Plane, Sizes, SpinOf, State, Surface,
+    Body, Domain, Field, Interrupt, Physics, Plane, ShearWork, Sizes, SpinOf, State, Surface,
 };
 
 use crate::arrange::{GridOptions, fill};
@@ -82,6 +82,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// Absolute time; exactly the requested one when it was reached.
     pub(crate) time: f64,
     pub(crate) tally: Tally,
+    /// Energy balance so far, in absolute units; zero without a shear flow.
+    pub(crate) shear_work: ShearWork,
     /// Events that came up although their disk had collided meanwhile; most of these are dropped before.
     pub(crate) stale: u64,
     /// Contacts of each disk with walls and obstacles, which address the random numbers of rebounds; empty where there are none.
@@ -193,11 +195,14 @@ where
             stalled,
             ledgers,
             rebounds,
+            shear_work,
         } = start;
         let count = state.bodies.len();
         let diameter = 2.0 * scene.sizes().largest_radius();
         let pull = scene.field().acceleration().norm();
-        let speed = unit_of_speed(&state, (pull * diameter).sqrt());
+        let slip = scene.field().shear_rate().abs() * diameter;
+        let speed = unit_of_speed(&state, (pull * diameter).sqrt().max(slip));
+        let shear_work = begun(shear_work, &scene, which, &state);
         let sizes = scene.sizes();
         let name = |index: usize| which.map_or(index as u32, |which| which[index]);
         let body = |index: usize| {
@@ -225,11 +230,7 @@ where
         } else {
             ledgers
         };
-        let rebounds = if bounded {
-            counted(&rebounds, &order)
-        } else {
-            Vec::new()
-        };
+        let counts = bounded.then(|| counted(&rebounds, &order));
         let ages = |&index: &u32| match last_contact.get(index as usize) {
             Some(last) => (last - state.time) * speed,
             None => f64::NEG_INFINITY,
@@ -276,8 +277,9 @@ where
             progress: CollapseDetector::new(tally.contacts().saturating_sub(stalled)),
             unit,
             tally,
+            shear_work,
             stale: 0,
-            rebounds,
+            rebounds: counts.unwrap_or_default(),
             stop: Interruption::default(),
             parallel: shared,
             window: None,
@@ -329,6 +331,38 @@ where
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
+    /// The box at the present time: in a shear flow, its images slide.
+    pub(crate) fn domain_now(&self) -> Domain<Plane> {
+        let mut domain = self.domain;
+        domain.advance(self.now / self.speed);
+        domain
+    }
+
+    /// Energy balance of a shear flow so far; `None` where there is no flow.
+    pub fn shear_work(&self) -> Option<ShearWork> {
+        P::Field::SHEARED.then(|| {
+            let mut all = self.shear_work;
+            let disks = 0..self.names.len() as u32;
+            all.kinetic += disks.map(|disk| self.work_of_flight(disk)).sum::<f64>();
+            all
+        })
+    }
+
+    /// Work of the flow on a disk since its clock, in absolute units.
+    #[inline(always)]
+    fn work_of_flight(&self, who: u32) -> f64 {
+        let mass = self.scene.sizes().mass(self.tags[who as usize]);
+        mass * self.disks.work_of_flight(who, self.now) * (self.speed * self.speed)
+    }
+
+    /// Enters the work of the flow on a disk since its clock, before it is brought up to date.
+    #[inline(always)]
+    pub(crate) fn enter_flight(&mut self, who: u32) {
+        if P::Field::SHEARED {
+            self.shear_work.kinetic += self.work_of_flight(who);
+        }
+    }
+
     /// The gas at the present time.
     pub fn state(&self) -> State<P> {
         self.state_in(Order::State)
@@ -336,16 +370,17 @@ where
 
     fn state_in(&self, order: Order) -> State<P> {
         let nothing = Body::new(Vector2::zeros(), Vector2::zeros());
+        let domain = self.domain_now();
         let body = |disk: usize| {
             let position = self.disks.place(disk as u32, self.now);
             let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
-            let mut body = Body::new(self.domain.wrap(position), velocity);
+            let mut body = Body::new(domain.wrap(position), velocity);
             body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
             body
         };
         State {
             time: self.time,
-            domain: self.domain,
+            domain,
             bodies: self.of_each(self.names.len(), order, nothing, body),
         }
     }
@@ -403,7 +438,7 @@ where
     fn checkpoint_in(&self, order: Order) -> Checkpoint<P> {
         let last = |disk: usize| self.last_contact[disk] / self.speed + self.epoch;
         let winding = |disk: usize| {
-            // Where the state wraps a position, the winding follows.
+            // Where the state wraps a position, the winding follows. Under shear there are none.
             let position = self.disks.place(disk as u32, self.now);
             image_flags::add(
                 self.windings[disk],
@@ -419,6 +454,7 @@ where
             tally: self.tally,
             stalled: self.progress.stalled(self.tally.contacts()),
             ledgers: self.ledgers.clone(),
+            shear_work: self.shear_work().unwrap_or(self.shear_work),
         }
     }
 
@@ -495,6 +531,31 @@ where
         let sizes = self.scene.sizes();
         sizes.radius(self.tags[first as usize]) + sizes.radius(self.tags[second as usize])
     }
+}
+
+/// The balance of a shear flow, which begins with the energy of the start.
+fn begun<P: Physics<Space = Plane>>(
+    mut work: ShearWork,
+    scene: &P,
+    which: Option<&[u32]>,
+    state: &State<P>,
+) -> ShearWork {
+    if P::Field::SHEARED && work.supplied.is_none() {
+        work.supplied = Some(energy_of(scene, which, state));
+    }
+    work
+}
+
+/// Energy of the motion and the spin of all disks, which may be in another order than the scene's.
+fn energy_of<P: Physics<Space = Plane>>(scene: &P, which: Option<&[u32]>, state: &State<P>) -> f64 {
+    let sizes = scene.sizes();
+    let energy = |(index, body): (usize, &Body<P>)| {
+        let tag = sizes.tag(which.map_or(index, |which| which[index] as usize));
+        let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
+        let spinning = scene.surface().spin_energy(mass, radius, body.spin);
+        0.5 * mass * body.velocity.norm_squared() + spinning
+    };
+    state.bodies.iter().enumerate().map(energy).sum()
 }
 
 /// A power of two near the speed of the fastest disk, or near one that disks will have.

@@ -82,6 +82,21 @@ pub enum EngineError {
         /// Whether the box of the state is periodic along it.
         state: bool,
     },
+    /// The shear rate of the box is not that of the particles' flow.
+    #[error(
+        "the box of the state has the shear rate {found:?}, the scene {rate:?}; allowed are the same"
+    )]
+    UnlikeFlow {
+        /// Shear rate of the box of the state.
+        found: Option<f64>,
+        /// Shear rate of the scene.
+        rate: Option<f64>,
+    },
+    /// Image flags in a shear flow.
+    #[error(
+        "a start in a shear flow has image flags; allowed are none, as they do not tell displacements from the flow"
+    )]
+    FlagsInFlow,
     /// Two walls leave a disk no room.
     #[error(
         "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more", room = brief(*room), diameter = brief(*diameter))]
@@ -240,6 +255,11 @@ impl EngineError {
                 *room *= units.length;
                 *diameter *= units.length;
             }
+            Self::UnlikeFlow { found, rate } => {
+                for number in found.iter_mut().chain(rate) {
+                    *number /= units.time;
+                }
+            }
             Self::OverlappingDisks { depth, .. } => *depth *= units.length,
             Self::Overlap { place, depth, .. } => {
                 *place = units.place(*place);
@@ -260,6 +280,7 @@ impl EngineError {
             | Self::TooMany { .. }
             | Self::OpenFace { .. }
             | Self::UnlikeBox { .. }
+            | Self::FlagsInFlow
             | Self::BadObstacle { .. }
             | Self::Invalid(_)
             | Self::Checkpoint(_) => {}

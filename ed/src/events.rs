@@ -1,6 +1,6 @@
 //! The loop over events, compiled twice: for any processor and for those with vector instructions of three operands.
 
-use stosszahl_model::{Observer, Physics, Plane, Recorder, Sizes};
+use stosszahl_model::{Field, Observer, Physics, Plane, Recorder, Sizes};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
@@ -124,6 +124,35 @@ where
         recorder: &mut Recorder<'_>,
     ) -> Result<bool, EngineError> {
         self.recall_events();
+        if !P::Field::SHEARED {
+            return self.run_between_steps(goal, recorder);
+        }
+        loop {
+            let (step, seam) = self.disks.rows.next_step();
+            let next = Goal {
+                end: goal.end.min(step),
+                ..*goal
+            };
+            if !self.run_between_steps(&next, recorder)? {
+                return Ok(false);
+            }
+            if step > goal.end {
+                return Ok(true);
+            }
+            if self.stop.ends() {
+                return Ok(false);
+            }
+            self.now = self.now.max(step);
+            self.step_rows(seam)?;
+        }
+    }
+
+    /// [`Self::run`] while rows of cells keep their neighbours.
+    fn run_between_steps(
+        &mut self,
+        goal: &Goal,
+        recorder: &mut Recorder<'_>,
+    ) -> Result<bool, EngineError> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
@@ -192,6 +221,7 @@ where
                 }
                 Some(_) => {
                     self.tally.broken += 1;
+                    self.enter_flight(entry.disk);
                     self.disks.advance(entry.disk, entry.time);
                     self.predict(entry.disk);
                 }

@@ -95,7 +95,7 @@ impl<F: Field<Plane>> Disks<F> {
         tags: &[S::Tag],
         all: &mut Vec<(f64, u32)>,
     ) -> u64 {
-        let lists = self.open(self.home(who));
+        let lists = self.open(self.home(who), self.all[who as usize].clock);
         self.gather::<S, false>(lists, candidates, who, sizes, tags, |candidates| {
             all.extend(candidates.all(self.slides(who, sizes, tags)));
         })

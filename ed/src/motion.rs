@@ -13,6 +13,8 @@ use crate::record::Disk;
 pub(crate) struct Motion<F> {
     /// The same for all disks.
     acceleration: Vector2<f64>,
+    /// Own shear rate.
+    shear_rate: f64,
     field: PhantomData<F>,
 }
 
@@ -29,6 +31,7 @@ impl<F: Field<Plane>> Motion<F> {
     pub(crate) fn new(field: &F, speed: f64) -> Self {
         Self {
             acceleration: field.acceleration() / speed / speed,
+            shear_rate: field.shear_rate() / speed,
             field: PhantomData,
         }
     }
@@ -37,6 +40,11 @@ impl<F: Field<Plane>> Motion<F> {
     #[inline(always)]
     pub(crate) fn acceleration(&self) -> Vector2<f64> {
         self.acceleration
+    }
+
+    /// Shear rate of the flow; zero where there is none.
+    pub(crate) fn shear_rate(&self) -> f64 {
+        self.shear_rate
     }
 
     /// Position of a disk, relative to the corner of its cell, at a time.

@@ -32,6 +32,9 @@ impl<F: Field<Plane>> Disks<F> {
         sizes: &S,
         tags: &[S::Tag],
     ) -> Option<u64> {
+        if F::SHEARED {
+            return self.predict_sliding_pair(first, second, sizes, tags);
+        }
         if (!S::UNIFORM && self.hierarchical()) || self.cells.wide() {
             return None;
         }
@@ -42,7 +45,7 @@ impl<F: Field<Plane>> Disks<F> {
         let other = AROUND_ONE << (right[1] + SIDE * up[1]);
         let (any, shared) = (one | other, one & other);
         let hidden = [self.hide(first), self.hide(second)];
-        let mut lists = CellListWalk::new();
+        let mut lists: CellListWalk = CellListWalk::new();
         for (row, up) in rows.into_iter().enumerate() {
             for (column, right) in columns.into_iter().enumerate() {
                 let cell = SIDE * row + column;
@@ -56,10 +59,27 @@ impl<F: Field<Plane>> Disks<F> {
         }
 
         let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
-        let clock = a.clock;
         let width = self.cells.width();
-        let x = positions([a.position[0], b.position[0]], width[0], right);
-        let y = positions([a.position[1], b.position[1]], width[1], up);
+        let frames = StillPair {
+            x: positions([a.position[0], b.position[0]], width[0], right),
+            y: positions([a.position[1], b.position[1]], width[1], up),
+        };
+        self.earliest_of_pair(lists, &frames, shared, [first, second], sizes, tags)
+    }
+
+    /// The innermost loop: the earliest contacts of two disks with those of open lists, of whose cells some are `shared`.
+    #[inline(always)]
+    pub(crate) fn earliest_of_pair<S: Sizes, const RING: usize>(
+        &mut self,
+        mut lists: CellListWalk<RING>,
+        frames: &impl PairFrames,
+        shared: u32,
+        [first, second]: [u32; 2],
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> Option<u64> {
+        let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
+        let clock = a.clock;
         let velocity = [
             f64x2::new([a.velocity[0], b.velocity[0]]),
             f64x2::new([a.velocity[1], b.velocity[1]]),
@@ -78,13 +98,13 @@ impl<F: Field<Plane>> Disks<F> {
             twice += u64::from(shared >> cell & 1);
             let position: Vector2<f64> = self.motion.at(candidate, clock);
             let speed = self.motion.velocity(candidate, clock);
-            let (column, row) = (cell % SIDE, cell / SIDE % SIDE);
+            let corners = frames.corners(cell);
             let separation = [
-                f64x2::new(x[column]) - f64x2::splat(position[0]),
-                f64x2::new(y[row]) - f64x2::splat(position[1]),
+                corners[0] - f64x2::splat(position[0]),
+                corners[1] - f64x2::splat(position[1]),
             ];
             let relative = [
-                velocity[0] - f64x2::splat(speed[0]),
+                frames.along(cell, velocity[0] - f64x2::splat(speed[0])),
                 velocity[1] - f64x2::splat(speed[1]),
             ];
             let distance_squared = if S::UNIFORM {
@@ -121,13 +141,41 @@ impl<F: Field<Plane>> Disks<F> {
     /// Takes a disk out of the list of its cell if it is the first there, as mostly it is: it is no candidate for itself, nor
     /// for one that it parts from. The place of the list, and its first disk, to be put back.
     #[inline(always)]
-    fn hide(&mut self, who: u32) -> (usize, u32) {
+    pub(crate) fn hide(&mut self, who: u32) -> (usize, u32) {
         let disk = &self.all[who as usize];
         let place = self.cells.place(disk.home, 1, 1);
         let first = self.cells.first(place);
         let rest = select_unpredictable(first == who, disk.next, first);
         self.cells.set_first(place, rest);
         (place, first)
+    }
+}
+
+/// Frames of the cells around two disks, by their numbers.
+pub(crate) trait PairFrames {
+    /// Positions of both disks relative to the corner of a cell; not numbers for one that it is not around.
+    fn corners(&self, cell: usize) -> [f64x2; 2];
+
+    /// Relative velocities along the first axis from the differences of velocities in the frames of the disks and of a cell.
+    fn along(&self, cell: usize, difference: f64x2) -> f64x2;
+}
+
+/// Cells that stand still, four by four: positions relative to the corners of columns, and of rows.
+struct StillPair {
+    x: [[f64; 2]; SIDE],
+    y: [[f64; 2]; SIDE],
+}
+
+impl PairFrames for StillPair {
+    #[inline(always)]
+    fn corners(&self, cell: usize) -> [f64x2; 2] {
+        let (column, row) = (cell % SIDE, cell / SIDE % SIDE);
+        [f64x2::new(self.x[column]), f64x2::new(self.y[row])]
+    }
+
+    #[inline(always)]
+    fn along(&self, _cell: usize, difference: f64x2) -> f64x2 {
+        difference
     }
 }
 

@@ -1,4 +1,4 @@
-//! The oracle of the engine: slow and obvious.
+//! The oracle of the engine: slow and obvious. In a shear flow, velocities are peculiar, so that those of images are those of originals.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
@@ -78,6 +78,9 @@ pub fn run_between<P: Physics<Space = Plane>>(
         state.time += next.wait;
         for body in &mut state.bodies {
             (scene.field()).drift(&mut body.position, &mut body.velocity, next.wait);
+        }
+        state.domain.advance(next.wait);
+        for body in &mut state.bodies {
             body.position = state.domain.wrap(body.position);
         }
         match next.met {
@@ -125,7 +128,8 @@ fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<N
                     let boxes = [f64::from(column), f64::from(row), 0.0];
                     let separation = nearest + state.domain.images().image(boxes).position;
                     let limit = next.map_or(f64::INFINITY, |known| known.wait);
-                    let relative = one.velocity - other.velocity;
+                    let mut relative = one.velocity - other.velocity;
+                    relative[0] += state.domain.images().flow(separation[1]);
                     if let Some(wait) =
                         time_to_contact(separation, relative, distance * distance, limit)
                     {
@@ -202,7 +206,10 @@ fn meet<P: Physics<Space = Plane>>(
     line: Vector2<f64>,
 ) {
     let sizes = scene.sizes();
-    let velocities = [state.bodies[i].velocity, state.bodies[j].velocity];
+    let mut velocities = [state.bodies[i].velocity, state.bodies[j].velocity];
+    // In the frame in which the second is, in a shear flow.
+    let flow = state.domain.images().flow(line[1]);
+    velocities[0][0] += flow;
     let masses = [sizes.mass(sizes.tag(i)), sizes.mass(sizes.tag(j))];
     let approach = -(velocities[0] - velocities[1]).dot(&line) / line.norm();
     let kinds = [i, j].map(|disk| sizes.kind(sizes.tag(disk)));
@@ -222,6 +229,7 @@ fn meet<P: Physics<Space = Plane>>(
         state.bodies[disk].velocity = after.velocities[place];
         state.bodies[disk].spin = after.spins[place];
     }
+    state.bodies[i].velocity[0] -= flow;
 }
 
 /// A contact of a disk with a wall or an obstacle, with the number of those that it had before.

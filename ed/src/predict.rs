@@ -6,6 +6,7 @@ use crate::calendar::{Agenda, Calendar, Entry};
 use crate::cells::NONE;
 use crate::engine::Engine;
 use crate::error::EngineError;
+use crate::sliding_rows::Seam;
 use crate::surroundings::Approach;
 
 impl<P, Q> Engine<P, Q>
@@ -101,10 +102,54 @@ where
         self.calendar.push(Entry { time, disk: who });
     }
 
+    /// Lets rows of cells that slide step to the next cells, and looks into those that come into reach.
+    pub(crate) fn step_rows(&mut self, seam: Seam) -> Result<(), EngineError> {
+        self.disks.rows.step(seam);
+        let columns = self.disks.cells.counts()[0];
+        let mut disks = Vec::new();
+        for row in self.disks.rows.rows_below(seam) {
+            for column in 0..columns {
+                let home = [column, row];
+                let mut who = self.disks.cells.first(self.disks.cells.place(home, 1, 1));
+                if who == NONE || !self.disks.has_newest(home, self.now) {
+                    continue;
+                }
+                disks.clear();
+                while who != NONE {
+                    disks.push(who);
+                    who = self.disks.all[who as usize].next;
+                }
+                for &who in &disks {
+                    self.enter_flight(who);
+                    self.disks.advance(who, self.now);
+                    let (sizes, candidates) = (self.scene.sizes(), &mut self.candidates);
+                    self.tally.predictions +=
+                        self.disks.search_newest(candidates, who, sizes, &self.tags);
+                    self.schedule(who);
+                }
+            }
+        }
+        self.count_crossing()
+    }
+
+    /// Counts a crossing, after which a collision is awaited in vain if there were too many.
+    #[inline(always)]
+    fn count_crossing(&mut self) -> Result<(), EngineError> {
+        if let Some(crossings) = self.progress.crossing(self.names.len()) {
+            self.time = self.epoch + self.now / self.speed;
+            return Err(EngineError::NoCollisions {
+                time: self.time,
+                crossings,
+            });
+        }
+        Ok(())
+    }
+
     /// Moves a disk into the next cell and looks at what comes into its reach.
     #[inline(always)]
     pub(crate) fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
         self.tally.crossings += 1;
+        self.enter_flight(who);
         let (forward, around) = self.disks.cross(who, axis, self.now);
         if around {
             if !self.domain.is_periodic(axis) {
@@ -118,14 +163,9 @@ where
         self.schedule(who);
         if self.window.is_some() {
             self.log_crossing();
-        } else if let Some(crossings) = self.progress.crossing(self.names.len()) {
-            self.time = self.epoch + self.now / self.speed;
-            return Err(EngineError::NoCollisions {
-                time: self.time,
-                crossings,
-            });
+            return Ok(());
         }
-        Ok(())
+        self.count_crossing()
     }
 }
 

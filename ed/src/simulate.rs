@@ -7,9 +7,9 @@ use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, GrainSizes, Grains, Interrupt, Invalid, Moments, Observer,
-    Particle, Particles, Physics, Plane, RecentContacts, Simulation, Sizes, Smooth, State, Surface,
-    Vector as _, Work,
+    Body, BoundaryFlux, Budget, Failure, Field, GrainSizes, Grains, Interrupt, Invalid, Moments,
+    Observer, Particle, Particles, Physics, Plane, RecentContacts, Shear, Simulation, Sizes,
+    Smooth, State, Surface, Vector as _, Work,
 };
 
 use crate::checkpoint::{Checkpoint, Dissipation, Tally};
@@ -109,6 +109,13 @@ impl Begin<'_> {
     /// One engine for each kind of disks that changes what is stored for a disk.
     fn choose(self, grains: &Grains, count: usize) -> Result<Box<dyn Simulation>, EngineError> {
         match (&grains.sizes, grains.rough) {
+            (GrainSizes::Equal(sizes), None) if grains.shear_rate.is_some() => {
+                self.run(grains.sheared_smooth(*sizes)?)
+            }
+            (_, Some(rough)) if grains.shear_rate.is_some() => {
+                self.run(grains.sheared(rough, count)?)
+            }
+            (_, None) if grains.shear_rate.is_some() => self.run(grains.sheared(Smooth, count)?),
             (GrainSizes::Equal(sizes), _) if grains.is_plain() => self.run(grains.plain(*sizes)),
             (GrainSizes::Each(sizes), _) if grains.is_plain() => {
                 self.run(grains.plain(sizes.clone()))
@@ -122,6 +129,8 @@ impl Begin<'_> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
+                let flow = (P::Field::SHEARED).then(|| Shear::new(scene.field().shear_rate()));
+                let domain = domain.sheared(flow.transpose()?)?;
                 let body = |particle: &Particle| Body {
                     position: flat(particle.position),
                     velocity: flat(particle.velocity),
@@ -348,6 +357,31 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         reached
     }
 
+    /// Changes velocities from outside; the balance of a shear flow knows what that supplied.
+    fn drive(&mut self, change: impl FnOnce(&mut [Body<P>])) {
+        self.collapse = None;
+        let scene = self.scene.clone();
+        let gas = self.land();
+        let before = P::Field::SHEARED.then(|| gas.state.kinetic_energy(&scene));
+        change(&mut gas.state.bodies);
+        if let (Some(before), Some(supplied)) = (before, &mut gas.shear_work.supplied) {
+            *supplied += gas.state.kinetic_energy(&scene) - before;
+        }
+    }
+
+    /// Energy less that which the work of a shear flow and collisions leave, over that work and dissipation; `None` without a flow.
+    fn shear_imbalance(&self) -> Option<f64> {
+        let work = match &self.stage {
+            Stage::Between(gas) => gas.shear_work,
+            Stage::Flying(engine, _) => engine.engine().shear_work().unwrap_or_default(),
+        };
+        P::Field::SHEARED.then(|| {
+            let state = self.state();
+            let energy = state.kinetic_energy(&self.scene) + state.spin_energy(&self.scene);
+            work.imbalance(energy)
+        })
+    }
+
     fn show(&self, state: &State<P>, look: &mut dyn FnMut(&Particle)) {
         let (sizes, surface) = (self.scene.sizes(), self.scene.surface());
         for (index, body) in state.bodies.iter().enumerate() {
@@ -450,19 +484,21 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
-        self.collapse = None;
-        for (body, change) in self.land().state.bodies.iter_mut().zip(changes) {
-            body.velocity += flat(*change);
-        }
+        self.drive(|bodies| {
+            for (body, change) in bodies.iter_mut().zip(changes) {
+                body.velocity += flat(*change);
+            }
+        });
         Ok(())
     }
 
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
         Invalid::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
-        self.collapse = None;
-        for body in &mut self.land().state.bodies {
-            body.velocity *= factor;
-        }
+        self.drive(|bodies| {
+            for body in bodies {
+                body.velocity *= factor;
+            }
+        });
         Ok(())
     }
 
@@ -488,11 +524,14 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
                 each(tally.elastic_contacts),
             ),
         ];
+        let flow = self.shear_imbalance();
+        let flow = flow.map(|imbalance| ("shear_energy_imbalance", imbalance));
+        let numbers = numbers.into_iter().chain(flow);
         Work {
             collisions: tally.collisions,
             numbers: numbers
                 .map(|(name, number)| (name.to_owned(), number))
-                .into(),
+                .collect(),
         }
     }
 
@@ -513,6 +552,10 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn follow_displacements(&mut self) -> bool {
+        // Displacements would have to be told from the flow.
+        if P::Field::SHEARED {
+            return false;
+        }
         let gas = self.land();
         gas.windings = vec![[0; 2]; gas.state.bodies.len()];
         self.origin = gas.state.bodies.iter().map(|body| body.position).collect();

@@ -1,7 +1,7 @@
 //! What the engine can start from.
 
 use stosszahl_model::walls::{Face, Walls};
-use stosszahl_model::{Domain, Physics, Plane, Sizes, State, Surface};
+use stosszahl_model::{Domain, Field, Physics, Plane, Sizes, State, Surface};
 
 use crate::checkpoint::Checkpoint;
 use crate::error::{EngineError, POSITION, Touchable};
@@ -23,6 +23,14 @@ pub(crate) fn check<P: Physics<Space = Plane>>(
     }
     if count >= u32::MAX as usize {
         return Err(EngineError::TooMany { disks: count });
+    }
+    let found = state.domain.images().shear().map(|shear| shear.rate);
+    let rate = P::Field::SHEARED.then(|| scene.field().shear_rate());
+    if found != rate {
+        return Err(EngineError::UnlikeFlow { found, rate });
+    }
+    if P::Field::SHEARED && !start.windings.is_empty() {
+        return Err(EngineError::FlagsInFlow);
     }
     let lengths = state.domain.lengths();
     let narrow =

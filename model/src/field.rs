@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use crate::images::Shear;
 use crate::invalid::Invalid;
 use crate::space::Space;
 
@@ -12,6 +13,15 @@ use crate::space::Space;
 pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// True where flight is along straight lines.
     const FREE: bool;
+
+    /// True in uniform shear flow, where velocities are peculiar: relative to the flow.
+    const SHEARED: bool = false;
+
+    /// Shear rate of the flow \[1/time\]; zero where there is none.
+    #[inline(always)]
+    fn shear_rate(&self) -> f64 {
+        0.0
+    }
 
     /// The same acceleration everywhere \[length/time^2\]; zero in free flight.
     fn acceleration(&self) -> S::Vector;
@@ -71,6 +81,47 @@ impl<S: Space> Field<S> for Gravity<S> {
         let gained = self.acceleration * duration;
         *position += (*velocity + gained * 0.5) * duration;
         *velocity += gained;
+    }
+}
+
+/// Straight lines through a uniform shear flow u = (a y, 0), for velocities relative to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheared {
+    rate: f64,
+}
+
+impl Sheared {
+    /// Flow with a shear rate a \[1/time\].
+    ///
+    /// # Errors
+    /// [`Invalid`] if the rate is zero or not finite.
+    pub fn new(rate: f64) -> Result<Self, Invalid> {
+        let Shear { rate, .. } = Shear::new(rate)?;
+        Ok(Self { rate })
+    }
+}
+
+impl<S: Space> Field<S> for Sheared {
+    const FREE: bool = true;
+    const SHEARED: bool = true;
+
+    #[inline(always)]
+    fn shear_rate(&self) -> f64 {
+        self.rate
+    }
+
+    #[inline(always)]
+    fn acceleration(&self) -> S::Vector {
+        S::Vector::default()
+    }
+
+    /// Neither the velocity in the frame of the box nor that along the gradient changes; the flow at the particle does.
+    #[inline]
+    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+        let mut fixed = *velocity;
+        fixed[0] += self.rate * position[1];
+        *position += fixed * duration;
+        velocity[0] -= self.rate * (velocity[1] * duration);
     }
 }
 

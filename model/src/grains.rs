@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use crate::field::{Field, Free, Gravity};
+use crate::field::{Field, Free, Gravity, Sheared};
 use crate::invalid::Invalid;
 use crate::physics::Scene;
 use crate::restitution::Law;
@@ -37,6 +37,8 @@ pub struct Grains {
     pub rough: Option<Rough>,
     /// A uniform acceleration \[length/time^2\].
     pub gravity: Option<Vector3<f64>>,
+    /// Shear rate a of the flow u = (a y, 0) \[1/time\]; velocities are relative to it.
+    pub shear_rate: Option<f64>,
     /// Whether walls, obstacles or openings stand in the box.
     pub is_bounded: bool,
 }
@@ -49,6 +51,7 @@ impl Grains {
             restitution: restitution.into(),
             rough: None,
             gravity: None,
+            shear_rate: None,
             is_bounded: false,
         }
     }
@@ -74,7 +77,10 @@ impl Grains {
 
     /// Whether particles are smooth and fly freely in a periodic box, so that sizes need not be species.
     pub fn is_plain(&self) -> bool {
-        self.rough.is_none() && self.gravity.is_none() && !self.is_bounded
+        self.rough.is_none()
+            && self.gravity.is_none()
+            && self.shear_rate.is_none()
+            && !self.is_bounded
     }
 
     /// The scene of smooth particles of these sizes in free flight: for [`Self::is_plain`].
@@ -92,6 +98,37 @@ impl Grains {
         count: usize,
     ) -> Result<Scene<S, C, Law, Species, Gravity<S>>, Invalid> {
         Ok(scene(surface, self, self.species(count)?, self.field()?))
+    }
+
+    /// The scene of smooth particles of these sizes in a uniform shear flow.
+    ///
+    /// # Errors
+    /// [`Invalid`] for a rate that is zero or not finite, and where gravity acts too.
+    pub fn sheared_smooth<S: Space, Z>(
+        &self,
+        sizes: Z,
+    ) -> Result<Scene<S, Smooth, Law, Z, Sheared>, Invalid> {
+        Ok(scene(Smooth, self, sizes, self.flow()?))
+    }
+
+    /// The scene of any grains in a uniform shear flow, with this surface; sizes are species.
+    ///
+    /// # Errors
+    /// [`Invalid`] for sizes or rates that cannot be, and where gravity acts too.
+    pub fn sheared<S: Space, C: Surface<S>>(
+        &self,
+        surface: C,
+        count: usize,
+    ) -> Result<Scene<S, C, Law, Species, Sheared>, Invalid> {
+        Ok(scene(surface, self, self.species(count)?, self.flow()?))
+    }
+
+    fn flow(&self) -> Result<Sheared, Invalid> {
+        let rate = self.shear_rate.unwrap_or_default();
+        let is_alone = self.gravity.is_none() && !self.is_bounded;
+        let allowed = "a periodic box without gravity, walls and obstacles";
+        Invalid::unless(is_alone, "shear rate", rate, allowed)?;
+        Sheared::new(rate)
     }
 
     fn field<S: Space>(&self) -> Result<Gravity<S>, Invalid> {

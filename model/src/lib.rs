@@ -41,6 +41,7 @@ pub mod physics;
 pub mod random;
 mod recent_contacts;
 pub mod restitution;
+pub mod shear_work;
 pub mod simulation;
 pub mod sizes;
 pub mod snapshot;
@@ -59,7 +60,7 @@ pub use collision::{Collision, bounce, collide};
 pub use domain::Domain;
 pub use drive::Drive;
 pub use exact::Exact;
-pub use field::{Field, Free, Gravity};
+pub use field::{Field, Free, Gravity, Sheared};
 pub use grains::{GrainSizes, Grains};
 pub use images::{Image, Images, Shear};
 pub use interrupt::Interrupt;
@@ -72,6 +73,7 @@ pub use recent_contacts::RecentContacts;
 pub use restitution::{
     Constant, DeltaModel, Law, Material, PerPair, Restitution, Separation, Viscoelastic,
 };
+pub use shear_work::ShearWork;
 pub use simulation::{BoundaryFlux, Budget, Census, Failure, Moments, Particles, Simulation, Work};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};

@@ -56,7 +56,7 @@ impl Particles {
         moments
     }
 
-    /// The map of periodic images; there are none along axes without a length.
+    /// The map of periodic images, without shear; there are none along axes without a length.
     pub fn images(&self) -> Images<Volume> {
         let periodic = [0, 1, 2].map(|axis| self.periodic[axis] && self.lengths[axis] > 0.0);
         Images::new(self.lengths.into(), periodic)

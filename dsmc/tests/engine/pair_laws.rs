@@ -59,6 +59,7 @@ fn copies_of_species_keep_their_laws() {
             restitution: laws.clone().into(),
             rough: None,
             gravity,
+            shear_rate: None,
             is_bounded: false,
         };
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);

@@ -230,6 +230,7 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         now,
         time: whole.time,
         tally: Tally::default(),
+        shear_work: whole.shear_work,
         stale: 0,
         refresh: u64::MAX,
         horizon: f64::INFINITY,

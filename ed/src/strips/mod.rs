@@ -32,7 +32,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Collision, Interrupt, Observer, Physics, Plane, Recorder};
+use stosszahl_model::{Collision, Field, Interrupt, Observer, Physics, Plane, Recorder};
 
 use crate::calendar::{Buckets, Calendar, rate};
 use crate::checkpoint::{Checkpoint, Tally};
@@ -378,7 +378,8 @@ where
 {
     /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends at the latest; `None` if it does not pay.
     fn prepare(&mut self, whole: &Engine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
-        if self.settings.strips < 2 {
+        // Rows of cells that slide step all at once.
+        if self.settings.strips < 2 || P::Field::SHEARED {
             return None;
         }
         let mut worth = WORTH_STRIPS * whole.names.len() as f64;

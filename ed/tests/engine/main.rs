@@ -6,6 +6,7 @@ mod obstacles;
 mod plain;
 mod properties;
 mod rough;
+mod shear;
 mod strips;
 mod support;
 mod walls;

@@ -253,6 +253,7 @@ impl GasBuilder {
             restitution: self.law.clone()?,
             rough: rough.transpose()?,
             gravity: self.gravity,
+            shear_rate: None,
             is_bounded: bounded,
         };
         let covered = self.species.iter().map(|kind| {

@@ -335,10 +335,17 @@ pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
         ));
     }
     let asked = |measure: &&&'static dyn Measure| {
-        plan.case.measure.contains_key(measure.name()) || measure.by_default(plan)
+        let is_right = measure.knows_shear() || !plan.is_sheared();
+        plan.case.measure.contains_key(measure.name()) || measure.by_default(plan) && is_right
     };
     let list: Vec<&'static dyn Measure> = measures::ALL.iter().filter(asked).copied().collect();
     for measure in &list {
+        if plan.is_sheared() && !measure.knows_shear() {
+            let allowed = "without box.shear_rate: in a shear flow this measure would take neighbours, displacements or theory as in a \
+                           gas at rest";
+            let key = format!("measure.{}", measure.name());
+            return Err(PlanError::new(key, "", allowed));
+        }
         measure.check(plan).map_err(|BadOption { key, allowed }| {
             let dot = if key.is_empty() { "" } else { "." };
             PlanError::new(format!("measure.{}{dot}{key}", measure.name()), "", allowed)

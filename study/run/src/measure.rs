@@ -37,6 +37,11 @@ pub trait Measure: Sync {
         false
     }
 
+    /// Whether it is right in a uniform shear flow, where velocities are relative to the flow and images move.
+    fn knows_shear(&self) -> bool {
+        false
+    }
+
     /// Checks the options of a case and whether the measurement makes sense there.
     ///
     /// # Errors

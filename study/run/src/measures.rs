@@ -23,6 +23,7 @@ mod positionless_tests;
 mod record_tests;
 mod selection;
 pub(crate) mod series;
+mod shear_balance;
 mod snapshots;
 mod species;
 mod species_temperatures;
@@ -69,6 +70,7 @@ pub const ALL: &[&dyn Measure] = &[
     &species_temperatures::SpeciesTemperatures,
     &steady_state::SteadyState,
     &stress::Stress,
+    &shear_balance::ShearBalance,
     &transport::Transport,
     &impact_parameters::ImpactParameters,
     &contacts::AtContact,

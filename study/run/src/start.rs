@@ -11,9 +11,9 @@ use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::{self, Arrangement, PlacementError};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Budget, Collision, Domain, Failure, Free, GrainSizes, Interrupt, Law, Observer, Particle,
-    Particles, Plane, Polydisperse, Rough, Scene, Simulation, Sizes as _, Smooth, Space, State,
-    Surface, Vector as _, Volume,
+    Body, Budget, Collision, Domain, Failure, Free, GrainSizes, Grains, Interrupt, Law, Observer,
+    Particle, Particles, Plane, Polydisperse, Rough, Scene, Simulation, Sizes as _, Smooth, Space,
+    State, Surface, Vector as _, Volume,
 };
 
 use crate::control::Content;
@@ -390,6 +390,14 @@ fn particles<S: Space, C: Surface<S>>(
     }
 }
 
+/// The grains of a plan without a shear flow: equilibration is at rest, and velocities are relative to the flow that starts then.
+fn at_rest(plan: &Plan) -> Grains {
+    Grains {
+        shear_rate: None,
+        ..plan.grains.clone()
+    }
+}
+
 /// Gives smooth disks the temperature of the start and no drift.
 fn rescale(plan: &Plan, all: &mut Particles) -> Result<(), StartError> {
     let scene = scene::<Plane, Smooth>(plan, Smooth)?;
@@ -416,8 +424,12 @@ impl Preparation {
     pub fn new(plan: &Plan, streams: Streams, interrupt: &Interrupt) -> Result<Self, StartError> {
         let (particles, reciprocal, placement) = placed(plan, 0, streams, interrupt)?;
         let boundaries = plan.exact_boundaries(streams)?;
-        let gas =
-            stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &particles);
+        let gas = stosszahl_ed::simulate(
+            &at_rest(plan),
+            Dissipation::Elastic,
+            &boundaries,
+            &particles,
+        );
         let gas = gas.map_err(|error| StartError::from(error).in_units(plan))?;
         Ok(Self {
             gas: gas.checkpoint()?,
@@ -553,7 +565,7 @@ impl Preparation {
     ) -> Result<Box<dyn Simulation>, StartError> {
         let (boundaries, kind) = (plan.exact_boundaries(streams)?, Dissipation::Elastic);
         Ok(stosszahl_ed::resume(
-            &plan.grains,
+            &at_rest(plan),
             plan.count(),
             kind,
             &boundaries,

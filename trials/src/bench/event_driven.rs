@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use stosszahl_ed::{Checkpoint, Dissipation, Engine, StripedEngine};
 use stosszahl_model::initial::Arrangement;
-use stosszahl_model::{Invalid, State, kinetic};
+use stosszahl_model::{Body, Invalid, Physics, Plane, Scene, Shear, Sheared, State, kinetic};
 
 use super::{Speed, Work, timed};
 use crate::Trouble;
@@ -36,6 +36,9 @@ pub struct BenchEd {
     /// Time only until this time, in units of t0 (Haff's time; mean free times of an elastic gas).
     #[arg(long, value_name = "T")]
     pub until: Option<f64>,
+    /// Shear rate of a uniform flow, in units of the diameter, the mass and the temperature of the start.
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub shear_rate: Option<f64>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
@@ -86,9 +89,32 @@ impl BenchEd {
 impl Work for BenchEd {
     /// Times the next collisions, or those until a time in units of `t_0` after the start; making the engine is included.
     fn measure(&self) -> Result<Speed, Trouble> {
+        let (scene, start) = (disks(self.restitution)?, self.start()?);
+        let Some(rate) = self.shear_rate else {
+            return self.time(scene, start);
+        };
+        let body = |body: &Body<Disks>| Body::new(body.position, body.velocity);
+        let sheared = State {
+            time: start.time,
+            domain: start.domain.sheared(Some(Shear::new(rate)?))?,
+            bodies: start.bodies.iter().map(body).collect(),
+        };
+        let scene = Scene {
+            space: scene.space,
+            surface: scene.surface,
+            restitution: scene.restitution,
+            sizes: scene.sizes,
+            field: Sheared::new(rate)?,
+        };
+        self.time(scene, sheared)
+    }
+}
+
+impl BenchEd {
+    /// Times an engine of this scene from a start.
+    fn time<P: Physics<Space = Plane>>(&self, scene: P, start: State<P>) -> Result<Speed, Trouble> {
         let (restitution, packing) = (self.restitution, self.packing_fraction);
-        let scene = disks(restitution)?;
-        let start = Checkpoint::from(self.start()?);
+        let start = Checkpoint::from(start);
         let threads = usize::from(self.threads);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -107,7 +133,7 @@ impl Work for BenchEd {
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
         let (engine, seconds, cpu) = timed(|| -> Result<_, Trouble> {
-            let engine = Engine::<Disks>::new(scene, Dissipation::Scene, start)?;
+            let engine = Engine::<P>::new(scene, Dissipation::Scene, start)?;
             let mut engine = StripedEngine::new(engine, threads);
             pool.install(|| engine.advance(until, collisions, &mut ()))?;
             Ok(engine)

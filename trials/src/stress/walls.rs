@@ -83,6 +83,7 @@ impl Setting {
                 restitution: law(restitution)?,
                 rough: None,
                 gravity: Some(vector![0.0, -weight, 0.0]),
+                shear_rate: None,
                 is_bounded: true,
             },
             start: Particles {

@@ -18,6 +18,9 @@ pub struct Box {
     /// gas stays uniform. The number of disks follows from it.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub critical_lengths: Option<f64>,
+    /// Shear rate a of a uniform flow u = (a y, 0), by Lees-Edwards boundaries: flow along the first axis, gradient along the second.
+    /// Velocities of the start, and all that is measured, are relative to it. In 1/time units of the case; not 0.
+    pub shear_rate: Option<f64>,
     /// Height over width of a box that is given by its packing fraction.
     #[serde(default = "super::unit")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]

@@ -42,6 +42,7 @@ impl Relations<'_> {
             let allowed = "this key is for disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
             self.ensure(fits && comparison, "box.critical_lengths", allowed)?;
         }
+        self.shear()?;
         let square = self.case.start.placement == Placement::Square;
         let closest = if square { PI / 4.0 } else { closest };
         let most = if square { " on a square lattice" } else { "" };
@@ -64,6 +65,45 @@ impl Relations<'_> {
             self.ensure(share <= closest, "box.size", allowed)?;
         }
         Ok(())
+    }
+
+    /// A uniform shear flow, and what does not go with it.
+    fn shear(&self) -> Checked {
+        let case = self.case;
+        let Some(rate) = case.domain.as_ref().and_then(|domain| domain.shear_rate) else {
+            return Ok(());
+        };
+        let key = "box.shear_rate";
+        let allowed = "a finite number that is not 0";
+        self.ensure(rate.is_finite() && rate != 0.0, key, allowed)?;
+        let allowed = "a flow in a box that is periodic on all sides: without [walls], which would stop or drive the flow";
+        self.ensure(case.walls.is_periodic(), key, allowed)?;
+        let allowed = "a flow without [[obstacle]], which it could not pass uniformly";
+        self.ensure(case.obstacle.is_empty(), key, allowed)?;
+        let allowed = "a flow without [gravity], along which a periodic gas would fall for ever";
+        self.ensure(case.gravity.is_none(), key, allowed)?;
+        let allowed =
+            "exact disks alone, by [engine.ed]: Monte Carlo engines do not shear their cells yet";
+        let engine = &case.engine;
+        let chaos = [
+            engine.boltzmann.is_some(),
+            engine.free_volume.is_some(),
+            engine.enskog.is_some(),
+            engine.esmc.is_some(),
+            engine.stochastic_disks.is_some(),
+            engine.contact_point.is_some(),
+        ];
+        self.ensure(!chaos.contains(&true), key, allowed)?;
+        let allowed =
+            "a box without this key: critical lengths are those of a gas that cools at rest";
+        let is_critical = case
+            .domain
+            .as_ref()
+            .is_some_and(|domain| domain.critical_lengths.is_some());
+        self.ensure(!is_critical, "box.critical_lengths", allowed)?;
+        let allowed =
+            "velocities relative to the flow without a drift, which the flow would carry away";
+        self.without(&["start.velocity"], allowed)
     }
 
     pub(super) fn walls(&self) -> Checked {

@@ -485,6 +485,47 @@ fn relations_of_boxes_in_critical_lengths_are_checked() {
     refused(&text, rows);
 }
 
+/// A uniform shear flow is one of exact disks in a periodic box.
+#[test]
+fn relations_of_sheared_boxes_are_checked() {
+    let text = "format = 2\ntitle = \"sheared\"\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.2\n\
+                shear_rate = 0.5\n[run]\nuntil = 1\n[engine.ed]\n";
+    assert!(read(text, &[]).is_ok());
+    assert!(read(text, &["box.shear_rate=-2"]).is_ok());
+    assert!(read(text, &["gas.tangential_restitution=0.5"]).is_ok());
+    let rows: &[Row] = &[
+        (&["box.shear_rate=0"], "box.shear_rate", "not 0"),
+        (&["box.shear_rate=inf"], "box.shear_rate", "finite"),
+        (&["box.shear_rate=nan"], "box.shear_rate", "finite"),
+        (
+            &["walls.bottom=\"specular\"", "walls.top=\"specular\""],
+            "box.shear_rate",
+            "without [walls]",
+        ),
+        (
+            &["walls.left=\"specular\"", "walls.right=\"specular\""],
+            "box.shear_rate",
+            "without [walls]",
+        ),
+        (
+            &["gravity.acceleration=[0, -1]"],
+            "box.shear_rate",
+            "without [gravity]",
+        ),
+        (
+            &["obstacle=[{ disc = { centre = [1, 1], radius = 0.5 } }]"],
+            "box.shear_rate",
+            "obstacle",
+        ),
+        (
+            &["engine={ ed = {}, dsmc-boltzmann = {} }"],
+            "box.shear_rate",
+            "Monte Carlo",
+        ),
+    ];
+    refused(text, rows);
+}
+
 const OF_FLOWS: &[Row] = &[
     (
         &["engine.dsmc-boltzmann.weights={ along = \"x\" }"],
@@ -672,6 +713,7 @@ fn relations_of_flows_are_checked() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of refusals")]
 fn relations_of_gases_without_positions_are_checked() {
     refused(
         HOMOGENEOUS,

@@ -120,6 +120,10 @@ impl Measure for CollisionLog {
         Options
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let options: Options = measure::options(plan, self.name())?;
         let allowed = format!("a number of collisions from 1 to {MOST}");

@@ -29,6 +29,10 @@ impl Measure for Energy {
         NoOptions
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
     }

@@ -80,6 +80,10 @@ impl Measure for ErrorBudget {
         NoOptions
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
     }

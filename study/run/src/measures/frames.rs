@@ -253,6 +253,10 @@ impl Measure for Frames {
         Options
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind != Kind::Homogeneous && plan.case.gas.dimension == 2
     }

@@ -143,6 +143,10 @@ impl Measure for ImpactParameters {
         Options
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
     }

@@ -28,6 +28,10 @@ impl Measure for Series {
         NoOptions
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Flow
     }

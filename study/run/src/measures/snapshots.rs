@@ -223,6 +223,10 @@ impl Measure for Snapshots {
         Options
     );
 
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn by_default(&self, plan: &Plan) -> bool {
         plan.kind == Kind::Comparison
     }

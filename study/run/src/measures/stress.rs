@@ -46,7 +46,7 @@ impl Default for Options {
 impl Options {
     /// Start of the averages, in the unit of time of the case.
     fn start(&self, plan: &Plan) -> f64 {
-        let heated = plan.case.drive.is_some() || plan.heats_itself();
+        let heated = plan.case.drive.is_some() || plan.heats_itself() || plan.is_sheared();
         let half = if heated { 0.5 } else { 0.0 };
         self.from.unwrap_or(half * plan.case.run.until)
     }
@@ -56,6 +56,8 @@ impl Options {
 type Record = Option<StressRecorder>;
 
 struct StressProbe {
+    /// Shear rate of the flow; 0 without one.
+    shear_rate: f64,
     span: [f64; 2],
     blocks: usize,
     record: Record,
@@ -71,7 +73,8 @@ impl Probe for StressProbe {
     fn begin(&mut self, moment: &mut Moment<'_>) {
         let kinetic = kinetic_stress(&mut |sum| moment.simulation.add_up(sum));
         let now = moment.simulation.time();
-        self.record = Some(StressRecorder::new(self.span, self.blocks, now, kinetic));
+        let recorder = StressRecorder::new(self.span, self.blocks, now, kinetic);
+        self.record = Some(recorder.in_flow(self.shear_rate));
     }
 
     fn stop(&mut self, stop: &Stop) {
@@ -132,7 +135,7 @@ fn pressure_theory(plan: &Plan, engine: &EnginePlan, temperature: f64) -> Option
         (None, Some(law)) => (law.coefficient(), 2.0 * law.delta()),
         (None, None) => return None,
     };
-    if !uniform {
+    if !uniform || plan.is_sheared() {
         return None;
     }
     if let EngineKind::MonteCarlo(parameters) = &engine.kind {
@@ -191,6 +194,14 @@ impl Measure for Stress {
         Options
     );
 
+    fn by_default(&self, plan: &Plan) -> bool {
+        plan.is_sheared()
+    }
+
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let boxed = plan.kind != Kind::Homogeneous;
         require(boxed, "", "a gas in a box; this one has no positions")?;
@@ -225,6 +236,7 @@ impl Measure for Stress {
         let options: Options = measure::chosen(plan, self.name());
         let span = [options.start(plan), plan.case.run.until];
         Box::new(StressProbe {
+            shear_rate: plan.grains.shear_rate.unwrap_or_default(),
             span: span.map(|time| plan.engine_time(time)),
             blocks: options.blocks as usize,
             record: None,

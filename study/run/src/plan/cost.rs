@@ -209,7 +209,7 @@ impl Plan {
     fn strips(&self, threads: usize) -> f64 {
         let parts = self.engines.len() * self.case.replicas as usize;
         let strips = stosszahl_ed::strips_for(threads / parts.max(1), self.count());
-        if strips > 1 {
+        if strips > 1 && !self.is_sheared() {
             STRIP * (strips + 1) as f64
         } else {
             0.0

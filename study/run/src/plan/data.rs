@@ -245,6 +245,11 @@ impl Plan {
         }
     }
 
+    /// Whether the gas is in a uniform shear flow.
+    pub fn is_sheared(&self) -> bool {
+        self.grains.shear_rate.is_some()
+    }
+
     /// Number of the species of a particle by its index; simulators are numbered on, set after set of the gas.
     pub fn species_of(&self, index: usize) -> usize {
         let mut place = index % self.count().max(1);

@@ -74,6 +74,9 @@ impl Plan {
             rough: rough(case)?,
             gravity: (case.gravity.as_ref())
                 .map(|gravity| boundaries::vector(&gravity.acceleration)),
+            shear_rate: (case.domain.as_ref())
+                .and_then(|domain| domain.shear_rate)
+                .map(|rate| rate * gas.scale.time()),
             is_bounded: !case.walls.is_periodic() || !case.obstacle.is_empty(),
         };
         let contact_value = match dimension {
@@ -193,6 +196,8 @@ impl Plan {
             self.haff_time = f64::INFINITY;
         }
         self.time_unit = self.case.run.time_unit.unwrap_or(match self.kind {
+            // A sheared gas does not cool as that of Haff's law.
+            Kind::Comparison if self.is_sheared() => TimeUnit::MeanFreeTime,
             Kind::Comparison => TimeUnit::Haff,
             _ => TimeUnit::Case,
         });

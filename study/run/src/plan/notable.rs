@@ -79,6 +79,7 @@ impl Plan {
         if self.case.replicas == 1 {
             list.push("replicas = 1: no error bars; at least 2 replicas give a spread".to_owned());
         }
+        self.notable_shear(&mut list);
         match self.kind {
             Kind::Homogeneous => self.notable_without_box(&mut list),
             Kind::Comparison => self.notable_comparison(&mut list),
@@ -92,6 +93,17 @@ impl Plan {
             }
         }
         list
+    }
+
+    /// One gas in a shear flow is not spread over threads.
+    fn notable_shear(&self, list: &mut Vec<String>) {
+        if self.is_sheared() {
+            list.push(
+                "box.shear_rate: one gas of exact disks runs on one thread, as its rows of cells slide all at once; replicas and points \
+                 of a sweep use several"
+                    .to_owned(),
+            );
+        }
     }
 
     fn notable_without_box(&self, list: &mut Vec<String>) {

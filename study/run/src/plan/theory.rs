@@ -82,6 +82,7 @@ impl Plan {
         let uniform = self.case.start.region.is_none() || self.case.drive.is_some();
         let settled = !matches!(self.case.start.velocities, Velocities::Drawn(_));
         self.kind == Kind::Comparison
+            && !self.is_sheared()
             && sizes
             && uniform
             && settled

@@ -1,0 +1,229 @@
+//! Rows of cells that slide over each other with a uniform shear flow.
+//!
+//! Each row of cells moves with the flow at half its height, and velocities of disks are relative to their row: about the
+//! peculiar ones, however high the box is. In its row a disk flies straight. The next row above is another frame, whose
+//! corner is ahead by a displacement that grows with time and which moves faster by the slip, the shear rate times the
+//! height of a row. So every boundary between two rows is a Lees-Edwards boundary; that around the box has an offset
+//! more.
+//!
+//! A cell can be touched from four cells of the row above and from four below, where rows that stand still have three.
+//! Which four that are changes when the displacement comes to a whole number of cells: an event of all rows at once, in
+//! which each cell looks into the one that is new to it.
+
+use crate::cells::{Cell, Cells};
+
+/// Boundaries between rows that slide alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Seam {
+    /// Between two rows of the box.
+    Inside,
+    /// Between the last row and the image of the first.
+    Around,
+}
+
+/// State of the rows. Times and speeds are in the engine's own units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlidingRows {
+    /// Shear rate.
+    rate: f64,
+    /// Sides of a cell.
+    width: [f64; 2],
+    columns: i32,
+    rows: u16,
+    /// Displacement at own time 0: inside the box none, around it that of the box above.
+    offsets: [f64; 2],
+    /// Whole cells that the displacement has passed: inside the box, and around it.
+    steps: [i64; 2],
+}
+
+impl SlidingRows {
+    /// Rows of a grid in a flow with this own shear rate, at own time 0.
+    pub(crate) fn new(cells: &Cells, rate: f64, offset: f64) -> Self {
+        let [columns, rows] = cells.counts();
+        let width = [cells.width()[0], cells.width()[1]];
+        let offsets = [0.0, offset];
+        let steps = offsets.map(|offset| {
+            let steps = (offset / width[0]).floor();
+            // Against the flow, a boundary of a cell is the end of those before it.
+            let is_end = rate < 0.0 && steps * width[0] == offset;
+            steps as i64 - i64::from(is_end)
+        });
+        Self {
+            rate,
+            width,
+            columns: i32::from(columns),
+            rows,
+            offsets,
+            steps,
+        }
+    }
+
+    /// No flow.
+    pub(crate) fn none() -> Self {
+        Self {
+            rate: 0.0,
+            width: [0.0; 2],
+            columns: 1,
+            rows: 1,
+            offsets: [0.0; 2],
+            steps: [0; 2],
+        }
+    }
+
+    /// Shear rate.
+    #[inline(always)]
+    pub(crate) fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// Velocity of a row less that of the row below.
+    #[inline(always)]
+    pub(crate) fn slip(&self) -> f64 {
+        self.rate * self.width[1]
+    }
+
+    /// Velocity of the flow at a height in a row, relative to the row.
+    #[inline(always)]
+    pub(crate) fn flow(&self, height: f64) -> f64 {
+        self.rate * (height - 0.5 * self.width[1])
+    }
+
+    /// Displacement of a row since own time 0 in the frame of the box.
+    pub(crate) fn way(&self, row: u16, now: f64) -> f64 {
+        self.rate * ((f64::from(row) + 0.5) * self.width[1]) * now
+    }
+
+    /// Boundary above a row.
+    #[inline(always)]
+    fn above(&self, row: u16) -> usize {
+        usize::from(row + 1 == self.rows)
+    }
+
+    /// Boundary below a row.
+    #[inline(always)]
+    fn below(row: u16) -> usize {
+        usize::from(row == 0)
+    }
+
+    /// Displacement of the row above a boundary beyond whole cells, from 0 to the width of a cell, and at most rounding more.
+    #[inline(always)]
+    fn remainder(&self, seam: usize, now: f64) -> f64 {
+        self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]
+    }
+
+    /// A column that may lie around the box.
+    #[inline(always)]
+    fn column(&self, column: i64) -> i32 {
+        column.rem_euclid(i64::from(self.columns)) as i32
+    }
+
+    /// First of the four columns of the row above that a cell can be touched from, and how far its corner is from that of the
+    /// cell.
+    #[inline(always)]
+    pub(crate) fn first_above(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
+        let seam = self.above(row);
+        let first = self.column(i64::from(column) - 2 - self.steps[seam]);
+        (first, self.remainder(seam, now) - 2.0 * self.width[0])
+    }
+
+    /// The same in the row below.
+    #[inline(always)]
+    pub(crate) fn first_below(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
+        let seam = Self::below(row);
+        let first = self.column(i64::from(column) - 1 + self.steps[seam]);
+        (first, -self.remainder(seam, now) - self.width[0])
+    }
+
+    /// Column and position in it of a disk that goes into the row above, or below.
+    #[inline(always)]
+    pub(crate) fn cross(
+        &self,
+        [column, row]: Cell,
+        place: f64,
+        forward: bool,
+        now: f64,
+    ) -> (u16, f64) {
+        let seam = if forward {
+            self.above(row)
+        } else {
+            Self::below(row)
+        };
+        let (steps, way) = (self.steps[seam], self.remainder(seam, now));
+        let (column, mut place) = if forward {
+            (i64::from(column) - steps, place - way)
+        } else {
+            (i64::from(column) + steps, place + way)
+        };
+        let mut beyond = 0;
+        if place < 0.0 {
+            (beyond, place) = (-1, place + self.width[0]);
+        } else if place >= self.width[0] {
+            (beyond, place) = (1, place - self.width[0]);
+        }
+        (self.column(column + beyond) as u16, place)
+    }
+
+    /// Vectors from the corner of the second cell to that of the first over the images in rows next to each other, one for each
+    /// way around the box, and the velocity of the first row less that of the second.
+    pub(crate) fn between(
+        &self,
+        first: Cell,
+        second: Cell,
+        now: f64,
+    ) -> impl Iterator<Item = ([f64; 2], f64)> {
+        let rows = i32::from(self.rows);
+        let apart = i32::from(first[1]) - i32::from(second[1]);
+        let columns = i32::from(first[0]) - i32::from(second[0]);
+        let is_image = move |&step: &i32| (step - apart) % rows == 0;
+        let this = *self;
+        (-1..=1).filter(is_image).map(move |step| {
+            let way = |seam: usize| this.offsets[seam] + this.slip() * now;
+            let way = match step {
+                0 => 0.0,
+                1 => way(this.above(second[1])),
+                _ => -way(Self::below(second[1])),
+            };
+            let x = f64::from(columns) * this.width[0] + way;
+            let step = f64::from(step);
+            ([x, step * this.width[1]], step * this.slip())
+        })
+    }
+
+    /// Own time of the next step of rows, and which of them step.
+    pub(crate) fn next_step(&self) -> (f64, Seam) {
+        if self.rate == 0.0 {
+            return (f64::INFINITY, Seam::Inside);
+        }
+        let ahead = i64::from(self.rate > 0.0);
+        let time = |seam: usize| {
+            let end = (self.steps[seam] + ahead) as f64 * self.width[0];
+            ((end - self.offsets[seam]) / self.slip()).max(0.0)
+        };
+        let (inside, around) = (time(0), time(1));
+        // A single row has no boundary inside.
+        if inside <= around && self.rows > 1 {
+            (inside, Seam::Inside)
+        } else {
+            (around, Seam::Around)
+        }
+    }
+
+    /// Lets rows step: other cells are in reach of each from now on.
+    pub(crate) fn step(&mut self, seam: Seam) {
+        self.steps[seam as usize] += if self.rate > 0.0 { 1 } else { -1 };
+    }
+
+    /// Rows that have a boundary of a kind above them.
+    pub(crate) fn rows_below(&self, seam: Seam) -> std::ops::Range<u16> {
+        match seam {
+            Seam::Inside => 0..self.rows - 1,
+            Seam::Around => self.rows - 1..self.rows,
+        }
+    }
+
+    /// Which of the four columns above a cell has come into reach with the last step.
+    #[inline(always)]
+    pub(crate) fn newest(&self) -> usize {
+        if self.rate > 0.0 { 0 } else { 3 }
+    }
+}

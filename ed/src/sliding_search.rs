@@ -1,0 +1,169 @@
+//! Search for contacts in rows of cells that slide, and lines of centres across them.
+
+use nalgebra::{Vector2, vector};
+use stosszahl_model::{Field, Plane, Sizes};
+
+use crate::cell_list_walk::CellListWalk;
+use crate::cells::{self, Cell, NONE};
+use crate::contact::Candidates;
+use crate::disk::Disks;
+use crate::frames::Sliding;
+use crate::record::Disk;
+
+impl<F: Field<Plane>> Disks<F> {
+    /// Opens the lists of the cells around one in rows that slide, of which these are `wanted`: below, its own, above. Cells are numbered
+    /// by four times the row and their place in it: of four, or of three in the own row.
+    #[inline(always)]
+    pub(crate) fn open_sliding(
+        &self,
+        lists: &mut CellListWalk,
+        home: Cell,
+        time: f64,
+        wanted: [bool; 3],
+    ) {
+        let (columns, rows) = self.cells.around(home);
+        if wanted[1] {
+            for (column, right) in columns.into_iter().enumerate() {
+                lists.open(
+                    self.cells.first((right + rows[1]) as usize),
+                    4 + column,
+                    true,
+                );
+            }
+        }
+        let firsts = [
+            self.rows.first_below(home, time).0,
+            0,
+            self.rows.first_above(home, time).0,
+        ];
+        for row in [0, 2] {
+            if wanted[row] {
+                let columns = self.cells.four_columns(firsts[row]);
+                for (column, right) in columns.into_iter().enumerate() {
+                    let first = self.cells.first((right + rows[row]) as usize);
+                    lists.open(first, 4 * row + column, true);
+                }
+            }
+        }
+    }
+
+    /// [`Self::open_beyond`] where rows slide: the outermost cells of each row, or those of the next row, and of the one that was left: of
+    /// four cells there, three were around before.
+    #[inline(always)]
+    pub(crate) fn open_beyond_sliding(
+        &self,
+        lists: &mut CellListWalk,
+        home: Cell,
+        (axis, forward): (usize, bool),
+        time: f64,
+    ) {
+        if axis == 1 {
+            self.open_sliding(lists, home, time, [true, false, true]);
+            return;
+        }
+        let (columns, rows) = self.cells.around(home);
+        let own = 2 * usize::from(forward);
+        let first = self.cells.first((columns[own] + rows[1]) as usize);
+        lists.open(first, 4 + own, true);
+        let firsts = [
+            self.rows.first_below(home, time).0,
+            self.rows.first_above(home, time).0,
+        ];
+        for (side, first) in firsts.into_iter().enumerate() {
+            self.open_one_of_four(
+                lists,
+                [first as usize, 3 * usize::from(forward)],
+                [side, rows[2 * side] as usize],
+            );
+        }
+    }
+
+    /// Opens the list of one of the four cells in the row below (side 0) or above (side 1), at its place in memory.
+    #[inline(always)]
+    fn open_one_of_four(
+        &self,
+        lists: &mut CellListWalk,
+        [first, column]: [usize; 2],
+        [side, row]: [usize; 2],
+    ) {
+        let right = self.cells.four_columns(first as i32)[column];
+        let disk = self.cells.first(right as usize + row);
+        lists.open(disk, 8 * side + column, true);
+    }
+
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cell that has come into reach
+    /// above it with the last step of rows. Returns the number of candidates.
+    pub(crate) fn search_newest<S: Sizes>(
+        &mut self,
+        candidates: &mut Candidates,
+        who: u32,
+        sizes: &S,
+        tags: &[S::Tag],
+    ) -> u64 {
+        let (home, clock) = (self.home(who), self.all[who as usize].clock);
+        let mut lists = CellListWalk::new();
+        let first = self.rows.first_above(home, clock).0 as usize;
+        let row = self.cells.around(home).1[2] as usize;
+        self.open_one_of_four(&mut lists, [first, self.rows.newest()], [1, row]);
+        let (found, predictions) = self.earliest::<S, false>(lists, candidates, who, sizes, tags);
+        self.expect_first(who, found);
+        predictions
+    }
+
+    /// Whether a disk is in the cell that has come into reach above a cell with the last step of rows.
+    pub(crate) fn has_newest(&self, home: Cell, now: f64) -> bool {
+        let first = self.rows.first_above(home, now).0;
+        let right = self.cells.four_columns(first)[self.rows.newest()];
+        let row = self.cells.around(home).1[2];
+        self.cells.first((right + row) as usize) != NONE
+    }
+
+    /// Corners and frames of the cells around one, in rows that slide.
+    #[inline(always)]
+    pub(crate) fn sliding(&self, home: Cell, position: Vector2<f64>, time: f64) -> Sliding {
+        let width = self.cells.width();
+        let mut sliding = Sliding {
+            x: [0.0; 12],
+            y: [
+                position[1] + width[1],
+                position[1],
+                position[1] - width[1],
+                0.0,
+            ],
+            slip: [self.rows.slip(), 0.0, -self.rows.slip(), 0.0],
+        };
+        let below = self.rows.first_below(home, time).1;
+        let above = self.rows.first_above(home, time).1;
+        for (row, corner) in [below, -width[0], above].into_iter().enumerate() {
+            for column in 0..4 {
+                sliding.x[4 * row + column] = position[0] - (corner + column as f64 * width[0]);
+            }
+        }
+        sliding
+    }
+
+    /// [`Self::line`] over rows that slide.
+    pub(crate) fn sheared_line(
+        &self,
+        one: &Disk,
+        other: &Disk,
+        distance: f64,
+    ) -> (Vector2<f64>, f64) {
+        let relative = one.velocity - other.velocity;
+        let between = self.rows.between(one.home, other.home, one.clock);
+        let images = between.flat_map(|(shift, slip)| {
+            let line = one.position - other.position + Vector2::from(shift);
+            let relative = relative + vector![slip, 0.0];
+            self.cells
+                .images_along(line)
+                .map(move |line| (line, relative, slip))
+        });
+        let (line, _, slip) = cells::approached(images, distance);
+        debug_assert!(
+            (line.norm() - distance).abs() <= 1e-6 * distance + 2e-9,
+            "disks collide at a distance of {}, not {distance}",
+            line.norm()
+        );
+        (line, slip)
+    }
+}

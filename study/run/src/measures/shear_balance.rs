@@ -1,0 +1,77 @@
+//! `shear_balance`: the energy balance of a gas in uniform shear flow.
+
+use stosszahl_results::{Table, Verdict, VerdictKind, engine_title, table};
+
+use crate::measure::{self, BadOption, Measure, NoOptions, Runs, described};
+use crate::plan::Plan;
+
+/// Energy balance of a sheared gas.
+pub struct ShearBalance;
+
+/// Largest imbalance of exact dynamics that is rounding: 1e-16 of each of up to 10^12 terms, with signs of chance.
+const ROUNDING: f64 = 1e-10;
+/// Number of the work of an engine that has the imbalance.
+const NUMBER: &str = "shear_energy_imbalance";
+
+impl Measure for ShearBalance {
+    described!(
+        "shear_balance",
+        "Energy balance of uniform shear flow: work of the stress, dissipation and change of energy.",
+        NoOptions
+    );
+
+    fn by_default(&self, plan: &Plan) -> bool {
+        plan.is_sheared()
+    }
+
+    fn knows_shear(&self) -> bool {
+        true
+    }
+
+    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+        let allowed = "a gas in a shear flow, by box.shear_rate; this one is not";
+        measure::require(plan.is_sheared(), "", allowed)?;
+        self.read(plan)
+    }
+
+    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+        let mut table = table! {
+            "shear_balance", "Energy balance -a P_xy V = dissipation + change of energy in uniform shear flow, by replica.";
+            key "engine", "", "Engine";
+            key "replica", "1", "Replica";
+            value "imbalance", "1", "Energy less what the balance expects, over the work of the stress and the dissipation";
+        };
+        for (engine, finished) in plan.engines.iter().zip(runs.finished) {
+            for (replica, one) in finished.iter().enumerate() {
+                if let Some(&imbalance) = one.work.numbers.get(NUMBER) {
+                    table.add((engine.name, replica, imbalance));
+                }
+            }
+        }
+        vec![table]
+    }
+
+    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+        let verdict = |(engine, finished): (&crate::plan::EnginePlan, &Vec<measure::Finished>)| {
+            let imbalance = |one: &measure::Finished| one.work.numbers.get(NUMBER).copied();
+            let all: Option<Vec<f64>> = finished.iter().map(imbalance).collect();
+            let worst = all?.into_iter().map(f64::abs).reduce(f64::max)?;
+            let closes = worst <= ROUNDING;
+            let words = if closes { "closes to" } else { "is off by" };
+            Some(Verdict {
+                topic: format!("energy balance, {}", engine_title(engine.name)),
+                sentence: format!(
+                    "Work of the shear flow, dissipation and change of energy: the balance {words} {worst:.1e} of the turnover; \
+                     rounding leaves up to {ROUNDING:.0e}."
+                ),
+                kind: if closes {
+                    VerdictKind::Note
+                } else {
+                    VerdictKind::Warning
+                },
+            })
+        };
+        let all = plan.engines.iter().zip(runs.finished);
+        all.filter_map(verdict).collect()
+    }
+}
