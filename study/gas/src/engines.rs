@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
-use stosszahl_dsmc::{Boundaries, Clearance, Parameters, Scheme};
+use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Parameters, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
@@ -162,10 +162,13 @@ impl MonteCarlo {
     /// through which it would lead them.
     pub fn defaults(gas: &Gas, scheme: Scheme) -> Parameters {
         let defaults = Parameters::for_scheme(scheme);
-        Parameters {
-            displacement: defaults.displacement && !gas.grains.is_bounded,
-            ..defaults
+        if gas.grains.is_bounded {
+            return Parameters {
+                displacement: Displacement::None,
+                ..defaults
+            };
         }
+        defaults
     }
 
     /// The same with parameters of one's own.

@@ -332,6 +332,7 @@ impl Plan {
     }
 
     /// Quantities that follow from the case, in its units.
+    #[expect(clippy::too_many_lines, reason = "a list of quantities")]
     pub fn derived(&self) -> Vec<Quantity> {
         let mut list: Vec<Quantity> = Vec::new();
         let mut add = |name: &str, value, unit: &str| {
